@@ -1,0 +1,188 @@
+/* The lowest layer: errors gain context, arrays refuse to overflow, random numbers depend on their
+ * name alone, loops report the first failure whatever the threads do, options mean what they say. */
+#include "array.h"
+#include "error.h"
+#include "options.h"
+#include "random.h"
+#include "tap.h"
+#include "threads.h"
+#include "warning.h"
+
+#include <errno.h>
+#include <stdint.h>
+#include <string.h>
+
+static void test_error(void)
+{
+    struct error *err = error_new("expected %d coordinates, got %d", 3, 2);
+    err = error_wrap(err, "line %d", 12);
+    err = error_wrap(err, "stdin");
+    ok(!strcmp(error_message(err), "stdin: line 12: expected 3 coordinates, got 2"), "context is put in front");
+    ok(error_status(err) == EXIT_BAD_DATA, "bad data by default");
+    error_destroy(err);
+    err = error_wrap(error_usage("no such option"), "--x");
+    ok(error_status(err) == EXIT_BAD_USAGE, "a usage error stays one under context");
+    error_destroy(err);
+    ok(!error_wrap(NULL, "nothing"), "success stays success under context");
+    ok(error_wrap(error_memory(), "anywhere") == error_memory(), "memory shortage needs no memory");
+    err = error_system(ENOENT, "a.obj");
+    ok(!strcmp(error_message(err), "a.obj: No such file or directory"), "system errors say what the system says");
+    error_destroy(err);
+}
+
+static void test_array(void)
+{
+    double *a = NULL;
+    size_t capacity = 0;
+    struct error *err = array_reserve(&a, &capacity, 5, sizeof *a);
+    ok(!err && a && capacity >= 5, "room for 5");
+    a[4] = 7;
+    err = array_reserve(&a, &capacity, 5000, sizeof *a);
+    ok(!err && a[4] == 7 && capacity >= 5000, "growth keeps what was there");
+    double *const before = a;
+    err = array_reserve(&a, &capacity, SIZE_MAX / 2, sizeof *a);
+    ok(err && a == before, "an overflowing size is an error and changes nothing");
+    error_destroy(err);
+    free(a);
+    err = array_create(&a, SIZE_MAX / 2, sizeof *a);
+    ok(err && !a, "so it is for a new array");
+    error_destroy(err);
+}
+
+static void test_random(void)
+{
+    const double p[3] = {1, -0.0, 3}, q[3] = {1, 0, 3};
+    ok(random_hash_position(p) == random_hash_position(q), "-0 and 0 are one position");
+    struct random a = random_start(1, 2, 3), b = random_start(1, 2, 3), c = random_start(1, 2, 4),
+                  d = random_start(2, 2, 3), e = random_start(1, 3, 3);
+    int same = 0, clash = 0;
+    for (int i = 0; i < 1000; i++) {
+        const uint32_t x = random_u32(&a);
+        same += x == random_u32(&b);
+        clash += (x == random_u32(&c)) + (x == random_u32(&d)) + (x == random_u32(&e));
+    }
+    ok(same == 1000, "one name, one stream");
+    ok(clash <= 1, "another seed, name or index is another stream: %d of 3000 numbers agree", clash);
+
+    /* Mean and variance of a uniform variable: z-scores within 4.5 (7e-6 two-sided). */
+    enum { N = 200000 };
+    double sum = 0, square = 0;
+    bool inside = true;
+    for (uint32_t i = 0; i < N; i++) {
+        struct random r = random_start(9, 8, i);
+        const double x = i % 2 ? random_double(&r) : (double)random_float(&r);
+        inside = inside && x >= 0 && x < 1;
+        sum += x - 0.5;
+        square += (x - 0.5) * (x - 0.5);
+    }
+    const double z_mean = sum / sqrt(N / 12.0), z_variance = (square - N / 12.0) / sqrt(N / 180.0);
+    ok(inside, "uniform numbers lie in [0, 1)");
+    ok(fabs(z_mean) < 4.5, "their mean is 1/2 (z = %.2f)", z_mean);
+    ok(fabs(z_variance) < 4.5, "their variance is 1/12 (z = %.2f)", z_variance);
+}
+
+static struct error *square_or_fail(void *context, size_t i, int thread)
+{
+    (void)thread;
+    ((size_t *)context)[i] = i * i;
+    return i == 700 || i == 300 ? error_new("item %zu", i) : NULL;
+}
+
+static void test_threads(void)
+{
+    static size_t squares[1000];
+    struct error *err = threads_for(4, 300, square_or_fail, squares);
+    bool all = true;
+    for (size_t i = 0; i < 300; i++)
+        all = all && squares[i] == i * i;
+    ok(!err && all, "every item is done once, on 4 threads");
+    for (int threads = 1; threads <= 4; threads++) {
+        err = threads_for(threads, 1000, square_or_fail, squares);
+        ok(err && !strcmp(error_message(err), "item 300"), "the first failure is reported with %d threads", threads);
+        error_destroy(err);
+    }
+    ok(!threads_for(4, 0, square_or_fail, squares), "an empty loop is done at once");
+}
+
+static void test_warnings(void)
+{
+    struct warnings w = {0};
+    for (int i = 0; i < 5; i++)
+        warnings_add(&w, "texture missing", "texture %d", i);
+    warnings_add(&w, "other", "something");
+    warnings_add(NULL, "other", "nobody listens");
+    ok(w.count == 2 && warnings_of_kind(&w, "texture missing") == 5, "warnings are counted by kind");
+    warnings_clear(&w);
+}
+
+/* Parses one command line ("probe-x" and the words, separated by |) and checks the message or the record. */
+static void parse(const char *words, const char *expected)
+{
+    double spacing = 1.5, vector[3] = {1, 2, 3};
+    int64_t rays = 10;
+    int kind = 0;
+    bool flag = false;
+    const char *name = NULL;
+    static const char *const kinds[] = {"all", "direct", NULL};
+    const struct option_row rows[] = {
+        {.name = "spacing", .letter = 's', .argument = "S", .help = "", .kind = OPTION_REAL, .value = &spacing,
+         .least_open = true, .most = (double)INFINITY},
+        {.name = "vector", .argument = "X,Y,Z", .help = "", .kind = OPTION_REALS, .count = 3, .value = vector},
+        {.name = "rays", .argument = "N", .help = "", .kind = OPTION_INTEGER, .least = 1, .most = 100, .value = &rays},
+        {.name = "light", .argument = "L", .help = "", .kind = OPTION_CHOICE, .choices = kinds, .value = &kind},
+        {.name = "flag", .help = "", .kind = OPTION_FLAG, .value = &flag},
+        {.name = "name", .argument = "N", .help = "", .kind = OPTION_TEXT, .value = &name},
+        {0}};
+    struct common common = common_default();
+    struct option_row shared[COMMON_ROWS];
+    struct program program = {.name = "probe-x", .usage = "FILE", .summary = "",
+                              .groups = {rows, common_rows(&common, ~0u, shared)}, .operands_most = 1};
+    char buffer[256];
+    char *argv[16];
+    int argc = 0;
+    snprintf(buffer, sizeof buffer, "probe-x%s%s", *words ? "|" : "", words);
+    for (char *save = NULL, *word = strtok_r(buffer, "|", &save); word; word = strtok_r(NULL, "|", &save))
+        argv[argc++] = word;
+    argv[argc] = NULL;
+    struct error *err = options_parse(&program, argc, argv);
+    const char *got = err ? error_message(err) : program.recorded;
+    ok(!strcmp(got, expected) && (!err || error_status(err) == EXIT_BAD_USAGE), "%s: %s", words, got);
+    error_destroy(err);
+    program_clear(&program);
+}
+
+static void test_options(void)
+{
+    parse("", "probe-x");
+    parse("-s|2|--rays=7|--light|direct|file", "probe-x --spacing 2 --rays 7 --light direct");
+    parse("--threads|3|--quiet|--progress|-o|x|--text|--binary", "probe-x"); /* what cannot change the light */
+    parse("--seed|3|--flag", "probe-x --seed 3 --flag");
+    parse("--name|it's a name", "probe-x --name 'it'\\''s a name'");
+    parse("--spacing|0", "--spacing: expected a number greater than 0, got 0");
+    parse("--spacing|nan", "--spacing: expected a finite number, got 'nan'");
+    parse("--spacing|1x", "--spacing: expected a number, got '1x'");
+    parse("--spacing|1e999", "--spacing: expected a finite number, got '1e999'");
+    parse("--spacing", "--spacing: expected an argument S");
+    parse("--rays|0", "--rays: expected a number at least 1 and at most 100, got 0");
+    parse("--rays|1.5", "--rays: expected a whole number, got '1.5'");
+    parse("--rays|99999999999999999999", "--rays: the number 99999999999999999999 is too large");
+    parse("--vector|1,2", "--vector: expected 3 finite numbers separated by commas, got '1,2'");
+    parse("--vector|1,2,3,4", "--vector: expected 3 finite numbers separated by commas, got '1,2,3,4'");
+    parse("--light|sun", "--light: expected one of all, direct, got 'sun'");
+    parse("--flag=1", "--flag takes no argument");
+    parse("--nothing", "unknown or ambiguous option '--nothing'");
+    parse("-Z", "unknown option '-Z'");
+    parse("a|b", "unexpected operand 'b'");
+    parse("--|--flag", "probe-x");
+}
+
+int main(void)
+{
+    test_error();
+    test_array();
+    test_random();
+    test_threads();
+    test_warnings();
+    test_options();
+    return tap_done();
+}
