@@ -39,7 +39,8 @@ struct scene_mesh {
     int32_t *material; /* triangle_count: index into scene->materials, never SCENE_NONE */
 };
 
-/* A mesh placed in the scene: p -> M p + t, as rows of a 3x4 matrix. */
+/* A mesh placed in the scene: p -> M p + t, as rows of a 3x4 matrix. The front of a triangle is its mesh's: a transform
+ * that mirrors (negative determinant) turns the winding round, not the front (glTF 2.0, 3.7.4). */
 struct scene_instance {
     size_t mesh;
     double transform[12];
@@ -51,7 +52,7 @@ enum scene_wrap { SCENE_REPEAT, SCENE_CLAMP, SCENE_MIRROR };
 struct scene_texture {
     uint32_t width, height;
     unsigned channels; /* 1 (alpha alone), 3 or 4 (RGB, alpha) */
-    bool bytes;        /* texels are 8-bit codes to be looked up in scene_texture_linear (RGB sRGB, alpha linear), else float */
+    bool bytes;        /* texels are 8-bit codes to be looked up in image_linear (RGB sRGB, alpha linear), else float */
     void *texels;      /* owned: width * height * channels of uint8_t or float, top row first */
     enum scene_wrap wrap_u, wrap_v;
     bool nearest;
@@ -121,8 +122,10 @@ struct scene {
     size_t light_count;
     struct scene_sky sky;
     bool emit_front_only;
+    float max_albedo; /* scene_albedo is at most this, channel by channel */
     struct vec3 box_min, box_max; /* of all instances in the scene's coordinates; min > max when there is no triangle */
     size_t degenerate_count;      /* triangles left out */
+    size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity; /* room in the lists */
 };
 
 /* -- settings --------------------------------------------------------------------------------- */

@@ -1,0 +1,553 @@
+/* Readers and writers: the header, the order of tables, the end; rows are stream_text.c's and stream_binary.c's. */
+#include "stream.h"
+#include "array.h"
+#include "error.h"
+#include "stream_private.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char magic_text[] = "#?probe 1", magic_binary[] = "#?probe 1 binary";
+
+enum { READ_ROWS = 1 << 16 };
+
+/* -- reading --------------------------------------------------------------------------------- */
+
+struct error *reader_place(const struct stream_reader *reader, struct error *err)
+{
+    if (reader->encoding == STREAM_BINARY)
+        return error_wrap(err, "%s: byte %" PRIu64, reader->in.name, reader->in.offset);
+    return error_wrap(err, "%s:%zu", reader->in.name, reader->in.line);
+}
+
+/* A line of the header, or one between tables, as a string of its own, to be freed by the caller; NULL when the input has ended. */
+static struct error *take_line(struct stream_reader *reader, char **taken)
+{
+    struct stream_input *in = &reader->in;
+    const char *line;
+    size_t length, bytes;
+    struct error *err = input_line(in, &line, &length, &bytes);
+    *taken = NULL;
+    if (err || !line)
+        return err;
+    if (in->hash)
+        input_hash_update(in, line, bytes);
+    const size_t text = length - (reader->encoding != STREAM_BINARY && length && line[length - 1] == '\r');
+    bool control = false;
+    for (size_t i = 0; i < text; i++)
+        control = control || ((unsigned char)line[i] < ' ' && line[i] != '\t') || line[i] == 0x7f;
+    if (!control) {
+        *taken = strndup(line, text);
+        err = *taken ? NULL : error_memory();
+    }
+    input_consume(in, bytes);
+    in->line++;
+    if (!err && control)
+        err = reader_place(reader, error_new("expected a line of text, got control characters"));
+    if (!err && reader->encoding == STREAM_BINARY && bytes == length)
+        err = reader_place(reader, error_new("the stream ends within a line: it is not whole"));
+    return err;
+}
+
+static struct error *read_magic(struct stream_reader *reader)
+{
+    struct stream_input *in = &reader->in;
+    const unsigned char *bytes;
+    size_t got;
+    struct error *err = input_peek(in, sizeof magic_binary, &bytes, &got);
+    if (err)
+        return err;
+    if (!got)
+        return error_new("%s: expected a probe stream, got nothing", in->name);
+    const size_t common = sizeof magic_text - 1;
+    if (got < common || memcmp(bytes, magic_text, common)) {
+        char shown[33];
+        size_t n = 0;
+        for (; n < got && n < sizeof shown - 1 && bytes[n] != '\n'; n++)
+            shown[n] = bytes[n] < ' ' || bytes[n] >= 0x7f ? '?' : (char)bytes[n];
+        shown[n] = 0;
+        return error_new("%s:1: expected a probe stream, which begins with '%s', got '%s'", in->name, magic_text, shown);
+    }
+    if (got == sizeof magic_binary && !memcmp(bytes, magic_binary, sizeof magic_binary - 1) &&
+        bytes[sizeof magic_binary - 1] == '\n') {
+        reader->encoding = STREAM_BINARY;
+        err = input_hash_start(in);
+    }
+    char *line = NULL;
+    if (!err)
+        err = take_line(reader, &line);
+    if (!err && strcmp(line, reader->encoding == STREAM_BINARY ? magic_binary : magic_text))
+        err = error_new("%s:1: expected '%s' or '%s', got '%.40s'", in->name, magic_text, magic_binary, line);
+    free(line);
+    return err;
+}
+
+/* "name value": adds the key. */
+static struct error *read_key(struct stream_header *header, char *line)
+{
+    char *value = line + strcspn(line, " \t");
+    const bool separated = *value;
+    if (separated)
+        *value++ = 0;
+    value += strspn(value, " \t");
+    if (!stream_name_valid(line) || !strcmp(line, "end"))
+        return error_new("expected a header key, a comment or a table, got '%.40s'", line);
+    if (header_key(header, line))
+        return error_new("the key %s is given twice", line);
+    return header_set_key(header, line, value);
+}
+
+static bool is_table_line(const char *line)
+{
+    return !strncmp(line, "table ", 6) || !strncmp(line, "table\t", 6);
+}
+
+/* Reads header lines up to the first table or the end, which stay to be read. */
+static struct error *read_header(struct stream_reader *reader)
+{
+    struct error *err = read_magic(reader);
+    while (!err) {
+        const char *ahead;
+        size_t length, bytes;
+        err = input_line(&reader->in, &ahead, &length, &bytes);
+        if (err || !ahead || (length >= 6 && is_table_line(ahead)) || (length >= 3 && !memcmp(ahead, "end", 3)))
+            break;
+        char *line = NULL;
+        err = take_line(reader, &line);
+        if (!err && *line == '#')
+            err = header_add_provenance(&reader->header, line + 1 + (line[1] == ' '));
+        else if (!err && *line)
+            err = reader_place(reader, read_key(&reader->header, line));
+        free(line);
+    }
+    return err;
+}
+
+struct error *stream_reader_open(struct stream_reader **reader, const char *path)
+{
+    struct stream_reader *r = NULL;
+    *reader = NULL;
+    struct error *err = array_create(&r, 1, sizeof *r);
+    if (err)
+        return err;
+    r->encoding = STREAM_TEXT;
+    r->validity = validity_start();
+    r->table_ended = true;
+    err = input_open(&r->in, path);
+    if (!err)
+        err = read_header(r);
+    if (err)
+        stream_reader_close(r);
+    else
+        *reader = r;
+    return err;
+}
+
+void stream_reader_close(struct stream_reader *reader)
+{
+    if (!reader)
+        return;
+    input_close(&reader->in);
+    header_clear(&reader->header);
+    table_clear(&reader->schema);
+    for (size_t i = 0; i < reader->table_count; i++)
+        free(reader->table_names[i]);
+    free(reader->table_names);
+    free(reader);
+}
+
+const struct stream_header *stream_reader_header(const struct stream_reader *reader)
+{
+    return &reader->header;
+}
+
+enum stream_encoding stream_reader_encoding(const struct stream_reader *reader)
+{
+    return reader->encoding;
+}
+
+/* "name:type:width" */
+static struct error *parse_column(struct table *schema, char *word)
+{
+    static const enum column_type types[] = {COLUMN_F32, COLUMN_F64, COLUMN_I32};
+    char *type = strchr(word, ':'), *width = type ? strchr(type + 1, ':') : NULL;
+    char *end = NULL;
+    struct error *wrong = error_new("table %s: expected a column as name:type:width, got '%.40s'", schema->name, word);
+    if (!width)
+        return wrong;
+    *type++ = *width++ = 0;
+    const unsigned long count = *width >= '1' && *width <= '9' ? strtoul(width, &end, 10) : 0;
+    if (!stream_name_valid(word) || !count || *end || count > STREAM_ROW_MOST)
+        return wrong;
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
+        if (strcmp(type, column_type_name(types[i])))
+            continue;
+        error_destroy(wrong);
+        if (table_column(schema, word))
+            return error_new("table %s: column %s is given twice", schema->name, word);
+        return table_add_column(schema, word, types[i], count, NULL);
+    }
+    error_destroy(wrong);
+    return error_new("table %s: column %s: expected a type f32, f64 or i32, got '%.40s'", schema->name, word, type);
+}
+
+static struct error *remember_table(struct stream_reader *reader, const char *name)
+{
+    for (size_t i = 0; i < reader->table_count; i++)
+        if (!strcmp(reader->table_names[i], name))
+            return error_new("table %s is given twice", name);
+    char **grown = realloc(reader->table_names, (reader->table_count + 1) * sizeof *grown);
+    if (!grown)
+        return error_memory();
+    reader->table_names = grown;
+    grown[reader->table_count] = strdup(name);
+    return grown[reader->table_count++] ? NULL : error_memory();
+}
+
+/* "table name column..." */
+static struct error *read_table_line(struct stream_reader *reader, char *line)
+{
+    char *save = NULL;
+    strtok_r(line, " \t", &save);
+    const char *name = strtok_r(NULL, " \t", &save);
+    if (!name || !stream_name_valid(name))
+        return error_new("expected a table's name, got '%.40s'", name ? name : "");
+    struct error *err = remember_table(reader, name);
+    if (!err)
+        err = table_init(&reader->schema, name);
+    for (char *word; !err && (word = strtok_r(NULL, " \t", &save));)
+        err = parse_column(&reader->schema, word);
+    return err ? err : validity_schema(&reader->header, &reader->schema);
+}
+
+/* "end", in binary with the checksum of all that came before it; nothing may follow. */
+static struct error *read_end(struct stream_reader *reader, const char *line, uint64_t checksum)
+{
+    char expected[32] = "end";
+    if (reader->encoding == STREAM_BINARY)
+        snprintf(expected, sizeof expected, "end %016" PRIx64, checksum);
+    if (strcmp(line, expected))
+        return reader->encoding == STREAM_BINARY
+                   ? error_new("the checksum at the end does not match: the data are damaged")
+                   : error_new("expected 'end', got '%.40s'", line);
+    const unsigned char *bytes;
+    size_t got;
+    struct error *err = input_peek(&reader->in, 1, &bytes, &got);
+    if (!err && got)
+        err = error_new("expected nothing behind the end, got more data");
+    return err ? err : validity_end(&reader->validity);
+}
+
+/* Reads the line that ends the stream or starts the next table. */
+static struct error *next_table(struct stream_reader *reader)
+{
+    struct stream_input *in = &reader->in;
+    table_clear(&reader->schema);
+    char *line = NULL;
+    const uint64_t checksum = in->hash ? input_hash(in) : 0;
+    struct error *err = take_line(reader, &line);
+    if (err) {
+        free(line);
+        return err;
+    }
+    if (!line)
+        return reader_place(reader, error_new("expected a table or the end, got nothing: the stream is not whole"));
+    if (is_table_line(line)) {
+        err = read_table_line(reader, line);
+        reader->row = 0;
+        reader->table_ended = false;
+    } else if (!strncmp(line, "end", 3)) {
+        err = read_end(reader, line, checksum);
+    } else {
+        err = error_new("expected a table or the end, got '%.40s'", line);
+    }
+    free(line);
+    return reader_place(reader, err);
+}
+
+struct error *stream_reader_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got)
+{
+    *got = 0;
+    struct error *err = NULL;
+    while (!err && !reader->table_ended && *got < most) {
+        const size_t first = table->rows, wanted = most - *got < READ_ROWS ? most - *got : READ_ROWS;
+        size_t some = 0;
+        err = table_reserve(table, first + wanted);
+        struct table read = *table, added = *table; /* the stream's columns, and those that the caller added */
+        read.column_count = reader->schema.column_count;
+        added.columns += read.column_count;
+        added.column_count -= read.column_count;
+        if (!err)
+            err = reader->encoding == STREAM_BINARY ? binary_read_rows(reader, &read, wanted, &some)
+                                                    : text_read_rows(reader, &read, wanted, &some);
+        if (!err)
+            err = table_resize(&added, first + some);
+        table->rows = first + some;
+        reader->row += some;
+        *got += some;
+    }
+    return err;
+}
+
+/* Reads, checks and drops the rest of the current table. */
+static struct error *skip_rows(struct stream_reader *reader)
+{
+    if (reader->table_ended)
+        return NULL;
+    struct table scratch;
+    struct error *err = table_copy_schema(&scratch, &reader->schema);
+    for (size_t got = 1; !err && got;) {
+        scratch.rows = 0;
+        err = stream_reader_rows(reader, &scratch, READ_ROWS, &got);
+    }
+    table_clear(&scratch);
+    return err;
+}
+
+struct error *stream_reader_next_table(struct stream_reader *reader, struct table *schema, bool *more)
+{
+    *schema = (struct table){0};
+    *more = false;
+    struct error *err = skip_rows(reader);
+    if (!err)
+        err = next_table(reader);
+    if (!err && reader->schema.name) {
+        err = table_copy_schema(schema, &reader->schema);
+        *more = !err;
+    }
+    return err;
+}
+
+struct error *stream_read(struct stream **stream, const char *path)
+{
+    struct stream_reader *reader = NULL;
+    struct stream *s = NULL;
+    *stream = NULL;
+    struct error *err = stream_reader_open(&reader, path);
+    if (!err)
+        err = stream_create(&s);
+    if (!err)
+        err = header_copy(&s->header, &reader->header);
+    for (bool more = true; !err && more;) {
+        struct table schema, *table = NULL;
+        err = stream_reader_next_table(reader, &schema, &more);
+        if (err || !more)
+            break;
+        err = stream_add_table(s, schema.name, &table);
+        if (err) {
+            table_clear(&schema);
+            break;
+        }
+        table_clear(table);
+        *table = schema;
+        size_t got;
+        err = stream_reader_rows(reader, table, SIZE_MAX, &got);
+    }
+    if (!err) {
+        s->encoding = reader->encoding;
+        *stream = s;
+        s = NULL;
+    }
+    stream_destroy(s);
+    stream_reader_close(reader);
+    return err;
+}
+
+/* -- writing --------------------------------------------------------------------------------- */
+
+__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_output *out, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    char *text = NULL;
+    const int length = vasprintf(&text, format, args);
+    va_end(args);
+    if (length < 0)
+        return error_memory();
+    char *room;
+    struct error *err = output_room(out, (size_t)length, &room);
+    if (!err) {
+        memcpy(room, text, (size_t)length);
+        out->count += (size_t)length;
+        if (out->hash)
+            output_hash_update(out, out->count - (size_t)length);
+        err = output_flush(out, false);
+    }
+    free(text);
+    return err;
+}
+
+static struct error *write_header(struct stream_writer *writer)
+{
+    const struct stream_header *header = &writer->header;
+    struct error *err = write_text(&writer->out, "%s\n", writer->binary ? magic_binary : magic_text);
+    for (size_t i = 0; i < header->provenance_count && !err; i++)
+        err = write_text(&writer->out, "# %s\n", header->provenance[i]);
+    for (size_t i = 0; i < header->key_count && !err; i++)
+        err = write_text(&writer->out, "%s %s\n", header->keys[i].name, header->keys[i].value);
+    return err;
+}
+
+struct error *stream_writer_open(struct stream_writer **writer, const char *path, enum stream_encoding encoding,
+                                 const struct stream_header *header)
+{
+    struct stream_writer *w = NULL;
+    *writer = NULL;
+    struct error *err = array_create(&w, 1, sizeof *w);
+    if (err)
+        return err;
+    w->binary = encoding == STREAM_BINARY;
+    w->validity = validity_start();
+    w->out.fd = -1;
+    err = header_copy(&w->header, header);
+    if (!err)
+        err = output_open(&w->out, path, w->binary);
+    if (!err)
+        err = write_header(w);
+    if (err)
+        stream_writer_abandon(w);
+    else
+        *writer = w;
+    return err;
+}
+
+/* Ends the started table, if there is one. */
+static struct error *end_table(struct stream_writer *writer)
+{
+    struct error *err = NULL;
+    if (writer->binary && writer->schema.name) {
+        if (writer->pending.rows)
+            err = binary_write_block(writer, &writer->pending, 0, writer->pending.rows);
+        if (!err)
+            err = binary_write_block(writer, &writer->pending, 0, 0);
+    }
+    table_clear(&writer->schema);
+    table_clear(&writer->pending);
+    return err;
+}
+
+struct error *stream_writer_table(struct stream_writer *writer, const struct table *schema)
+{
+    struct error *err = end_table(writer);
+    if (!err)
+        err = validity_schema(&writer->header, schema);
+    if (!err)
+        err = table_copy_schema(&writer->schema, schema);
+    if (!err)
+        err = table_copy_schema(&writer->pending, schema);
+    if (!err)
+        err = write_text(&writer->out, "table %s", schema->name);
+    for (size_t i = 0; i < schema->column_count && !err; i++)
+        err = write_text(&writer->out, " %s:%s:%zu", schema->columns[i].name, column_type_name(schema->columns[i].type),
+                         schema->columns[i].width);
+    if (!err)
+        err = write_text(&writer->out, "\n");
+    writer->row = 0;
+    const size_t row_bytes = table_row_bytes(schema);
+    writer->block_rows = row_bytes < STREAM_BLOCK_BYTES ? STREAM_BLOCK_BYTES / row_bytes : 1;
+    return err;
+}
+
+static struct error *check_columns(const struct table *expected, const struct table *got)
+{
+    bool same = expected->column_count == got->column_count;
+    for (size_t i = 0; same && i < got->column_count; i++)
+        same = !strcmp(expected->columns[i].name, got->columns[i].name) &&
+               expected->columns[i].type == got->columns[i].type && expected->columns[i].width == got->columns[i].width;
+    return same ? NULL : error_new("table %s: rows have other columns than the table was started with", expected->name);
+}
+
+/* Keeps rows until they fill a block, so that the bytes do not depend on how many came at a time. */
+static struct error *keep_pending(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+{
+    struct table *pending = &writer->pending;
+    struct error *err = table_reserve(pending, pending->rows + count);
+    for (size_t i = 0; i < table->column_count && !err; i++) {
+        const size_t bytes = table->columns[i].width * column_type_size(table->columns[i].type);
+        memcpy((char *)pending->columns[i].data + pending->rows * bytes, (const char *)table->columns[i].data + first * bytes,
+               count * bytes);
+    }
+    if (!err)
+        pending->rows += count;
+    return err;
+}
+
+static struct error *write_blocks(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+{
+    struct error *err = NULL;
+    while (count && !err) {
+        size_t some = writer->block_rows;
+        if (!writer->pending.rows && count >= some) {
+            err = binary_write_block(writer, table, first, some);
+        } else {
+            some = writer->block_rows - writer->pending.rows;
+            some = count < some ? count : some;
+            err = keep_pending(writer, table, first, some);
+            if (!err && writer->pending.rows == writer->block_rows) {
+                err = binary_write_block(writer, &writer->pending, 0, writer->pending.rows);
+                writer->pending.rows = 0;
+            }
+        }
+        first += some;
+        count -= some;
+    }
+    return err;
+}
+
+struct error *stream_writer_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+{
+    struct error *err = check_columns(&writer->schema, table);
+    if (!err)
+        err = validity_rows(&writer->validity, table, first, count, writer->row);
+    if (!err)
+        err = writer->binary ? write_blocks(writer, table, first, count) : text_write_rows(writer, table, first, count);
+    writer->row += count;
+    return err;
+}
+
+struct error *stream_writer_finish(struct stream_writer *writer)
+{
+    struct error *err = end_table(writer);
+    if (!err)
+        err = validity_end(&writer->validity);
+    if (!err && writer->binary)
+        err = write_text(&writer->out, "end %016" PRIx64 "\n", output_hash(&writer->out));
+    else if (!err)
+        err = write_text(&writer->out, "end\n");
+    if (!err)
+        err = output_finish(&writer->out);
+    stream_writer_abandon(writer);
+    return err;
+}
+
+void stream_writer_abandon(struct stream_writer *writer)
+{
+    if (!writer)
+        return;
+    output_abandon(&writer->out);
+    header_clear(&writer->header);
+    table_clear(&writer->schema);
+    table_clear(&writer->pending);
+    free(writer);
+}
+
+struct error *stream_write(const struct stream *stream, const char *path, enum stream_encoding encoding)
+{
+    struct stream_writer *writer = NULL;
+    struct error *err = stream_check(stream); /* before a byte is written */
+    if (err)
+        return err;
+    err = stream_writer_open(&writer, path, encoding == STREAM_AS_READ ? stream->encoding : encoding, &stream->header);
+    for (size_t i = 0; i < stream->table_count && !err; i++) {
+        err = stream_writer_table(writer, &stream->tables[i]);
+        if (!err)
+            err = stream_writer_rows(writer, &stream->tables[i], 0, stream->tables[i].rows);
+    }
+    if (!err)
+        return stream_writer_finish(writer);
+    stream_writer_abandon(writer);
+    return err;
+}

@@ -1,0 +1,152 @@
+/* stream_private: what the parts of stream share.
+ *
+ *     stream.c          readers, writers and whole streams: what is the same in both encodings
+ *     stream_text.c     rows as lines
+ *     stream_binary.c   rows as checked blocks
+ *     stream_valid.c    what every stream must satisfy
+ *     stream_file.c     bytes in and out of files
+ *     table.c           tables and headers in memory
+ */
+#ifndef STREAM_PRIVATE_H
+#define STREAM_PRIVATE_H
+
+#include "stream.h"
+
+enum {
+    STREAM_LINE_MOST = 16 << 20,   /* bytes of a line */
+    STREAM_ROW_MOST = 1 << 20,     /* bytes of a row */
+    STREAM_BLOCK_MOST = 16 << 20,  /* bytes of a block that a reader accepts */
+    STREAM_BLOCK_BYTES = 256 << 10 /* bytes of a block that a writer fills: stays in the second-level cache */
+};
+
+/* Bytes of one row in binary. */
+size_t table_row_bytes(const struct table *table);
+
+/* Makes room for `rows` rows. */
+struct error *table_reserve(struct table *table, size_t rows);
+
+/* Whether `name` may name a table, column or key: [a-z][a-z0-9_-]*. */
+bool stream_name_valid(const char *name);
+
+/* -- bytes in (stream_file.c) ------------------------------------------------------------------ */
+
+struct stream_input {
+    int fd;
+    char *name;          /* for messages: the path, or "stdin" */
+    unsigned char *data; /* bytes start .. end-1 are read and not yet consumed; owned */
+    size_t start, end, capacity;
+    uint64_t offset; /* of the next byte to be consumed */
+    size_t line;     /* number of the last line that was consumed, from 1 */
+    bool ended;      /* no more bytes to read */
+    void *hash;      /* XXH3 state over every byte so far; NULL: not kept */
+};
+
+struct error *input_open(struct stream_input *in, const char *path);
+void input_close(struct stream_input *in);
+
+/* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input ends. Memory grows with what arrives. */
+struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes, size_t *got);
+
+/* Consumes bytes that are available. */
+void input_consume(struct stream_input *in, size_t count);
+
+/* The next line, not consumed: *line without its newline (NULL at the end of input), *bytes what it takes with it. */
+struct error *input_line(struct stream_input *in, const char **line, size_t *length, size_t *bytes);
+
+/* Starts a checksum, and adds bytes to it: consuming does not. */
+struct error *input_hash_start(struct stream_input *in);
+void input_hash_update(struct stream_input *in, const void *bytes, size_t count);
+uint64_t input_hash(const struct stream_input *in);
+
+/* -- bytes out (stream_file.c) ----------------------------------------------------------------- */
+
+struct stream_output {
+    int fd;
+    char *name;      /* for messages: the path, or "stdout" */
+    char *target;    /* the file that appears at the end; NULL: written directly */
+    char *temporary; /* its name until then; NULL: it has none yet (O_TMPFILE) */
+    char *data;      /* bytes to be written; owned */
+    size_t count, capacity;
+    void *hash; /* XXH3 state over every byte; NULL: not kept */
+};
+
+/* binary: keep a checksum; refused when the output is a terminal. */
+struct error *output_open(struct stream_output *out, const char *path, bool binary);
+
+/* Room for `count` bytes behind those not yet written; the caller fills them and adds to out->count. */
+struct error *output_room(struct stream_output *out, size_t count, char **room);
+
+/* Adds the bytes from out->data[from] on to the checksum. */
+void output_hash_update(struct stream_output *out, size_t from);
+uint64_t output_hash(const struct stream_output *out);
+
+/* Writes what is in memory when it is more than a block (always: all of it). */
+struct error *output_flush(struct stream_output *out, bool always);
+
+/* Flushes, closes, and gives the file its name. Clears, on error too. */
+struct error *output_finish(struct stream_output *out);
+
+/* Closes without a name for the file. Clears. */
+void output_abandon(struct stream_output *out);
+
+/* -- validity (stream_valid.c) ----------------------------------------------------------------- */
+
+/* What is known of a stream while its rows pass. */
+struct stream_validity {
+    size_t probes, cells;                /* rows seen */
+    int32_t vertex_most, neighbour_most; /* largest indices seen, and in which row */
+    size_t vertex_row, neighbour_row;
+};
+
+struct stream_validity validity_start(void);
+
+/* Checks the columns of a table. */
+struct error *validity_schema(const struct stream_header *header, const struct table *table);
+
+/* Checks rows first .. first+count-1, which are rows `number` and following of the stream's table. Makes every NaN the same NaN. */
+struct error *validity_rows(struct stream_validity *validity, const struct table *table, size_t first, size_t count,
+                            size_t number);
+
+/* Checks what only the end can tell: that indices are in range. */
+struct error *validity_end(const struct stream_validity *validity);
+
+/* -- rows (stream_text.c, stream_binary.c) ----------------------------------------------------- */
+
+struct stream_reader {
+    struct stream_input in;
+    struct stream_header header;
+    enum stream_encoding encoding;
+    struct stream_validity validity;
+    struct table schema; /* of the current table, no rows; its name is NULL before the first and after the last */
+    size_t row;          /* rows of it that were read */
+    bool table_ended;
+    char **table_names; /* seen so far */
+    size_t table_count;
+    size_t block_rows; /* binary: rows left in the current block */
+};
+
+/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to the table, whose first columns are
+ * those of reader->schema and which has room for them, and checks them. */
+struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
+struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
+
+struct stream_writer {
+    struct stream_output out;
+    struct stream_header header;
+    bool binary;
+    struct stream_validity validity;
+    struct table schema; /* of the started table */
+    size_t row;
+    struct table pending; /* rows that do not fill a block yet */
+    size_t block_rows;    /* rows of a full block */
+};
+
+struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
+
+/* Writes one block; count 0 ends the table. */
+struct error *binary_write_block(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
+
+/* Puts file and line, or file and byte, before the message. */
+struct error *reader_place(const struct stream_reader *reader, struct error *err);
+
+#endif

@@ -1,0 +1,418 @@
+/* The stream: what is written is read back to the bit in both encodings, and what is not whole or not
+ * valid is refused, whichever byte of it is wrong. */
+#include "error.h"
+#include "number.h"
+#include "random.h"
+#include "stream.h"
+#include "tap.h"
+
+#include <fcntl.h>
+#include <float.h>
+#include <stdint.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static char directory[] = "/tmp/probe-stream-XXXXXX";
+static char path_a[64], path_b[64];
+
+static void write_bytes(const char *path, const void *bytes, size_t count)
+{
+    FILE *f = fopen(path, "wb");
+    if (!f || fwrite(bytes, 1, count, f) != count || fclose(f))
+        bail("cannot write %s", path);
+}
+
+static size_t read_bytes(const char *path, char *bytes, size_t room)
+{
+    FILE *f = fopen(path, "rb");
+    if (!f)
+        bail("cannot read %s", path);
+    const size_t count = fread(bytes, 1, room, f);
+    fclose(f);
+    return count;
+}
+
+static void must(struct error *err)
+{
+    if (err)
+        bail("%s", error_message(err));
+}
+
+static float any_f32(struct random *r)
+{
+    for (;;) {
+        const uint32_t bits = random_u32(r);
+        float value;
+        memcpy(&value, &bits, sizeof value);
+        if (isfinite(value))
+            return value;
+    }
+}
+
+static double any_f64(struct random *r)
+{
+    for (;;) {
+        const uint64_t bits = (uint64_t)random_u32(r) << 32 | random_u32(r);
+        double value;
+        memcpy(&value, &bits, sizeof value);
+        if (isfinite(value))
+            return value;
+    }
+}
+
+/* A stream with every type, unknown columns, keys and tables, extreme and missing values. */
+static struct stream *example(size_t probes, size_t cells, uint64_t seed)
+{
+    struct random r = random_start(seed, 1, 2);
+    struct stream *s = NULL;
+    must(stream_create(&s));
+    must(header_add_provenance(&s->header, "probe-place grid --spacing 1.5 'a scene.obj'"));
+    must(header_add_provenance(&s->header, "probe-capture --seed 7"));
+    must(header_set_key(&s->header, "sh-order", "2"));
+    must(header_set_key(&s->header, "somebody-elses-key", "any value: \"yes\" \xc3\xa9"));
+    struct table *t = NULL;
+    struct column *c = NULL;
+    must(stream_add_table(s, "probe", &t));
+    must(table_add_column(t, "position", COLUMN_F64, 3, NULL));
+    must(table_add_column(t, "sh", COLUMN_F32, 12, NULL));
+    must(table_add_column(t, "colour_of_somebody", COLUMN_I32, 2, NULL));
+    must(table_resize(t, probes));
+    c = table_column(t, "position");
+    for (size_t i = 0; i < 3 * probes; i++)
+        column_f64(c)[i] = any_f64(&r);
+    c = table_column(t, "sh");
+    for (size_t i = 0; i < 12 * probes; i++)
+        column_f32(c)[i] = i / 12 % 5 == 4 ? NAN : any_f32(&r); /* every fifth probe is not captured */
+    c = table_column(t, "colour_of_somebody");
+    for (size_t i = 0; i < 2 * probes; i++)
+        column_i32(c)[i] = (int32_t)random_u32(&r);
+    if (probes > 2) {
+        static const double extremes[] = {0.0, -0.0, DBL_MIN, DBL_MAX, 4.9406564584124654e-324, -DBL_MAX, 0.1, 1e22, 1e23};
+        static const float extremes_f32[] = {0.0f, -0.0f, FLT_MIN, FLT_MAX, 1.4e-45f, -FLT_MAX, 0.1f, 16777216.0f};
+        memcpy(column_f64(table_column(t, "position")), extremes, sizeof extremes);
+        memcpy(column_f32(table_column(t, "sh")), extremes_f32, sizeof extremes_f32);
+    }
+    must(stream_add_table(s, "tet", &t));
+    must(table_add_column(t, "vertex", COLUMN_I32, 4, NULL));
+    must(table_add_column(t, "neighbour", COLUMN_I32, 4, NULL));
+    must(table_resize(t, cells));
+    for (size_t i = 0; i < cells; i++) {
+        const int32_t first = (int32_t)(random_u32(&r) % (probes - 3));
+        for (int k = 0; k < 4; k++) {
+            column_i32(table_column(t, "vertex"))[4 * i + (size_t)k] = first + k;
+            column_i32(table_column(t, "neighbour"))[4 * i + (size_t)k] = (int32_t)(random_u32(&r) % (cells + 1)) - 1;
+        }
+    }
+    must(stream_add_table(s, "unknown", &t));
+    must(table_add_column(t, "thing", COLUMN_F64, 1, NULL));
+    must(table_resize(t, 1));
+    return s;
+}
+
+static bool same_table(const struct table *a, const struct table *b)
+{
+    if (strcmp(a->name, b->name) || a->rows != b->rows || a->column_count != b->column_count)
+        return false;
+    for (size_t i = 0; i < a->column_count; i++) {
+        const struct column *p = &a->columns[i], *q = &b->columns[i];
+        if (strcmp(p->name, q->name) || p->type != q->type || p->width != q->width ||
+            memcmp(p->data, q->data, a->rows * p->width * column_type_size(p->type)))
+            return false;
+    }
+    return true;
+}
+
+static bool same_stream(const struct stream *a, const struct stream *b)
+{
+    bool same = a->table_count == b->table_count && a->header.key_count == b->header.key_count &&
+                a->header.provenance_count == b->header.provenance_count;
+    for (size_t i = 0; same && i < a->header.key_count; i++)
+        same = !strcmp(a->header.keys[i].name, b->header.keys[i].name) &&
+               !strcmp(a->header.keys[i].value, b->header.keys[i].value);
+    for (size_t i = 0; same && i < a->header.provenance_count; i++)
+        same = !strcmp(a->header.provenance[i], b->header.provenance[i]);
+    for (size_t i = 0; same && i < a->table_count; i++)
+        same = same_table(&a->tables[i], &b->tables[i]);
+    return same;
+}
+
+static void test_round_trip(void)
+{
+    static const size_t sizes[][2] = {{4, 0}, {5, 1}, {1000, 3000}, {30000, 70000}};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        struct stream *s = example(sizes[i][0], sizes[i][1], i), *text = NULL, *binary = NULL;
+        must(stream_write(s, path_a, STREAM_TEXT));
+        must(stream_write(s, path_b, STREAM_BINARY));
+        must(stream_read(&text, path_a));
+        must(stream_read(&binary, path_b));
+        ok(same_stream(s, text), "%zu probes: text keeps every bit", sizes[i][0]);
+        ok(same_stream(s, binary), "%zu probes: binary keeps every bit", sizes[i][0]);
+        ok(text->encoding == STREAM_TEXT && binary->encoding == STREAM_BINARY, "the encoding is recognised");
+        stream_destroy(text);
+        stream_destroy(binary);
+        stream_destroy(s);
+    }
+}
+
+/* Rows that come in other portions make the same bytes. */
+static void test_portions(void)
+{
+    enum { ROOM = 1 << 22 };
+    struct stream *s = example(9000, 0, 5);
+    char *a = malloc(ROOM), *b = malloc(ROOM);
+    must(stream_write(s, path_a, STREAM_BINARY));
+    struct stream_writer *w = NULL;
+    must(stream_writer_open(&w, path_b, STREAM_BINARY, &s->header));
+    for (size_t i = 0; i < s->table_count; i++) {
+        must(stream_writer_table(w, &s->tables[i]));
+        for (size_t row = 0, some = 1; row < s->tables[i].rows; row += some, some = some * 3 % 4099) {
+            some = row + some > s->tables[i].rows ? s->tables[i].rows - row : some;
+            must(stream_writer_rows(w, &s->tables[i], row, some));
+        }
+    }
+    must(stream_writer_finish(w));
+    const size_t count = read_bytes(path_a, a, ROOM);
+    ok(count == read_bytes(path_b, b, ROOM) && !memcmp(a, b, count), "portions do not show in the bytes");
+
+    /* Reading in small portions, with a column of the caller's own. */
+    struct stream_reader *r = NULL;
+    struct table t;
+    bool more, missing = true;
+    must(stream_reader_open(&r, path_b));
+    must(stream_reader_next_table(r, &t, &more));
+    must(table_add_column(&t, "depth", COLUMN_F32, 1, NULL));
+    for (size_t got = 1; got;)
+        must(stream_reader_rows(r, &t, 7, &got));
+    for (size_t i = 0; i < t.rows; i++)
+        missing = missing && isnan(column_f32(table_column(&t, "depth"))[i]);
+    table_remove_column(&t, "depth");
+    ok(same_table(&t, stream_table(s, "probe")) && missing, "reading 7 rows at a time gives the same rows, added columns are missing values");
+    table_clear(&t);
+    must(stream_reader_next_table(r, &t, &more)); /* skip two tables */
+    table_clear(&t);
+    must(stream_reader_next_table(r, &t, &more));
+    ok(more && !strcmp(t.name, "unknown"), "tables can be skipped");
+    table_clear(&t);
+    must(stream_reader_next_table(r, &t, &more));
+    ok(!more && !t.name, "the end is the end");
+    table_clear(&t);
+    stream_reader_close(r);
+    stream_destroy(s);
+    free(a);
+    free(b);
+}
+
+/* Whether reading is refused with a message. */
+static bool refused(const char *path)
+{
+    struct stream *s = NULL;
+    struct error *err = stream_read(&s, path);
+    const bool bad = err && !s && *error_message(err);
+    error_destroy(err);
+    stream_destroy(s);
+    return bad;
+}
+
+static void test_every_byte(void)
+{
+    char bytes[4096];
+    struct stream *s = example(5, 2, 3);
+    must(stream_write(s, path_a, STREAM_BINARY));
+    const size_t count = read_bytes(path_a, bytes, sizeof bytes);
+    size_t accepted = 0;
+    for (size_t i = 0; i < count; i++) {
+        for (int bit = 0; bit < 8; bit++) {
+            bytes[i] = (char)(bytes[i] ^ 1 << bit);
+            write_bytes(path_b, bytes, count);
+            if (!refused(path_b)) {
+                accepted++;
+                printf("# byte %zu bit %d is accepted\n", i, bit);
+            }
+            bytes[i] = (char)(bytes[i] ^ 1 << bit);
+        }
+    }
+    ok(count > 500 && accepted == 0, "each of the 8 bits of each of %zu bytes flipped: refused", count);
+    accepted = 0;
+    for (size_t length = 0; length < count; length++) {
+        write_bytes(path_b, bytes, length);
+        accepted += !refused(path_b);
+    }
+    ok(accepted == 0, "cut at any length: refused");
+    bytes[count] = 0;
+    write_bytes(path_b, bytes, count + 1);
+    ok(refused(path_b), "a byte behind the end: refused");
+
+    must(stream_write(s, path_a, STREAM_TEXT));
+    const size_t text = read_bytes(path_a, bytes, sizeof bytes);
+    accepted = 0;
+    for (size_t length = 0; length + 1 < text; length++) { /* without its last newline it still says end */
+        write_bytes(path_b, bytes, length);
+        accepted += !refused(path_b);
+    }
+    ok(accepted == 0, "text cut at any length: refused");
+    stream_destroy(s);
+}
+
+/* Reads a text and checks that it is refused with this message behind the file's name. */
+static void text_refused(const char *text, const char *message)
+{
+    write_bytes(path_a, text, strlen(text));
+    struct stream *s = NULL;
+    struct error *err = stream_read(&s, path_a);
+    const size_t prefix = strlen(path_a);
+    ok(err && !strncmp(error_message(err), path_a, prefix) && !strcmp(error_message(err) + prefix, message), "refused: %s",
+       err ? error_message(err) + prefix : "(accepted)");
+    error_destroy(err);
+    stream_destroy(s);
+}
+
+#define HEAD "#?probe 1\ntable probe position:f64:3\n"
+#define FOUR "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+#define TET "table tet vertex:i32:4 neighbour:i32:4\n"
+
+static void test_text_refused(void)
+{
+    text_refused("", ": expected a probe stream, got nothing");
+    text_refused("solid cube\n", ":1: expected a probe stream, which begins with '#?probe 1', got 'solid cube'");
+    text_refused("#?probe 2\n", ":1: expected a probe stream, which begins with '#?probe 1', got '#?probe 2'");
+    text_refused("#?probe 1 bin\n", ":1: expected '#?probe 1' or '#?probe 1 binary', got '#?probe 1 bin'");
+    text_refused("#?probe 1\n", ":1: expected a table or the end, got nothing: the stream is not whole");
+    text_refused("#?probe 1\nkey a\nkey b\n", ":3: the key key is given twice");
+    text_refused("#?probe 1\nKey a\n", ":2: expected a header key, a comment or a table, got 'Key'");
+    text_refused("#?probe 1\nsh-order 3\ntable probe position:f64:3 sh:f32:12\nend\n",
+                 ":3: table probe: column sh has order 2, but the header's sh-order is '3'");
+    text_refused("#?probe 1\ntable probe\nend\n", ":2: table probe: expected at least one column, got none");
+    text_refused("#?probe 1\ntable probe x:f32:1\nend\n", ":2: table probe: expected a column position:f64:3, there is none");
+    text_refused("#?probe 1\ntable probe position:f32:3\nend\n",
+                 ":2: table probe: column position: expected f64:3, got f32:3");
+    text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:13\nend\n",
+                 ":2: table probe: column sh: expected a width of 3 n^2 for an order n of 1 to 6, got 13");
+    text_refused("#?probe 1\ntable probe position:f64:3 position:f64:3\nend\n", ":2: table probe: column position is given twice");
+    text_refused("#?probe 1\ntable probe position:f64:0\nend\n",
+                 ":2: table probe: expected a column as name:type:width, got 'position:f64:0'");
+    text_refused("#?probe 1\ntable probe position:f16:3\nend\n",
+                 ":2: table probe: column position: expected a type f32, f64 or i32, got 'f16'");
+    text_refused("#?probe 1\ntable a x:f64:1\ntable a x:f64:1\nend\n", ":3: table a is given twice");
+    text_refused(HEAD "0 0\nend\n", ":3: table probe: expected 3 numbers, got 2");
+    text_refused(HEAD "0 0 0 0\nend\n", ":3: table probe: expected 3 numbers, got 4");
+    text_refused(HEAD "0 zero 0\nend\n", ":3: table probe: column position: expected a number, got 'zero'");
+    text_refused(HEAD "0 1,5 0\nend\n", ":3: table probe: column position: expected a number, got '1,5'");
+    text_refused(HEAD "0 1e999 0\nend\n", ":3: table probe: column position: expected a number, got '1e999'");
+    text_refused(HEAD "0 nan 0\nend\n", ":3: table probe: row 0: column position: expected finite numbers, got nan");
+    text_refused(HEAD "0 0 0\n0 inf 0\nend\n", ":4: table probe: row 1: column position: expected finite numbers, got inf");
+    text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:3\n0 0 0 1 nan 1\nend\n",
+                 ":3: table probe: row 0: column sh: 1 of 3 numbers are nan; all or none may be");
+    text_refused(HEAD FOUR "1 1 1\n", ":7: the stream ends within table probe, after row 5, without its end: it is not whole");
+    text_refused(HEAD FOUR "end\nmore\n", ":7: expected nothing behind the end, got more data");
+    text_refused(HEAD FOUR TET "0 1 2 4 -1 -1 -1 -1\nend\n",
+                 ":9: table tet: row 0: column vertex: expected an index below the number of probes, 4, got 4");
+    text_refused(HEAD FOUR TET "0 1 2 -1 -1 -1 -1 -1\nend\n",
+                 ":8: table tet: row 0: column vertex: expected an index of 0 or more, got -1");
+    text_refused(HEAD FOUR TET "0 1 2 3 -1 -1 1 -1\nend\n",
+                 ":9: table tet: row 0: column neighbour: expected an index below the number of cells, 1, got 1");
+    text_refused(HEAD FOUR TET "0 1 2 3 -1 -1 -2 -1\nend\n",
+                 ":8: table tet: row 0: column neighbour: expected an index of -1 or more, got -2");
+    text_refused(HEAD FOUR TET "0 1 2 2 -1 -1 -1 -1\nend\n",
+                 ":8: table tet: row 0: column vertex: expected 4 different probes, got 0 1 2 2");
+    text_refused(HEAD FOUR TET "0 1 2 3.5 -1 -1 -1 -1\nend\n",
+                 ":8: table tet: column vertex: expected a whole number of 32 bits, got '3.5'");
+    text_refused(HEAD FOUR TET "0 1 2 99999999999 -1 -1 -1 -1\nend\n",
+                 ":8: table tet: column vertex: expected a whole number of 32 bits, got '99999999999'");
+}
+
+static void test_text_accepted(void)
+{
+    const char text[] = "#?probe 1\r\n# made by hand\r\nkey value\r\n\r\ntable probe position:f64:3 depth:f32:1\r\n"
+                        "  +1\t2e0 3 .5\r\n# between rows\n\n4 5 6 nan\n-0 1e-400 7 1e-60\nend";
+    write_bytes(path_a, text, sizeof text - 1);
+    struct stream *s = NULL;
+    must(stream_read(&s, path_a));
+    const double *p = column_f64(table_column(stream_table(s, "probe"), "position"));
+    const float *d = column_f32(table_column(stream_table(s, "probe"), "depth"));
+    ok(stream_table(s, "probe")->rows == 3 && p[0] == 1 && p[1] == 2 && p[5] == 6 && d[0] == 0.5f && isnan(d[1]),
+       "CRLF, tabs, +, comments and blank lines are read");
+    ok(signbit(p[6]) && p[7] == 0 && d[2] == 0, "-0 stays, what underflows is 0");
+    ok(!strcmp(header_key(&s->header, "key"), "value") && !strcmp(s->header.provenance[0], "made by hand"), "and the header");
+    stream_destroy(s);
+}
+
+static void test_numbers(void)
+{
+    struct random r = random_start(11, 12, 13);
+    size_t wrong = 0;
+    for (int i = 0; i < 200000; i++) {
+        char text[NUMBER_ROOM];
+        const double a = any_f64(&r);
+        double a_back = 0;
+        char *end = number_write_f64(text, a);
+        wrong += number_read_f64(text, end, &a_back) != end || memcmp(&a, &a_back, sizeof a);
+        const float b = any_f32(&r);
+        float b_back = 0;
+        end = number_write_f32(text, b);
+        wrong += number_read_f32(text, end, &b_back) != end || memcmp(&b, &b_back, sizeof b);
+        wrong += end - text > 16; /* shortest: 9 digits, sign, point, e-38 */
+    }
+    ok(wrong == 0, "200000 random doubles and floats come back to the bit");
+}
+
+static void test_writing(void)
+{
+    struct stream *s = example(10, 3, 1);
+    struct stat status;
+    write_bytes(path_a, "old", 3);
+    chmod(path_a, 0640);
+    struct stream_writer *w = NULL;
+    must(stream_writer_open(&w, path_a, STREAM_BINARY, &s->header));
+    must(stream_writer_table(w, &s->tables[0]));
+    must(stream_writer_rows(w, &s->tables[0], 0, 10));
+    char bytes[8];
+    ok(read_bytes(path_a, bytes, sizeof bytes) == 3, "until the end the old file stays");
+    stream_writer_abandon(w);
+    ok(read_bytes(path_a, bytes, sizeof bytes) == 3, "an abandoned stream leaves the old file");
+    must(stream_write(s, path_a, STREAM_BINARY));
+    ok(!stat(path_a, &status) && (status.st_mode & 07777) == 0640 && status.st_size > 100, "the new file has the old one's mode");
+
+    struct error *err = stream_write(s, "/dev/full", STREAM_BINARY);
+    ok(err && !strcmp(error_message(err), "/dev/full: No space left on device"), "a full disk is an error");
+    error_destroy(err);
+    err = stream_write(s, "/nonexistent/file", STREAM_BINARY);
+    ok(err && strstr(error_message(err), "/nonexistent/file: No such file"), "so is a directory that is not there");
+    error_destroy(err);
+    unlink(path_b);
+    column_f64(table_column(stream_table(s, "probe"), "position"))[4] = INFINITY;
+    err = stream_write(s, path_b, STREAM_TEXT);
+    ok(err && access(path_b, F_OK), "an invalid stream is not written: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    stream_destroy(s);
+
+    struct stream_header h = {0};
+    err = header_set_key(&h, "a key", "v");
+    ok(err != NULL, "a key's name is checked");
+    error_destroy(err);
+    err = header_set_key(&h, "key", "two\nlines");
+    ok(err != NULL, "a key's value is checked");
+    error_destroy(err);
+    must(header_add_provenance(&h, "two\nlines"));
+    ok(!strcmp(h.provenance[0], "two?lines"), "provenance stays one line");
+    header_clear(&h);
+}
+
+int main(void)
+{
+    if (!mkdtemp(directory))
+        bail("no temporary directory");
+    snprintf(path_a, sizeof path_a, "%s/a", directory);
+    snprintf(path_b, sizeof path_b, "%s/b", directory);
+    test_numbers();
+    test_round_trip();
+    test_portions();
+    test_every_byte();
+    test_text_refused();
+    test_text_accepted();
+    test_writing();
+    unlink(path_a);
+    unlink(path_b);
+    rmdir(directory);
+    return tap_done();
+}
