@@ -14,7 +14,7 @@ enum pickiness {
 };
 
 /* Corners looked at before a polygon (of many thousand corners, most of them hollow) is cut as it comes. */
-static const size_t looks_most = 100000000;
+static const size_t looks_most = 1000000000;
 
 struct error *polygon_room_for(struct polygon_room *room, size_t n)
 {

@@ -12,7 +12,7 @@
 
 static const char magic_text[] = "#?probe 1", magic_binary[] = "#?probe 1 binary";
 
-enum { READ_ROWS = 1 << 16 };
+enum { READ_ROWS = 1024 }; /* at a time: little memory for a small stream, little overhead for a large one */
 
 /* -- reading --------------------------------------------------------------------------------- */
 
