@@ -101,6 +101,42 @@ static unsigned pack_bytes(uint8_t *rgba, size_t count, enum image_use use)
     return 1;
 }
 
+/* Bytes of one run-length coded row of a .hdr picture (G. Ward, Real Pixels, Graphics Gems II); 0 when it is not whole. */
+static size_t hdr_row_bytes(const unsigned char *row, size_t left, size_t width)
+{
+    size_t at = 4;
+    for (int channel = 0; channel < 4; channel++)
+        for (size_t x = 0; x < width;) {
+            if (at >= left || row[at] == 0)
+                return 0;
+            const bool run = row[at] > 128;
+            x += run ? row[at] - 128u : row[at];
+            at += run ? 2 : 1 + (size_t)row[at];
+            if (at > left || x > width)
+                return 0;
+        }
+    return at;
+}
+
+/* Whether a .hdr picture holds all its rows: stb_image makes black ones of those that are cut off. */
+static bool hdr_is_whole(const unsigned char *data, size_t size, size_t width, size_t height)
+{
+    const unsigned char *end = data + size, *at = memmem(data, size, "\n\n", 2);
+    at = at ? memchr(at + 2, '\n', (size_t)(end - at) - 2) : NULL; /* behind the line of the resolution */
+    if (!at++)
+        return false;
+    const bool coded = width >= 8 && width < 32768 && end - at >= 4 && at[0] == 2 && at[1] == 2 && at[2] < 128;
+    if (!coded)
+        return (size_t)(end - at) / 4 / width >= height;
+    for (size_t y = 0; y < height; y++) {
+        const size_t bytes = hdr_row_bytes(at, (size_t)(end - at), width);
+        if (bytes == 0)
+            return false;
+        at += bytes;
+    }
+    return true;
+}
+
 static struct error *decode_floats(const unsigned char *data, size_t size, enum image_use use,
                                    struct scene_texture *texture)
 {
@@ -110,6 +146,8 @@ static struct error *decode_floats(const unsigned char *data, size_t size, enum 
     struct error *err = check_sides(width, height);
     if (err)
         return err;
+    if (!hdr_is_whole(data, size, (size_t)width, (size_t)height))
+        return error_new("a .hdr picture that is cut off");
     float *rgb = stbi_loadf_from_memory(data, (int)size, &width, &height, &channels, 3);
     if (!rgb)
         return error_new("a damaged .hdr picture (%s)", stbi_failure_reason());

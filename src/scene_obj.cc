@@ -56,13 +56,20 @@ bool equal_but_case(string_view a, const char *b)
     return a.size() == strlen(b) && !strncasecmp(a.data(), b, a.size());
 }
 
-/* The part of a line before a comment: # at its start, or after a blank. */
+/* The part of a line of names before a comment: # at its start, or after a blank. */
 string_view without_comment(string_view line)
 {
     for (size_t at = line.find('#'); at != line.npos; at = line.find('#', at + 1))
         if (at == 0 || strchr(blanks, line[at - 1]))
             return trimmed(line.substr(0, at));
     return line;
+}
+
+/* The same of a line of numbers, where the comment may follow a digit (but 1.#INF is no comment). */
+string_view numbers_without_comment(string_view line)
+{
+    const size_t at = line.find('#');
+    return at == line.npos || (at > 0 && line[at - 1] == '.') ? line : trimmed(line.substr(0, at));
 }
 
 bool is_number(string_view s)
@@ -417,16 +424,21 @@ void use_material(void *data, const char *name, int)
                      g.import->path, name);
 }
 
-/* A face's line; indices of more than nine digits, which tinyobjloader wraps round, become 0: no vertex. */
+/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no vertex. A slash at the end of a
+ * corner goes: tinyobjloader takes the next corner for what should follow it. */
 void clean_face(string &out, string_view line)
 {
     out += "f ";
     for (size_t i = 0, digits = 0; i < line.size(); i++) {
         digits = isdigit((unsigned char)line[i]) ? digits + 1 : 0;
+        while (strchr(blanks, line[i]) && out.back() == '/')
+            out.pop_back();
         out.push_back(line[i]);
         if (digits > 9)
             out.replace(out.size() - digits, digits, digits, '0');
     }
+    while (out.back() == '/')
+        out.pop_back();
     out.push_back('\n');
 }
 
@@ -438,11 +450,11 @@ struct error *obj_clean(const char *text, size_t size, struct scene_import *impo
     out.reserve(size);
     lines reader(text, size);
     for (string_view line; !err && reader.next(line);) {
-        const string_view whole = trimmed(line), word = take_word(line);
+        const string_view whole = numbers_without_comment(trimmed(line)), word = take_word(line);
         if (word == "v") {
-            string_view rest = line;
+            string_view rest = whole.substr(1);
             if (take_numbers(rest, 3).size() == 3) {
-                out.append(without_comment(whole)).push_back('\n');
+                out.append(whole).push_back('\n');
             } else {
                 out += "v 9e999 0 0\n";
                 warnings_add(import->warnings, "vertex not understood",
@@ -450,9 +462,9 @@ struct error *obj_clean(const char *text, size_t size, struct scene_import *impo
                              (int)std::min<size_t>(whole.size(), 60), whole.data());
             }
         } else if (word == "vt") {
-            out.append(without_comment(whole)).push_back('\n');
+            out.append(whole).push_back('\n');
         } else if (word == "f" || word == "fo") {
-            clean_face(out, without_comment(line));
+            clean_face(out, numbers_without_comment(line));
         } else if (word == "usemtl") {
             out.append("usemtl ").append(line).push_back('\n');
         } else if (word == "mtllib") {

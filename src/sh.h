@@ -15,7 +15,7 @@
 
 enum { SH_ORDER_MAX = 6, SH_COUNT_MAX = SH_ORDER_MAX * SH_ORDER_MAX };
 
-/* Y_lm(d) for all n*n functions of this order (1 .. SH_ORDER_MAX). d: a unit vector. */
+/* Y_lm(d) for all n*n functions of this order (1 .. SH_ORDER_MAX). d: a unit vector. Only + - * / and sqrt. */
 void sh_basis(int order, const double d[3], double *y);
 
 /* A_l, the coefficients of the clamped cosine, l = 0 .. SH_ORDER_MAX-1 (Ramamoorthi and Hanrahan 2001, eq. 7). */
@@ -30,8 +30,8 @@ void sh_radiance(int order, const float *c, const double d[3], double rgb[3]);
 /* Irradiance at a surface with unit normal n. convolved: the coefficients already hold the factors A_l. */
 void sh_irradiance(int order, const float *c, int convolved, const double n[3], double rgb[3]);
 
-/* The gradient of luminance irradiance over the normal's sphere evaluated at its mean: the vector whose direction is the
- * brightest and whose length is band 1's amplitude: (c_11, c_1-1, c_10) by Rec. 709 luminance. Zero for order 1. */
+/* The direction that light comes from, weighted by luminance: band 1 as a vector (c_11, c_1-1, c_10); its length is the band's
+ * amplitude. Zero for order 1. */
 void sh_dominant(int order, const float *c, double direction[3]);
 
 /* Order from a count of floats in an `sh` column (3*n*n), or 0 when no order has it. */

@@ -1,0 +1,60 @@
+#include "lattice.h"
+
+#include <math.h>
+#include <stdint.h>
+
+struct lattice lattice_fit(size_t count, const double *position)
+{
+    struct lattice lattice = {0};
+    double low[3], extent = 0;
+    for (int k = 0; k < 3; k++) {
+        low[k] = count ? position[k] : 0;
+        double high = low[k];
+        for (size_t i = 0; i < count; i++) {
+            low[k] = fmin(low[k], position[3 * i + (size_t)k]);
+            high = fmax(high, position[3 * i + (size_t)k]);
+        }
+        extent = fmax(extent, high / 2 - low[k] / 2); /* halves: a difference may overflow */
+    }
+    if (!(extent > 0))
+        return lattice;
+    int exponent;
+    frexp(extent, &exponent);
+    lattice.step = ldexp(1, exponent + 2 - LATTICE_BITS); /* 2 extents < 2^(exponent + 1), and one more for rounding */
+    for (int k = 0; k < 3; k++)
+        lattice.origin[k] = rint(low[k] / lattice.step) * lattice.step;
+    return lattice;
+}
+
+void lattice_coordinates(const struct lattice *lattice, const double position[3], double coordinates[3])
+{
+    for (int k = 0; k < 3; k++)
+        coordinates[k] = lattice->step > 0 ? (position[k] - lattice->origin[k]) / lattice->step : 0;
+}
+
+void lattice_snap(const struct lattice *lattice, const double position[3], double site[3])
+{
+    for (int k = 0; k < 3; k++) /* world steps first: exact, and the same whatever the origin */
+        site[k] = lattice->step > 0 ? rint(position[k] / lattice->step) - lattice->origin[k] / lattice->step : 0;
+}
+
+static int64_t whole(double x)
+{
+    return (int64_t)x;
+}
+
+lattice_volume lattice_orient(const double p0[3], const double p1[3], const double p2[3], const double p3[3])
+{
+    int64_t a[3], b[3], c[3];
+    for (int k = 0; k < 3; k++) {
+        a[k] = whole(p1[k] - p0[k]);
+        b[k] = whole(p2[k] - p0[k]);
+        c[k] = whole(p3[k] - p0[k]);
+    }
+    lattice_volume sum = 0;
+    for (int k = 0; k < 3; k++) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        sum += (lattice_volume)a[k] * ((lattice_volume)b[i] * c[j] - (lattice_volume)b[j] * c[i]);
+    }
+    return sum;
+}
