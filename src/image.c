@@ -101,7 +101,7 @@ static unsigned pack_bytes(uint8_t *rgba, size_t count, enum image_use use)
     return 1;
 }
 
-/* Bytes of one run-length coded row of a .hdr picture (G. Ward, Real Pixels, Graphics Gems II); 0 when it is not whole. */
+/* Bytes of one run-length coded row of a .hdr picture (G. Ward, Real Pixels, Graphics Gems II); 0 if cut off. */
 static size_t hdr_row_bytes(const unsigned char *row, size_t left, size_t width)
 {
     size_t at = 4;

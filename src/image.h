@@ -23,8 +23,8 @@ enum image_use {
  * the same on every machine. */
 extern const float image_linear[256];
 
-/* Decodes the picture in data[0..size): fills width, height, channels, bytes and texels, and leaves the rest of *texture as it is.
- * The caller frees texels. Errors: not a picture, damaged, larger than 16384 texels a side. */
+/* Decodes the picture in data[0..size): fills width, height, channels, bytes and texels, and leaves the rest of
+ * *texture as it is. The caller frees texels. Errors: not a picture, damaged, larger than 16384 texels a side. */
 struct error *image_decode(struct scene_texture *texture, const void *data, size_t size, enum image_use use);
 
 #endif

@@ -102,7 +102,8 @@ static bool is_ear(const struct polygon_room *room, uint32_t i, enum pickiness p
     for (uint32_t j = room->next[c]; j != a; j = room->next[j]) {
         ++*looks;
         if (!room->bent[j] && turn(room, a, i, j) >= margin && turn(room, i, c, j) >= margin &&
-            turn(room, c, a, j) >= margin && !same_place(room, j, a) && !same_place(room, j, i) && !same_place(room, j, c))
+            turn(room, c, a, j) >= margin && !same_place(room, j, a) && !same_place(room, j, i) &&
+                !same_place(room, j, c))
             return false;
     }
     return true;

@@ -3,14 +3,18 @@
  * scene_read imports OBJ (with MTL), glTF and GLB, PLY, OFF and STL. What it makes is plain data:
  * meshes in their own coordinates, instances that place them, materials by index. Positions are
  * double from file to here; nothing is flipped, welded, scaled or clamped. Degenerate triangles
- * (zero area, not finite) are left out, with one warning; their count is kept.
+ * (no area beyond the rounding of double, not finite, a corner that is no vertex) are left out, with one warning;
+ * their count is kept. So every mesh of a finished scene has triangles, every vertex is used, every
+ * instance's matrix can be inverted (what is squeezed flat gets a mesh of its own), and all numbers are finite.
  *
- * Light and colour: linear RGB, Rec. 709 (design: "Conventions of light and space", man probe-tools(7)). sRGB textures are
- * made linear on reading. Every surface is Lambertian, opaque but for its cut-out, and scatters and emits
- * on both sides (scene_settings.emit_front_only confines emission to the front).
+ * Light and colour: linear RGB, Rec. 709 (design: "Conventions of light and space", man probe-tools(7)). sRGB textures
+ * are made linear on reading. Every surface is Lambertian, opaque but for its cut-out, and scatters and emits on both
+ * sides (scene_settings.emit_front_only confines emission to the front).
  *
- * Modules: scene.c (this data, the settings, the light options), scene_obj.cc (tinyobjloader), scene_gltf.cc
- * (tinygltf), scene_openmesh.cc (OpenMesh: PLY, OFF, STL, closedness), image.c (stb_image, libwebp).
+ * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_import.c (which importer;
+ * textures), scene_obj.cc (tinyobjloader), scene_gltf.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
+ * scene_faces.c and polygon.c (polygons to triangles), scene_finish.c (what makes a scene legal), scene_shade.c (maps,
+ * sky, lights), scene_openmesh.cc (closed pieces), image.c (stb_image, libwebp).
  */
 #ifndef SCENE_H
 #define SCENE_H
@@ -85,7 +89,8 @@ struct scene_light {
     enum scene_light_kind kind;
     struct vec3 position;  /* POINT, SPOT */
     struct vec3 direction; /* SPOT, SUN: unit, the way the light travels */
-    double intensity[3];   /* POINT, SPOT: radiant intensity (cd), E = I / d^2; SUN: irradiance on a perpendicular surface (lux) */
+    /* POINT, SPOT: radiant intensity (cd), E = I / d^2; SUN: irradiance on a perpendicular surface (lux) */
+    double intensity[3];
     double range;          /* KHR_lights_punctual range; 0: none. Kept, not used: it is a run-time hint, not physics */
     double cos_inner, cos_outer; /* SPOT: glTF cone falloff, clamp((cos - cos_outer) / (cos_inner - cos_outer))^2 */
 };
@@ -105,7 +110,9 @@ struct scene_settings {
     struct scene_light *lights; /* from --sun, --point, --spot; owned */
     size_t light_count, light_capacity;
     bool emit_front_only; /* --emit front */
-    double albedo_scale, max_albedo, light_scale;
+    double albedo_scale;  /* multiplies every albedo factor */
+    double max_albedo;    /* limits every albedo after that, at most 1 */
+    double light_scale;   /* multiplies the file's emission and lights; not the sky, nor lights from options */
 };
 
 struct scene {
@@ -125,7 +132,8 @@ struct scene {
     float max_albedo; /* scene_albedo is at most this, channel by channel */
     struct vec3 box_min, box_max; /* of all instances in the scene's coordinates; min > max when there is no triangle */
     size_t degenerate_count;      /* triangles left out */
-    size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity; /* room in the lists */
+    /* room in the lists */
+    size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity;
 };
 
 /* -- settings --------------------------------------------------------------------------------- */
@@ -135,19 +143,32 @@ void scene_settings_clear(struct scene_settings *settings);
 
 enum { SCENE_SETTINGS_ROWS = 9 };
 
-/* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sun, --point, --spot, --emit, --albedo-scale, --max-albedo, --light-scale. */
+/* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sun, --point, --spot, --emit, --albedo-scale, --max-albedo,
+ * --light-scale. */
 const struct option_row *scene_settings_rows(struct scene_settings *settings, struct option_row *rows);
 
-/* Writes the settings as header keys (sky, sun.., point.., spot.., emit, albedo-scale, max-albedo, light-scale; man probe.5), and reads
- * them back: scene_settings_from_header(x) of scene_settings_to_header(x) is x to the bit. Keys that are missing keep their default. */
+/* Writes the settings as header keys, numbers separated by commas as in the options:
+ *
+ *     sky 0.5,0.6,0.8                     radiance; 0,0,0 beside
+ *     sky-file clouds.hdr                 (only when there is one)
+ *     sun-1 DX,DY,DZ,R,G,B                lights are numbered in one sequence; directions have length 1
+ *     point-2 X,Y,Z,R,G,B
+ *     spot-3 X,Y,Z,DX,DY,DZ,COS_INNER,COS_OUTER,R,G,B     cosines where the option has degrees
+ *     emit both                           or front
+ *     albedo-scale 1
+ *     max-albedo 1
+ *     light-scale 1
+ *
+ * and reads them back into default settings: scene_settings_from_header(x) of scene_settings_to_header(x) is x to the
+ * bit. Keys that are missing keep their default; lights that the header held before are removed. */
 struct error *scene_settings_to_header(const struct scene_settings *settings, struct stream_header *header);
 struct error *scene_settings_from_header(struct scene_settings *settings, const struct stream_header *header);
 
 /* -- scenes ----------------------------------------------------------------------------------- */
 
-/* Reads a scene by its file name's ending, or by its content where the ending is unknown, and applies the settings. Errors name the
- * file and what is wrong with it: unreadable, empty (no triangle and no light: still legal for a caller that passes
- * empty_allowed, refused otherwise), a missing buffer, a required extension that is unknown. Missing textures and whatever is not
+/* Reads a scene by its file name's ending, or by its content where the ending is unknown, and applies the settings.
+ * Errors name the file and what is wrong with it: unreadable, without any triangle (legal only for a caller that passes
+ * empty_allowed), cut off, a missing buffer, a required extension that is unknown. Missing textures and whatever is not
  * used are warnings. */
 struct error *scene_read(struct scene **scene, const char *path, const struct scene_settings *settings,
                          bool empty_allowed, struct warnings *warnings);
@@ -159,13 +180,14 @@ struct error *scene_create(struct scene **scene);
 struct error *scene_add_mesh(struct scene *scene, size_t vertex_count, const double *position, size_t triangle_count,
                              const uint32_t *index, const struct scene_material *material);
 
-/* To be called once after the parts were put together by hand or by an importer: leaves out degenerate triangles, computes
- * the box, applies settings, checks every index and that everything is finite. */
+/* To be called once after the parts were put together by hand or by an importer: leaves out degenerate triangles,
+ * computes the box, applies settings, checks every index and that everything is finite. */
 struct error *scene_finish(struct scene *scene, const struct scene_settings *settings, struct warnings *warnings);
 
 void scene_destroy(struct scene *scene);
 
-/* A key of everything that light depends on (geometry, materials, textures, lights, sky): equal scenes have equal keys on every machine. XXH3-64. */
+/* A key of everything that light depends on (geometry, materials, textures, lights, sky): equal scenes have equal keys
+ * on every machine. XXH3-64. */
 uint64_t scene_key(const struct scene *scene);
 
 size_t scene_triangle_count(const struct scene *scene); /* with instances counted as often as placed */
@@ -184,17 +206,22 @@ bool scene_emits(const struct scene_material *m);
 /* Radiance of the sky from a unit direction (pointing away from the viewer). */
 struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f direction);
 
-/* Irradiance-like strength of a punctual light at p, unoccluded: *to_light is the unit direction towards it, *distance how far (INFINITY
- * for a sun); rgb: what falls on a surface that faces it. */
-void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3], double *distance, double rgb[3]);
+/* Irradiance-like strength of a punctual light at p, unoccluded: *to_light is the unit direction towards it, *distance
+ * how far (INFINITY for a sun); rgb: what falls on a surface that faces it. At the light itself: distance 0, no
+ * direction, black. */
+void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3], double *distance,
+                    double rgb[3]);
 
 /* -- topology (OpenMesh) ---------------------------------------------------------------------- */
 
-/* Connected pieces of the scene's surface after welding equal positions, per instance: which are closed (every edge in exactly two
- * faces, consistently oriented), so that "inside" has a meaning. */
+/* Connected pieces of the scene's surface: faces that share vertices in their file, or stand at equal positions, across
+ * an edge of exactly two faces of consistent orientation. Closed: every edge has a face on each side, so that "inside"
+ * has a meaning. Meshes that are placed once are joined with each other; a mesh that is placed often is looked at by
+ * itself. */
 struct scene_solids {
     size_t count, closed_count;
-    /* for triangle t of instance i: piece_of[offset[i] + t]; closed[piece]; volume[piece] signed: negative when turned inside out */
+    /* for triangle t of instance i: piece_of[offset[i] + t]; closed[piece]; volume[piece] signed: negative when turned
+     * inside out, 0 when not closed */
     size_t *offset;
     uint32_t *piece_of;
     bool *closed;

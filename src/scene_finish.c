@@ -95,8 +95,8 @@ static void mesh_clean_uv(struct scene_mesh *mesh, struct warnings *warnings, si
     }
 }
 
-/* The volume of a transformed unit cube, after each row was brought near 1: 0 when space is squeezed flat, negative when
- * it is mirrored. */
+/* The volume of a transformed unit cube, after each row was brought near 1: 0 when space is squeezed flat, negative
+ * when it is mirrored. */
 static double openness(const double m[12])
 {
     struct vec3 row[3];
@@ -357,7 +357,8 @@ static bool light_is_legal(const struct scene_light *light)
 }
 
 /* The file's lights scaled, then the settings' as they stand. */
-static struct error *finish_lights(struct scene *scene, const struct scene_settings *settings, struct warnings *warnings)
+static struct error *finish_lights(struct scene *scene, const struct scene_settings *settings,
+                                   struct warnings *warnings)
 {
     size_t kept = 0;
     for (size_t i = 0; i < scene->light_count; i++) {

@@ -40,13 +40,14 @@ struct error *scene_file_read(const char *path, char **data, size_t *size)
     return err;
 }
 
+/* No pipe and no device, which might never end. */
 static bool is_file(const char *path)
 {
     struct stat status;
-    return stat(path, &status) == 0 && !S_ISDIR(status.st_mode);
+    return stat(path, &status) == 0 && S_ISREG(status.st_mode);
 }
 
-/* Writes to found[0..length) the entry of a directory that is `name` but for the case of its letters, if there is one. */
+/* Writes to found[0..length) the entry of a directory that is `name` but for the case of its letters, if any is. */
 static void match_entry(const char *directory, const char *name, size_t length, char *found)
 {
     DIR *entries = opendir(*directory ? directory : ".");
@@ -185,12 +186,13 @@ struct error *scene_import_texture(struct scene_import *import, const char *name
     size_t size = 0;
     struct error *err = scene_import_find(import, name, &path);
     struct error *unread = err ? NULL : path ? scene_file_read(path, &data, &size) : error_new("missing");
-    if (!err && unread == error_memory())
-        return free(path), unread;
-    if (!err && !unread) {
+    if (unread == error_memory()) {
+        err = unread;
+    } else if (!err && !unread) {
         err = scene_import_picture(import, name, data, size, use, sampler, texture);
     } else if (!err) {
-        warnings_add(import->warnings, "texture missing", "%s: texture %s: %s: the material's factor alone is used", import->path, name, error_message(unread));
+        warnings_add(import->warnings, "texture missing", "%s: texture %s: %s: the material's factor alone is used",
+                     import->path, name, error_message(unread));
         err = add_entry(import, (struct texture_entry){.use = use, .sampler = sampler, .texture = SCENE_NONE}, name);
     }
     error_destroy(unread);

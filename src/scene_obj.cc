@@ -133,7 +133,8 @@ private:
     {
         const size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
         const string_view line = rest.substr(0, end);
-        rest.remove_prefix(end < rest.size() && rest.substr(end, 2) == "\r\n" ? end + 2 : std::min(end + 1, rest.size()));
+        const size_t newline = rest.substr(end, 2) == "\r\n" ? 2 : 1;
+        rest.remove_prefix(std::min(end + newline, rest.size()));
         return line;
     }
 
@@ -187,7 +188,8 @@ void clean_colour(string &out, string_view key, string_view line, struct scene_i
 {
     const std::vector<string_view> n = take_numbers(line, 3);
     if (n.size() != 1 && n.size() != 3) {
-        warnings_add(import->warnings, "colour not understood", "%s: material '%s': %.*s is not one or three numbers: ignored",
+        warnings_add(import->warnings, "colour not understood",
+                     "%s: material '%s': %.*s is not one or three numbers: ignored",
                      import->path, material.c_str(), (int)key.size(), key.data());
         return;
     }
@@ -197,8 +199,9 @@ void clean_colour(string &out, string_view key, string_view line, struct scene_i
     out.append(n[n.size() - 1]).push_back('\n');
 }
 
-/* Keeps the statements that we use, in one spelling. Each material begins with colours that no file means, so that what is not
- * stated can be told apart: tinyobjloader gives 0, or 0.6 with a texture, or neither after a material that had Kd. */
+/* Keeps the statements that we use, in one spelling. Each material begins with colours that no file means, so that what
+ * is not stated can be told apart: tinyobjloader gives 0, or 0.6 with a texture, or neither after a material that had
+ * Kd. */
 string mtl_clean(const char *text, size_t size, struct scene_import *import)
 {
     static const char *const keys[] = {"newmtl", "Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"};
@@ -255,7 +258,8 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
     for (size_t i = known; i < all.list.size(); i++) {
         const string &material = all.list[i].name;
         if (all.by_name[material] != (int)i)
-            warnings_add(import->warnings, "material defined twice", "%s: material '%s' is defined twice: the first is used",
+            warnings_add(import->warnings, "material defined twice",
+                         "%s: material '%s' is defined twice: the first is used",
                          import->path, material.c_str());
         all.by_name.insert({string(without_comment(material)), (int)i});
     }
@@ -298,7 +302,8 @@ struct vec3f to_colour(const double c[3])
     return {(float)c[0], (float)c[1], (float)c[2]};
 }
 
-/* The name under which a texture is found: beside its MTL file, beside the OBJ file, or either without a comment behind it. */
+/* The name under which a texture is found: beside its MTL file, beside the OBJ file, or either without a comment behind
+ * it. */
 struct error *find_texture(struct scene_import *import, const string &directory, const string &name, string *found)
 {
     const string bare(without_comment(name));
@@ -420,12 +425,13 @@ void use_material(void *data, const char *name, int)
         at = g.all->by_name.find(string(without_comment(name)));
     g.current = at == g.all->by_name.end() ? -1 : at->second;
     if (g.current < 0)
-        warnings_add(g.import->warnings, "material missing", "%s: material '%s' is not defined: an albedo of 0.8 is used",
+        warnings_add(g.import->warnings, "material missing",
+                     "%s: material '%s' is not defined: an albedo of 0.8 is used",
                      g.import->path, name);
 }
 
-/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no vertex. A slash at the end of a
- * corner goes: tinyobjloader takes the next corner for what should follow it. */
+/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no vertex. A slash at the
+ * end of a corner goes: tinyobjloader takes the next corner for what should follow it. */
 void clean_face(string &out, string_view line)
 {
     out += "f ";
@@ -442,8 +448,9 @@ void clean_face(string &out, string_view line)
     out.push_back('\n');
 }
 
-/* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads the material files. A vertex
- * that is not three numbers, which it would put at 0, goes to infinity: its triangles are left out and counted. */
+/* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads the material files.
+ * A vertex that is not three numbers, which it would put at 0, goes to infinity: its triangles are left out and
+ * counted. */
 struct error *obj_clean(const char *text, size_t size, struct scene_import *import, materials &all, string &out)
 {
     struct error *err = nullptr;
@@ -470,7 +477,8 @@ struct error *obj_clean(const char *text, size_t size, struct scene_import *impo
         } else if (word == "mtllib") {
             err = mtl_read_all(import, line, all);
         } else if (word == "surf" || word == "curv" || word == "curv2") {
-            warnings_add(import->warnings, "free-form geometry", "%s: free-form curves and surfaces are left out", import->path);
+            warnings_add(import->warnings, "free-form geometry", "%s: free-form curves and surfaces are left out",
+                         import->path);
         }
     }
     return err;

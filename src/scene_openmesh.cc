@@ -1,11 +1,13 @@
 /* Which pieces of a scene's surface enclose a volume: OpenMesh's half-edges.
  *
- * OpenMesh wants manifold faces, real files give what they have. So each corner of a face first gets a vertex of its own, and
- * corners become one where faces meet: across an edge that joins exactly two faces of consistent orientation. First faces are
- * joined that share vertices in the file, then what is left by equal positions. Boxes that touch, stand on each other or share
- * an edge stay apart that way, and closed each; walls of a room that the file keeps in several meshes become one.
+ * OpenMesh wants manifold faces, real files give what they have. So each corner of a face first gets a vertex of its
+ * own, and corners become one where faces meet: across an edge that joins exactly two faces of consistent orientation.
+ * First faces are joined that share vertices in the file, then what is left by equal positions. Boxes that touch, stand
+ * on each other or share an edge stay apart that way, and closed each; walls of a room that the file keeps in several
+ * meshes become one.
  *
- * Meshes that are placed once are joined in the scene's coordinates; a mesh that is placed often is looked at once, by itself.
+ * Meshes that are placed once are joined in the scene's coordinates; a mesh that is placed often is looked at once, by
+ * itself.
  */
 #include "scene_private.h"
 
@@ -92,7 +94,8 @@ struct edge {
     bool operator<(const edge &e) const { return a != e.a ? a < e.a : b != e.b ? b < e.b : corner < e.corner; }
 };
 
-/* Joins the faces on either side of every edge that has one on each and was not joined before. vertex: a number for each corner. */
+/* Joins the faces on either side of every edge that has one on each and was not joined before. vertex: a number for
+ * each corner. */
 void join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets, std::vector<char> &joined)
 {
     std::vector<edge> edges;
@@ -290,7 +293,8 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
     for (size_t i = 0; i < scene->instance_count; i++) {
         const size_t mesh = scene->instances[i].mesh, triangles = scene->meshes[mesh].triangle_count;
         if (placed[mesh] == 1) {
-            std::copy_n(joint.of.begin() + (std::ptrdiff_t)at, triangles, g.piece_of.begin() + (std::ptrdiff_t)offset[i]);
+            std::copy_n(joint.of.begin() + (std::ptrdiff_t)at, triangles,
+                        g.piece_of.begin() + (std::ptrdiff_t)offset[i]);
             at += triangles;
             continue;
         }

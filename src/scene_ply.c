@@ -1,7 +1,7 @@
 /* PLY, text and binary. After: G. Turk, The PLY Polygon File Format (1994).
  *
- * Read here and not by OpenMesh, whose reader rounds positions to float, runs on without end where a header is cut off, and
- * does not know all types of a list's length.
+ * Read here and not by OpenMesh, whose reader rounds positions to float, runs on without end where a header is cut off,
+ * and does not know all types of a list's length.
  */
 #include "number.h"
 #include "scene_private.h"
@@ -206,8 +206,9 @@ enum role { SKIP, COORDINATE, CORNERS, STRIP };
 static enum role role_of(const struct element *element, const struct property *property, int *axis)
 {
     *axis = property->name[0] - 'x';
+    const bool coordinate = *axis >= 0 && *axis < 3 && property->name[1] == 0;
     if (!property->list)
-        return !strcmp(element->name, "vertex") && *axis >= 0 && *axis < 3 && property->name[1] == 0 ? COORDINATE : SKIP;
+        return coordinate && !strcmp(element->name, "vertex") ? COORDINATE : SKIP;
     if (strcmp(property->name, "vertex_indices") && strcmp(property->name, "vertex_index"))
         return SKIP;
     return !strcmp(element->name, "face") ? CORNERS : !strcmp(element->name, "tristrips") ? STRIP : SKIP;
@@ -236,8 +237,8 @@ static struct error *add_to_strip(struct scene_faces *faces, uint32_t vertex, ui
     return err;
 }
 
-static struct error *read_list(struct ply *ply, const struct property *property, enum role role, struct scene_faces *faces,
-                               bool *ended)
+static struct error *read_list(struct ply *ply, const struct property *property, enum role role,
+                               struct scene_faces *faces, bool *ended)
 {
     double length = 0, value = 0;
     uint32_t last[2] = {0};

@@ -69,7 +69,8 @@ struct scene_polygons {
     size_t vertex_count;
     const uint32_t *size; /* count: the corners of each face */
     size_t count;
-    const uint32_t *corner;  /* the faces' corners one after the other: vertices; one that is out of range spoils its face */
+    /* the faces' corners one after the other: vertices; one that is out of range spoils its face */
+    const uint32_t *corner;
     const float *uv;         /* two a corner, or NULL */
     const int32_t *material; /* one a face */
 };
@@ -112,8 +113,8 @@ extern const double scene_identity[12];
 struct error *scene_file_read(const char *path, char **data, size_t *size);
 
 /* The path of a file that the scene names: absolute names as they are, others from import->directory; backslashes
- * are slashes where the name as written does not exist; letters may differ in case from the file's on disk. When nothing is found
- * *path is NULL. The caller frees it. */
+ * are slashes where the name as written does not exist; letters may differ in case from the file's on disk. When
+ * nothing is found *path is NULL. The caller frees it. */
 struct error *scene_import_find(const struct scene_import *import, const char *name, char **path);
 
 /* How a texture is read between and beyond its texels. */
@@ -122,8 +123,8 @@ struct scene_sampler {
     bool nearest;
 };
 
-/* The texture in the file called `name` (found by scene_import_find), read once for each use and sampler. One that is missing or
- * damaged is a warning, and *texture SCENE_NONE; only a shortage of memory is an error. */
+/* The texture in the file called `name` (found by scene_import_find), read once for each use and sampler. One that is
+ * missing or damaged is a warning, and *texture SCENE_NONE; only a shortage of memory is an error. */
 struct error *scene_import_texture(struct scene_import *import, const char *name, enum image_use use,
                                    struct scene_sampler sampler, int32_t *texture);
 

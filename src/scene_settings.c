@@ -128,9 +128,11 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings, st
 {
     const struct option_row table[SCENE_SETTINGS_ROWS] = {
         {.name = "sky", .argument = "R,G,B|FILE.hdr", .kind = OPTION_CALL, .value = settings, .parse = parse_sky,
-         .help = "radiance where there is no surface: one colour, or an\nequirectangular Radiance picture", .shown = "0,0,0"},
+         .help = "radiance where there is no surface: one colour, or an\nequirectangular Radiance picture",
+         .shown = "0,0,0"},
         {.name = "sun", .argument = "DX,DY,DZ,R,G,B", .kind = OPTION_CALL, .value = settings, .parse = parse_sun,
-         .help = "parallel light: the direction that it travels, and its\nirradiance on a perpendicular surface; may repeat"},
+         .help = "parallel light: the direction that it travels, and its\n"
+                 "irradiance on a perpendicular surface; may repeat"},
         {.name = "point", .argument = "X,Y,Z,R,G,B", .kind = OPTION_CALL, .value = settings, .parse = parse_point,
          .help = "point light: place and radiant intensity; may repeat"},
         {.name = "spot", .argument = "X,Y,Z,DX,DY,DZ,INNER,OUTER,R,G,B", .kind = OPTION_CALL, .value = settings,
@@ -270,7 +272,8 @@ static struct error *as_data(struct error *err)
     return data;
 }
 
-static struct error *get_numbers(const char *name, const char *text, double *numbers, int count, double least, double most)
+static struct error *get_numbers(const char *name, const char *text, double *numbers, int count, double least,
+                                 double most)
 {
     double read[NUMBERS_MOST];
     struct error *err = as_data(options_reals(name, text, count, read));

@@ -89,7 +89,8 @@ void scene_map_sample(const struct scene *scene, const struct scene_map *map, fl
     sample(texture, s, t, rgba);
 }
 
-static struct vec3f colour(const struct scene *scene, struct vec3f factor, const struct scene_map *map, float u, float v)
+static struct vec3f colour(const struct scene *scene, struct vec3f factor, const struct scene_map *map, float u,
+                           float v)
 {
     if (map->texture == SCENE_NONE)
         return factor;
@@ -140,7 +141,8 @@ struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f directio
     return vec3f_mul(factor, (struct vec3f){rgba[0], rgba[1], rgba[2]});
 }
 
-/* The share of a spot's intensity at this cosine from its axis: glTF 2.0, KHR_lights_punctual, "Inner and Outer Cone Angles". */
+/* The share of a spot's intensity at this cosine from its axis: glTF 2.0, KHR_lights_punctual, "Inner and Outer Cone
+ * Angles". */
 static double spot_falloff(const struct scene_light *light, double cosine)
 {
     if (cosine >= light->cos_inner)
@@ -151,7 +153,8 @@ static double spot_falloff(const struct scene_light *light, double cosine)
     return t * t;
 }
 
-void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3], double *distance, double rgb[3])
+void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3], double *distance,
+                    double rgb[3])
 {
     struct vec3 towards;
     double strength;

@@ -1,7 +1,7 @@
 /* STL, text and binary.
  *
- * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone, and passes over facets that are
- * cut off.
+ * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone, and passes over
+ * facets that are cut off.
  */
 #include "number.h"
 #include "scene_private.h"
@@ -84,7 +84,8 @@ static struct error *read_binary(const char *data, size_t size, struct scene_fac
         return error_new("expected STL, got %zu bytes", size);
     memcpy(&count, data + HEADER - sizeof count, sizeof count);
     if ((size - HEADER) / FACET < count)
-        return error_new("the header promises %u facets, there is room for %zu", (unsigned)count, (size - HEADER) / FACET);
+        return error_new("the header promises %u facets, there is room for %zu", (unsigned)count,
+                         (size - HEADER) / FACET);
     struct error *err = NULL;
     for (size_t f = 0; f < count && !err; f++) {
         float p[12]; /* normal, then three vertices */

@@ -508,6 +508,22 @@ struct error *stream_writer_rows(struct stream_writer *writer, const struct tabl
     return err;
 }
 
+struct error *stream_copy_table(struct stream_reader *reader, struct stream_writer *writer, const struct table *schema)
+{
+    struct table rows = {0};
+    struct error *err = table_copy_schema(&rows, schema);
+    if (!err)
+        err = stream_writer_table(writer, schema);
+    for (size_t got = 1; !err && got;) {
+        rows.rows = 0;
+        err = stream_reader_rows(reader, &rows, READ_ROWS, &got);
+        if (!err)
+            err = stream_writer_rows(writer, &rows, 0, got);
+    }
+    table_clear(&rows);
+    return err;
+}
+
 struct error *stream_writer_finish(struct stream_writer *writer)
 {
     struct error *err = end_table(writer);

@@ -112,6 +112,9 @@ struct error *table_resize(struct table *table, size_t rows);
 /* Makes *to a table of the same name and columns with no rows. */
 struct error *table_copy_schema(struct table *to, const struct table *from);
 
+/* Copies `count` rows of those columns that both tables have alike (name, type and width); other columns of *to stay as they are. */
+void table_copy_rows(struct table *to, size_t to_first, const struct table *from, size_t from_first, size_t count);
+
 static inline float *column_f32(const struct column *c) { return c->data; }
 static inline double *column_f64(const struct column *c) { return c->data; }
 static inline int32_t *column_i32(const struct column *c) { return c->data; }
@@ -171,6 +174,9 @@ struct error *stream_writer_table(struct stream_writer *writer, const struct tab
 
 /* Writes rows first .. first+count-1 of `table`, which has the columns of the started table. */
 struct error *stream_writer_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
+
+/* Starts a table like `schema`, which stream_reader_next_table gave, and passes its rows through. */
+struct error *stream_copy_table(struct stream_reader *reader, struct stream_writer *writer, const struct table *schema);
 
 /* Writes the end mark and closes; the file takes its name here. Frees the writer, on error too. */
 struct error *stream_writer_finish(struct stream_writer *writer);

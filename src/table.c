@@ -275,6 +275,18 @@ struct error *table_copy_schema(struct table *to, const struct table *from)
     return err;
 }
 
+void table_copy_rows(struct table *to, size_t to_first, const struct table *from, size_t from_first, size_t count)
+{
+    for (size_t i = 0; i < from->column_count; i++) {
+        const struct column *source = &from->columns[i];
+        struct column *target = table_column(to, source->name);
+        if (!target || target->type != source->type || target->width != source->width)
+            continue;
+        const size_t bytes = source->width * column_type_size(source->type);
+        memcpy((char *)target->data + to_first * bytes, (const char *)source->data + from_first * bytes, count * bytes);
+    }
+}
+
 /* -- streams --------------------------------------------------------------------------------- */
 
 struct error *stream_create(struct stream **stream)

@@ -1,0 +1,412 @@
+#include "trace.h"
+#include "array.h"
+#include "error.h"
+#include "trace_local.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -- making ----------------------------------------------------------------------------------- */
+
+static double determinant(const double m[12])
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+/* The map from the mesh's coordinates to local ones, in double. */
+static void local_transform(const struct tracer *t, const struct scene_instance *instance, double m[12])
+{
+    const double centre[3] = {t->centre.x, t->centre.y, t->centre.z};
+    for (int row = 0; row < 3; row++) {
+        for (int k = 0; k < 3; k++)
+            m[4 * row + k] = instance->transform[4 * row + k] * t->scale;
+        m[4 * row + 3] = (instance->transform[4 * row + 3] - centre[row]) * t->scale;
+    }
+}
+
+static void transform_point(const double m[12], const double p[3], float to[3])
+{
+    for (int row = 0; row < 3; row++)
+        to[row] = (float)(m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] + m[4 * row + 3]);
+}
+
+/* Vertices of a mesh under a transform; Embree reads 16 bytes at a time, so one more float is there. */
+static struct error *make_vertices(const struct scene_mesh *mesh, const double m[12], float **vertex)
+{
+    struct error *err = array_create(vertex, 3 * mesh->vertex_count + 1, sizeof **vertex);
+    for (size_t i = 0; i < mesh->vertex_count && !err; i++)
+        transform_point(m, mesh->position + 3 * i, *vertex + 3 * i);
+    return err;
+}
+
+static bool mesh_has_alpha(const struct scene *scene, const struct scene_mesh *mesh)
+{
+    for (size_t i = 0; i < mesh->triangle_count; i++)
+        if (scene->materials[mesh->material[i]].alpha != SCENE_OPAQUE)
+            return true;
+    return false;
+}
+
+/* What an Embree query carries for the filters below. */
+struct query {
+    struct RTCIntersectContext context; /* first: Embree hands its address on */
+    const struct tracer *tracer;
+    uint32_t salt;
+    float opaque; /* blended surfaces count where their transparency is below this; NaN: by chance, with the salt */
+};
+
+/* A number in [0, 1) for a ray and a triangle: the same however often and in whatever order Embree asks. */
+static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
+{
+    uint32_t h = salt ^ (instance * 0x9e3779b9u) ^ (triangle * 0x85ebca6bu); /* mixed as in MurmurHash3 */
+    h = (h ^ h >> 16) * 0x85ebca6bu;
+    h = (h ^ h >> 13) * 0xc2b2ae35u;
+    h ^= h >> 16;
+    return (float)(h >> 8) * 0x1p-24f;
+}
+
+/* Rejects a hit where the surface lets the ray through. */
+static void filter(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct query *query = (const struct query *)args->context;
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit; /* N is 1: single rays alone are traced */
+    const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0] : hit->geomID;
+    struct trace_point point;
+    trace_point_at(query->tracer, instance, hit->primID, hit->u, hit->v, &point);
+    const float through = scene_transparency(query->tracer->scene, point.material, point.u, point.v);
+    const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID) : query->opaque;
+    if (through >= limit)
+        args->valid[0] = 0;
+}
+
+static RTCGeometry triangle_geometry(const struct tracer *t, const struct scene_mesh *mesh, const float *vertex)
+{
+    RTCGeometry geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertex, 0, 3 * sizeof(float),
+                               mesh->vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->index, 0, 3 * sizeof(uint32_t),
+                               mesh->triangle_count);
+    if (mesh_has_alpha(t->scene, mesh)) {
+        rtcSetGeometryIntersectFilterFunction(geometry, filter);
+        rtcSetGeometryOccludedFilterFunction(geometry, filter);
+    }
+    rtcCommitGeometry(geometry);
+    return geometry;
+}
+
+static RTCScene new_scene(const struct tracer *t)
+{
+    RTCScene scene = rtcNewScene(t->device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    return scene;
+}
+
+/* A mesh that is placed many times: a scene of its own, made once, about the mesh's own centre. */
+static struct error *add_placed(struct tracer *t, size_t i)
+{
+    const size_t mesh_index = t->scene->instances[i].mesh;
+    const struct scene_mesh *mesh = &t->scene->meshes[mesh_index];
+    struct trace_geometry *g = &t->geometry[i];
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, centre[3], m[12];
+    for (size_t v = 0; v < mesh->vertex_count; v++) {
+        for (size_t k = 0; k < 3; k++) {
+            low[k] = fmin(low[k], mesh->position[3 * v + k]);
+            high[k] = fmax(high[k], mesh->position[3 * v + k]);
+        }
+    }
+    for (int k = 0; k < 3; k++)
+        centre[k] = mesh->vertex_count ? low[k] / 2 + high[k] / 2 : 0;
+    float **vertex = &t->vertices[t->scene->instance_count + mesh_index];
+    if (!t->parts[mesh_index]) {
+        const double shift[12] = {1, 0, 0, -centre[0], 0, 1, 0, -centre[1], 0, 0, 1, -centre[2]};
+        struct error *err = make_vertices(mesh, shift, vertex);
+        if (err)
+            return err;
+        t->parts[mesh_index] = new_scene(t);
+        RTCGeometry geometry = triangle_geometry(t, mesh, *vertex);
+        rtcAttachGeometryByID(t->parts[mesh_index], geometry, 0);
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(t->parts[mesh_index]);
+    }
+    local_transform(t, &t->scene->instances[i], m);
+    g->vertex = *vertex;
+    g->placed = true;
+    for (int row = 0; row < 3; row++) {
+        double moved = m[4 * row + 3];
+        for (int k = 0; k < 3; k++) {
+            g->transform[4 * row + k] = (float)m[4 * row + k];
+            moved += m[4 * row + k] * centre[k];
+        }
+        g->transform[4 * row + 3] = (float)moved;
+    }
+    RTCGeometry geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, t->parts[mesh_index]);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, g->transform);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(t->embree, geometry, (unsigned)i);
+    rtcReleaseGeometry(geometry);
+    return NULL;
+}
+
+/* A mesh that is placed once: flat, in local coordinates. */
+static struct error *add_flat(struct tracer *t, size_t i)
+{
+    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[i].mesh];
+    double m[12];
+    local_transform(t, &t->scene->instances[i], m);
+    struct error *err = make_vertices(mesh, m, &t->vertices[i]);
+    if (err)
+        return err;
+    t->geometry[i].vertex = t->vertices[i];
+    RTCGeometry geometry = triangle_geometry(t, mesh, t->vertices[i]);
+    rtcAttachGeometryByID(t->embree, geometry, (unsigned)i);
+    rtcReleaseGeometry(geometry);
+    return NULL;
+}
+
+/* The local origin and scale: the box's centre, and the power of two that brings its largest side to 1 .. 2. */
+static void set_frame(struct tracer *t)
+{
+    const struct scene *s = t->scene;
+    t->scale = 1;
+    if (!(s->box_min.x <= s->box_max.x))
+        return;
+    t->centre = (struct vec3){s->box_min.x / 2 + s->box_max.x / 2, s->box_min.y / 2 + s->box_max.y / 2,
+                              s->box_min.z / 2 + s->box_max.z / 2};
+    const double half = fmax(s->box_max.x / 2 - s->box_min.x / 2,
+                             fmax(s->box_max.y / 2 - s->box_min.y / 2, s->box_max.z / 2 - s->box_min.z / 2));
+    int exponent = 0;
+    if (half > 0)
+        frexp(half, &exponent);
+    t->scale = ldexp(1, -exponent);
+}
+
+static struct error *build(struct tracer *t)
+{
+    const struct scene *scene = t->scene;
+    size_t *uses = NULL;
+    struct error *err = array_create(&uses, scene->mesh_count, sizeof *uses);
+    if (!err)
+        err = array_create(&t->geometry, scene->instance_count, sizeof *t->geometry);
+    if (!err)
+        err = array_create(&t->vertices, scene->instance_count + scene->mesh_count, sizeof *t->vertices);
+    if (!err)
+        err = array_create(&t->parts, scene->mesh_count, sizeof *t->parts);
+    for (size_t i = 0; i < scene->instance_count && !err; i++)
+        uses[scene->instances[i].mesh]++;
+    for (size_t i = 0; i < scene->instance_count && !err; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        t->geometry[i].index = mesh->index;
+        t->geometry[i].mirrored = determinant(scene->instances[i].transform) < 0;
+        t->has_alpha = t->has_alpha || mesh_has_alpha(scene, mesh);
+        if (mesh->triangle_count)
+            err = uses[scene->instances[i].mesh] > 1 ? add_placed(t, i) : add_flat(t, i);
+    }
+    free(uses);
+    if (!err)
+        rtcCommitScene(t->embree);
+    if (!err && rtcGetDeviceError(t->device) != RTC_ERROR_NONE)
+        err = error_new("Embree could not build the scene (out of memory?)");
+    return err;
+}
+
+struct error *trace_create(struct tracer **tracer, const struct scene *scene)
+{
+    struct tracer *t = NULL;
+    *tracer = NULL;
+    struct error *err = array_create(&t, 1, sizeof *t);
+    if (err)
+        return err;
+    t->scene = scene;
+    set_frame(t);
+    t->device = rtcNewDevice("isa=avx");
+    if (!t->device)
+        err = error_new("Embree does not run on this processor: it needs AVX");
+    if (!err) {
+        t->embree = new_scene(t);
+        err = build(t);
+    }
+    if (err)
+        trace_destroy(t);
+    else
+        *tracer = t;
+    return err;
+}
+
+void trace_destroy(struct tracer *t)
+{
+    if (!t)
+        return;
+    if (t->embree)
+        rtcReleaseScene(t->embree);
+    for (size_t i = 0; t->parts && i < t->scene->mesh_count; i++)
+        if (t->parts[i])
+            rtcReleaseScene(t->parts[i]);
+    if (t->device)
+        rtcReleaseDevice(t->device);
+    for (size_t i = 0; t->vertices && i < t->scene->instance_count + t->scene->mesh_count; i++)
+        free(t->vertices[i]);
+    free(t->geometry);
+    free(t->vertices);
+    free(t->parts);
+    free(t);
+}
+
+const struct scene *trace_scene(const struct tracer *tracer)
+{
+    return tracer->scene;
+}
+
+/* -- points ----------------------------------------------------------------------------------- */
+
+struct vec3f trace_to_local(const struct tracer *t, const double world[3])
+{
+    return (struct vec3f){(float)((world[0] - t->centre.x) * t->scale), (float)((world[1] - t->centre.y) * t->scale),
+                          (float)((world[2] - t->centre.z) * t->scale)};
+}
+
+struct vec3 trace_to_world(const struct tracer *t, struct vec3f local)
+{
+    return (struct vec3){t->centre.x + (double)local.x / t->scale, t->centre.y + (double)local.y / t->scale,
+                         t->centre.z + (double)local.z / t->scale};
+}
+
+void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle, struct vec3f corner[3])
+{
+    const struct trace_geometry *g = &t->geometry[instance];
+    const uint32_t *index = g->index + 3 * (size_t)triangle;
+    for (int k = 0; k < 3; k++) {
+        const float *p = g->vertex + 3 * (size_t)index[g->mirrored && k ? 3 - k : k];
+        const float *m = g->transform;
+        corner[k] = g->placed ? (struct vec3f){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
+                                               m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
+                                               m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]}
+                              : (struct vec3f){p[0], p[1], p[2]};
+    }
+}
+
+void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point)
+{
+    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
+    const float a = 1 - b - c;
+    struct vec3f p[3];
+    trace_corners(t, instance, triangle, p);
+    const bool mirrored = t->geometry[instance].mirrored; /* b and c belong to the mesh's corners 1 and 2 */
+    const struct vec3f p1 = p[mirrored ? 2 : 1], p2 = p[mirrored ? 1 : 2];
+    point->position = vec3f_add(vec3f_scale(a, p[0]), vec3f_add(vec3f_scale(b, p1), vec3f_scale(c, p2)));
+    point->normal = vec3f_normalize(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
+    point->instance = instance;
+    point->triangle = triangle;
+    point->material = &t->scene->materials[mesh->material[triangle]];
+    point->u = point->v = 0;
+    if (mesh->uv) {
+        const float *uv = mesh->uv + 6 * (size_t)triangle;
+        point->u = a * uv[0] + b * uv[2] + c * uv[4];
+        point->v = a * uv[1] + b * uv[3] + c * uv[5];
+    }
+}
+
+struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal)
+{
+    const struct vec3f p = point->position;
+    const float size = fmaxf(fmaxf(fabsf(p.x), fabsf(p.y)), fmaxf(fabsf(p.z), point->distance));
+    return vec3f_fma(p, 4 * FLT_EPSILON * size, normal);
+}
+
+/* -- rays ------------------------------------------------------------------------------------- */
+
+static struct query start_query(const struct tracer *t, uint32_t salt, float opaque)
+{
+    struct query query = {.tracer = t, .salt = salt, .opaque = opaque};
+    rtcInitIntersectContext(&query.context);
+    return query;
+}
+
+static struct RTCRay embree_ray(const struct trace_ray *ray)
+{
+    return (struct RTCRay){.org_x = ray->origin.x, .org_y = ray->origin.y, .org_z = ray->origin.z,
+                           .dir_x = ray->direction.x, .dir_y = ray->direction.y, .dir_z = ray->direction.z,
+                           .tfar = ray->most, .mask = UINT32_MAX};
+}
+
+static bool nearest(struct query *query, const struct trace_ray *ray, struct trace_point *point)
+{
+    struct RTCRayHit rh = {.ray = embree_ray(ray)};
+    rh.hit.geomID = rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(query->tracer->embree, &query->context, &rh);
+    if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return false;
+    const uint32_t instance = rh.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? rh.hit.instID[0] : rh.hit.geomID;
+    trace_point_at(query->tracer, instance, rh.hit.primID, rh.hit.u, rh.hit.v, point);
+    point->distance = rh.ray.tfar;
+    point->front = vec3f_dot(point->normal, ray->direction) < 0;
+    return true;
+}
+
+bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point)
+{
+    struct query query = start_query(tracer, ray->salt, NAN);
+    return nearest(&query, ray, point);
+}
+
+bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray)
+{
+    struct query query = start_query(tracer, ray->salt, NAN);
+    struct RTCRay r = embree_ray(ray);
+    rtcOccluded1(tracer->embree, &query.context, &r);
+    return r.tfar < 0; /* Embree's mark of an occluded ray */
+}
+
+struct trace_hit trace_nearest(const struct tracer *t, const double origin[3], const double direction[3], double most)
+{
+    struct trace_hit hit = {0};
+    const double reach = most * t->scale;
+    const struct trace_ray ray = {.origin = trace_to_local(t, origin),
+                                  .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
+                                  .most = reach < (double)FLT_MAX ? (float)reach : INFINITY};
+    struct query query = start_query(t, 0, 0.5f);
+    struct trace_point point;
+    if (!nearest(&query, &ray, &point))
+        return hit;
+    hit = (struct trace_hit){.hit = true, .distance = (double)point.distance / t->scale,
+                             .position = trace_to_world(t, point.position),
+                             .normal = {(double)point.normal.x, (double)point.normal.y, (double)point.normal.z},
+                             .front = point.front, .instance = point.instance, .triangle = point.triangle};
+    return hit;
+}
+
+/* Multiplies what blended surfaces let through, nearest first, up to an opaque one. */
+static float transmission(const struct tracer *t, struct trace_ray ray)
+{
+    if (!t->has_alpha)
+        return trace_local_occluded(t, &ray) ? 0 : 1;
+    float through = 1;
+    struct trace_point point;
+    for (struct query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
+        through *= scene_transparency(t->scene, point.material, point.u, point.v);
+        const struct vec3f behind = point.front ? vec3f_scale(-1, point.normal) : point.normal;
+        ray.origin = trace_leave(&point, behind);
+        ray.most -= point.distance;
+        if (!(ray.most > 0))
+            break;
+    }
+    return through;
+}
+
+float trace_visibility(const struct tracer *t, const double a[3], const double b[3])
+{
+    const struct vec3f from = trace_to_local(t, a), to = trace_to_local(t, b), way = vec3f_sub(to, from);
+    const float length = vec3f_length(way);
+    if (!(length > 0))
+        return 1;
+    return transmission(t, (struct trace_ray){.origin = from, .direction = vec3f_scale(1 / length, way), .most = length});
+}
+
+float trace_visibility_sky(const struct tracer *t, const double a[3], const double direction[3])
+{
+    return transmission(t, (struct trace_ray){.origin = trace_to_local(t, a),
+                                              .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
+                                              .most = INFINITY});
+}

@@ -31,7 +31,8 @@ static struct bytes png(int width, int height, int channels, const uint8_t *texe
 }
 
 /* Decodes and expects these channels and codes. */
-static void expect(const char *name, struct bytes file, enum image_use use, uint32_t width, uint32_t height, unsigned channels,
+static void expect(const char *name, struct bytes file, enum image_use use, uint32_t width, uint32_t height,
+                   unsigned channels,
                    const uint8_t *codes)
 {
     struct scene_texture t = {0};
@@ -49,7 +50,8 @@ static void test_codes(void)
     static const uint8_t grey_rgb[18] = {0, 0, 0, 1, 1, 1, 127, 127, 127, 128, 128, 128, 254, 254, 254, 255, 255, 255};
     static const uint8_t rgb[18] = {255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 8, 7, 6, 5, 4, 3, 2, 1};
     static const uint8_t rgb_grey[6] = {54, 182, 18, 8, 5, 2}; /* 0.2126 R + 0.7152 G + 0.0722 B */
-    static const uint8_t rgba[24] = {255, 0, 0, 255, 0, 255, 0, 254, 0, 0, 255, 3, 9, 8, 7, 0, 6, 5, 4, 128, 3, 2, 1, 1};
+    static const uint8_t rgba[24] = {255, 0, 0, 255, 0, 255, 0, 254, 0, 0, 255, 3, 9, 8, 7, 0, 6, 5, 4, 128, 3, 2, 1,
+                                     1};
     static const uint8_t alpha[6] = {255, 254, 3, 0, 128, 1};
     uint8_t opaque[24], noise[3000];
     memcpy(opaque, rgba, sizeof opaque);
@@ -68,7 +70,8 @@ static void test_codes(void)
     expect("RGBA PNG as mask: its alpha", f, IMAGE_MASK, 3, 2, 1, alpha);
     free(f.data);
     f = png(3, 2, 4, opaque);
-    expect("RGBA PNG that is opaque: no alpha kept", f, IMAGE_COLOUR, 3, 2, 3, (const uint8_t[]){255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 8, 7, 6, 5, 4, 3, 2, 1});
+    expect("RGBA PNG that is opaque: no alpha kept", f, IMAGE_COLOUR, 3, 2, 3,
+           (const uint8_t[]){255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 8, 7, 6, 5, 4, 3, 2, 1});
     free(f.data);
     f = (struct bytes){0};
     f.size = WebPEncodeLosslessRGB(rgb, 3, 2, 9, &f.data);
@@ -102,7 +105,8 @@ static void test_lossy(void)
         double sum = 0;
         for (int i = 0; !err && i < 64 * 64 * 3; i++)
             sum += fabs((double)((const uint8_t *)t.texels)[i] - smooth[i]);
-        ok(!err && t.width == 64 && t.channels == 3 && sum / (64 * 64 * 3) < 3, "%s: mean error of a code %.2f", f ? "lossy WebP" : "JPEG",
+        ok(!err && t.width == 64 && t.channels == 3 && sum / (64 * 64 * 3) < 3, "%s: mean error of a code %.2f",
+           f ? "lossy WebP" : "JPEG",
            sum / (64 * 64 * 3));
         error_destroy(err);
         free(t.texels);
@@ -122,11 +126,13 @@ static void test_radiance(void)
     for (int i = 0; !err && i < 12; i++)
         worst = fmax(worst, fabs((double)((const float *)t.texels)[i] - (double)rgb[i]) /
                                 fmax(fmax((double)rgb[i / 3 * 3], (double)rgb[i / 3 * 3 + 1]), 1e-9));
-    ok(!err && !t.bytes && t.channels == 3 && worst < 0.01, "Radiance .hdr keeps its range: error %.4f of the largest channel", worst);
+    ok(!err && !t.bytes && t.channels == 3 && worst < 0.01,
+       "Radiance .hdr keeps its range: error %.4f of the largest channel", worst);
     error_destroy(err);
     free(t.texels);
     err = image_decode(&t, f.data, f.size, IMAGE_MASK);
-    ok(!err && t.channels == 1 && fabs((double)((const float *)t.texels)[1] - 1.8596) < 0.02, "as a mask it gives its luminance");
+    ok(!err && t.channels == 1 && fabs((double)((const float *)t.texels)[1] - 1.8596) < 0.02,
+       "as a mask it gives its luminance");
     error_destroy(err);
     free(t.texels);
     free(f.data);

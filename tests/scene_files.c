@@ -1,5 +1,5 @@
-/* PLY, OFF and STL: what they hold is what the scene holds, in double where they say double; counts that lie, and ends that come
- * too soon, are errors that say where. */
+/* PLY, OFF and STL: what they hold is what the scene holds, in double where they say double; counts that lie, and ends
+ * that come too soon, are errors that say where. */
 #include "error.h"
 #include "files.h"
 #include "scene.h"
@@ -84,6 +84,14 @@ static void refuse_text(const char *what, const char *name, const char *text, co
 
 static const double far_away = 4000000.123456789; /* a float would round it to 4000000 */
 
+/* Bytes of a whole number's type. */
+static size_t bytes_of(const char *type)
+{
+    if (strstr(type, "char") || strstr(type, "int8"))
+        return 1;
+    return strstr(type, "short") || strstr(type, "16") ? 2 : 4;
+}
+
 /* A square in any of the kinds that PLY knows: one quadrilateral, with properties that nobody uses on either side. */
 static struct bytes make_ply(const char *format, const char *real, const char *length, const char *index)
 {
@@ -92,8 +100,10 @@ static struct bytes make_ply(const char *format, const char *real, const char *l
     const bool turned = !strcmp(format, "binary_big_endian"), text = !strcmp(format, "ascii");
     const bool wide = !strcmp(real, "double") || !strcmp(real, "float64");
     snprintf(header, sizeof header,
-             "ply\nformat %s 1.0\ncomment end_header is not here\nobj_info x\nelement vertex 4\nproperty uchar red\nproperty %s x\nproperty %s y\n"
-             "property %s z\nproperty list uchar float more\nelement face 1\nproperty int flags\nproperty list %s %s vertex_indices\n"
+             "ply\nformat %s 1.0\ncomment end_header is not here\nobj_info x\nelement vertex 4\nproperty uchar red\n"
+             "property %s x\nproperty %s y\n"
+             "property %s z\nproperty list uchar float more\nelement face 1\nproperty int flags\n"
+             "property list %s %s vertex_indices\n"
              "property float quality\nelement edge 1\nproperty int vertex1\nend_header\n",
              format, real, real, real, length, index);
     put_text(&out, header);
@@ -122,8 +132,7 @@ static struct bytes make_ply(const char *format, const char *real, const char *l
     }
     const int32_t flags = -7, nine = 9;
     const float quality = 0.5f;
-    const size_t length_size = strstr(length, "char") || strstr(length, "int8") ? 1 : strstr(length, "short") || strstr(length, "16") ? 2 : 4;
-    const size_t index_size = strstr(index, "char") || strstr(index, "int8") ? 1 : strstr(index, "short") || strstr(index, "16") ? 2 : 4;
+    const size_t length_size = bytes_of(length), index_size = bytes_of(index);
     put_number(&out, &flags, 4, turned);
     for (uint32_t k = 0; k < 5; k++) {
         const uint32_t value = k == 0 ? 4 : k - 1;
@@ -137,7 +146,8 @@ static struct bytes make_ply(const char *format, const char *real, const char *l
 /* Triangles of a strip all turn one way, and -1 begins another. */
 static void test_strip(void)
 {
-    files_write("strip.ply", "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    files_write("strip.ply", "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                             "property float z\n"
                              "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
                              "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n9 0 1 2 3 4 -1 2 3 4\n");
     struct scene *s = NULL;
@@ -157,8 +167,9 @@ static void test_strip(void)
 static void test_ply(void)
 {
     static const char *const formats[] = {"ascii", "binary_little_endian", "binary_big_endian"};
-    static const char *const kinds[][3] = {{"float", "uchar", "int"},    {"double", "uchar", "uint"},  {"float64", "uint8", "int32"},
-                                           {"float32", "int", "ushort"}, {"float", "uint32", "int16"}, {"double", "ushort", "uint8"}};
+    static const char *const kinds[][3] = {{"float", "uchar", "int"},     {"double", "uchar", "uint"},
+                                           {"float64", "uint8", "int32"}, {"float32", "int", "ushort"},
+                                           {"float", "uint32", "int16"},  {"double", "ushort", "uint8"}};
     for (size_t f = 0; f < 3; f++)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
             const struct bytes file = make_ply(formats[f], kinds[k][0], kinds[k][1], kinds[k][2]);
@@ -182,35 +193,50 @@ static void test_ply(void)
     }
 #define PLY_VERTICES "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
     expect_text("PLY of Windows", "x.ply",
-                "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\nproperty float x\r\nproperty float y\r\nproperty float z\r\n"
-                "element face 1\r\nproperty list uchar int vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n3 0 1 2\r\n", 1, 2);
+                "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\nproperty float x\r\nproperty float y\r\n"
+                "property float z\r\n"
+                "element face 1\r\nproperty list uchar int vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n"
+                "3 0 1 2\r\n", 1, 2);
     expect_text("faces before vertices", "x.ply",
-                "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 3\nproperty float z\n"
+                "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 3\n"
+                "property float z\n"
                 "property float y\nproperty float x\nend_header\n3 0 1 2\n0 0 0\n0 0 1\n0 1 1\n", 1, 2);
     test_strip();
     expect_text("no faces", "x.ply", PLY_VERTICES "end_header\n0 0 0\n1 0 0\n1 1 0\n", 0, 0);
     expect_text("indices out of range", "x.ply",
-                PLY_VERTICES "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 -1 1 2\n3 0 1 9999999999\n3 0 1 2\n", 1, 2);
+                PLY_VERTICES "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+                             "3 0 1 3\n3 -1 1 2\n3 0 1 9999999999\n3 0 1 2\n", 1, 2);
     ok(warnings_of_kind(&warnings, "index out of range") == 3, "with a warning");
     expect_text("doubled and non-manifold faces", "x.ply",
-                PLY_VERTICES "element face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n3 0 1 2\n3 2 1 0\n", 3, 6);
+                PLY_VERTICES "element face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+                             "3 0 1 2\n3 0 1 2\n3 2 1 0\n", 3, 6);
     expect_text("coordinates that are no numbers", "x.ply",
-                PLY_VERTICES "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\nnan 0 0\n1 inf 0\n3 0 1 2\n", 0, 0);
+                PLY_VERTICES "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\nnan 0 0\n"
+                             "1 inf 0\n3 0 1 2\n", 0, 0);
     refuse_text("a lying count of vertices", "x.ply",
-                "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n",
+                "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
+                "property float z\nend_header\n0 0 0\n1 0 0\n",
                 "vertex 3 of 4000000000: the file ends here");
     refuse_text("of faces", "x.ply",
-                PLY_VERTICES "element face 18446744073709551615\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",
+                PLY_VERTICES "element face 18446744073709551615\nproperty list uchar int vertex_indices\nend_header\n"
+                             "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",
                 "face 2 of 18446744073709551615: the file ends here");
     refuse_text("of corners", "x.ply",
-                PLY_VERTICES "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n4000000000 0 1 2\n",
+                PLY_VERTICES "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+                             "4000000000 0 1 2\n",
                 "face 1 of 1: the file ends here");
-    refuse_text("a word for a number", "x.ply", PLY_VERTICES "end_header\n0 0 0\n1 zero 0\n1 1 0\n", "vertex 2 of 3: expected a number");
+    refuse_text("a word for a number", "x.ply", PLY_VERTICES "end_header\n0 0 0\n1 zero 0\n1 1 0\n",
+                "vertex 2 of 3: expected a number");
     refuse_text("no end_header", "x.ply", PLY_VERTICES, "no end_header");
-    refuse_text("a property before any element", "x.ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n", "before any element");
-    refuse_text("an unknown type", "x.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n", "unknown type");
-    refuse_text("an unknown format", "x.ply", "ply\nformat binary_middle_endian 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n", "unknown format");
-    refuse_text("no coordinates", "x.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n", "no x, y and z");
+    refuse_text("a property before any element", "x.ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n",
+                "before any element");
+    refuse_text("an unknown type", "x.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n",
+                "unknown type");
+    refuse_text("an unknown format", "x.ply", "ply\nformat binary_middle_endian 1.0\nelement vertex 0\n"
+                                              "property float x\nproperty float y\nproperty float z\nend_header\n",
+                "unknown format");
+    refuse_text("no coordinates", "x.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n",
+                "no x, y and z");
     refuse_text("no vertices", "x.ply", "ply\nformat ascii 1.0\nend_header\n", "no element vertex");
     refuse_text("something else", "x.ply", "PLY is not what this is\n", "expected 'ply'");
 }
@@ -219,17 +245,24 @@ static void test_ply(void)
 
 static void test_off(void)
 {
-    expect_text("OFF", "x.off", "OFF\n4 1 0\n0 0 0\n4000000.123456789 0 0\n4000000.123456789 1 0\n0 1 0\n4 0 1 2 3\n", 2, 3 * far_away);
+    expect_text("OFF", "x.off", "OFF\n4 1 0\n0 0 0\n4000000.123456789 0 0\n4000000.123456789 1 0\n0 1 0\n4 0 1 2 3\n",
+                2, 3 * far_away);
     expect_text("comments, empty lines and counts in the first line", "x.off",
-                "# made by hand\nOFF 3 1 0 # counts\n\n0 0 0 # a vertex\n1 0 0\n\n# more\n1 1 0\n3 0 1 2 # a face", 1, 2);
-    expect_text("colours of vertices and faces", "x.off", "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n3 0 1 2 0.5 0.5 0.5\n", 1, 2);
+                "# made by hand\nOFF 3 1 0 # counts\n\n0 0 0 # a vertex\n1 0 0\n\n# more\n1 1 0\n3 0 1 2 # a face",
+                1, 2);
+    expect_text("colours of vertices and faces", "x.off", "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n"
+                                                          "3 0 1 2 0.5 0.5 0.5\n", 1, 2);
     expect_text("normals and texture coordinates", "x.off",
-                "STCNOFF\n3 2 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0 0 0 1 1 1 1 1 0 0\n1 1 0 0 0 1 1 1 1 1 0 0\n3 0 1 2 9 9 9\n3 0 1 2\n", 2, 4);
+                "STCNOFF\n3 2 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0 0 0 1 1 1 1 1 0 0\n1 1 0 0 0 1 1 1 1 1 0 0\n"
+                "3 0 1 2 9 9 9\n3 0 1 2\n", 2, 4);
     expect_text("Windows", "x.off", "OFF\r\n3 1 0\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n3 0 1 2\r\n", 1, 2);
     expect_text("an index out of range", "x.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 0 1 2\n", 1, 2);
-    refuse_text("a lying count of vertices", "x.off", "OFF\n4000000000 1 0\n0 0 0\n1 0 0\n", "vertex 3 of 4000000000: the file ends here");
-    refuse_text("of faces", "x.off", "OFF\n3 4000000000 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", "face 2 of 4000000000: the file ends here");
-    refuse_text("of corners", "x.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n4000000000 0 1 2\n", "face 1 of 1: the file ends here");
+    refuse_text("a lying count of vertices", "x.off", "OFF\n4000000000 1 0\n0 0 0\n1 0 0\n",
+                "vertex 3 of 4000000000: the file ends here");
+    refuse_text("of faces", "x.off", "OFF\n3 4000000000 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",
+                "face 2 of 4000000000: the file ends here");
+    refuse_text("of corners", "x.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n4000000000 0 1 2\n",
+                "face 1 of 1: the file ends here");
     refuse_text("a word for a number", "x.off", "OFF\n3 1 0\n0 0 zero\n", "vertex 1 of 3: expected a number");
     refuse_text("four dimensions", "x.off", "4OFF\n3 1 0\n", "only three dimensions");
     refuse_text("binary", "x.off", "OFF BINARY\n", "binary OFF");
@@ -255,12 +288,17 @@ static struct bytes make_stl(const char *header, uint32_t promised, int facets)
 
 static void test_stl(void)
 {
-#define FACET "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 4000000.123456789 0 0\n  vertex 4000000.123456789 1 0\n endloop\nendfacet\n"
-    expect_text("STL", "x.stl", "solid a vertex of names\n" FACET FACET "endsolid a vertex of names\n", 2, 4 * far_away);
+#define FACET                                                                                     \
+    "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 4000000.123456789 0 0\n"            \
+    "  vertex 4000000.123456789 1 0\n endloop\nendfacet\n"
+    expect_text("STL", "x.stl", "solid a vertex of names\n" FACET FACET "endsolid a vertex of names\n", 2,
+                4 * far_away);
     expect_text("several solids, in capitals", "x.stl",
-                "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 1 1 0\nENDLOOP\nENDFACET\nENDSOLID\nsolid b\n" FACET "endsolid", 2, 2 + 2 * far_away);
+                "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 1 1 0\nENDLOOP\nENDFACET\n"
+                "ENDSOLID\nsolid b\n" FACET "endsolid", 2, 2 + 2 * far_away);
     expect_text("a loop of four", "x.stl",
-                "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n", 2, 3);
+                "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\n"
+                "endsolid\n", 2, 3);
     struct bytes file = make_stl("made by hand", 3, 3);
     expect("binary STL", "x.stl", file.data, file.size, 3, 6);
     file = make_stl("solid made by a liar", 3, 3);
@@ -270,7 +308,8 @@ static void test_stl(void)
     file = make_stl("made by hand", 4000000000u, 3);
     refuse("a lying count", "x.stl", file.data, file.size, "promises 4000000000 facets, there is room for 3");
     refuse("a header cut off", "x.stl", file.data, 83, "expected STL");
-    refuse_text("cut off in a facet", "x.stl", "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "without endsolid");
+    refuse_text("cut off in a facet", "x.stl", "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
+                "without endsolid");
     refuse_text("cut off between facets", "x.stl", "solid\n" FACET, "without endsolid");
     refuse_text("a word for a number", "x.stl", "solid\nouter loop\nvertex 0 zero 0\n", "expected 3 coordinates");
 }
@@ -278,7 +317,8 @@ static void test_stl(void)
 /* The content tells the format where the name does not. */
 static void test_guess(void)
 {
-    const struct bytes ply = make_ply("binary_little_endian", "float", "uchar", "int"), stl = make_stl("made by hand", 3, 3);
+    const struct bytes ply = make_ply("binary_little_endian", "float", "uchar", "int"),
+        stl = make_stl("made by hand", 3, 3);
     expect("PLY by content", "ply.dat", ply.data, ply.size, 2, 3);
     expect("binary STL by content", "stl.dat", stl.data, stl.size, 3, 6);
     expect_text("STL by content", "stl.txt", "solid\n" FACET "endsolid\n", 1, 2 * far_away);

@@ -1,0 +1,67 @@
+/* trace_local: rays in local float coordinates, for trace.c and path.c. */
+#ifndef TRACE_LOCAL_H
+#define TRACE_LOCAL_H
+
+#include "scene.h"
+#include "trace.h"
+
+#include <embree3/rtcore.h>
+
+/* An instance of the scene as Embree has it. */
+struct trace_geometry {
+    const float *vertex; /* 3 a vertex: local coordinates, or the mesh's own where `placed` */
+    const uint32_t *index;
+    bool placed;         /* by an Embree instance, with: */
+    float transform[12]; /* the mesh's own coordinates to local, rows of a 3x4 matrix */
+    bool mirrored;       /* the front side is clockwise in local coordinates */
+};
+
+struct tracer {
+    const struct scene *scene;
+    struct vec3 centre; /* world coordinates of the local origin */
+    double scale;       /* local length of a world unit: a power of two */
+    RTCDevice device;
+    RTCScene embree;
+    struct trace_geometry *geometry; /* by instance of the scene */
+    float **vertices;                /* owned buffers: by instance, then by mesh */
+    RTCScene *parts;                 /* by mesh: scenes of meshes that are placed many times, or NULL */
+    bool has_alpha;                  /* some surface lets rays through */
+};
+
+/* A ray in local coordinates. salt: which rays a blended surface lets through: another number, another choice. */
+struct trace_ray {
+    struct vec3f origin, direction;
+    float most;
+    uint32_t salt;
+};
+
+/* A point of a surface in local coordinates. */
+struct trace_point {
+    struct vec3f position;
+    struct vec3f normal; /* of the front side, unit */
+    float distance;      /* along the ray */
+    bool front;
+    uint32_t instance, triangle;
+    float u, v; /* texture coordinates */
+    const struct scene_material *material;
+};
+
+struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
+struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
+
+/* Corners of a triangle, counter-clockwise seen from the front. */
+void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle, struct vec3f corner[3]);
+
+/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2. Sets all but distance and front. */
+void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point);
+
+/* Nearest surface along the ray; false: none. Blended surfaces let the ray through with probability 1 - alpha. */
+bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point);
+
+/* Whether anything is between; blended surfaces as above. */
+bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray);
+
+/* Where a ray starts that leaves the point to the side of `normal` (unit; either sign of point->normal). */
+struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal);
+
+#endif
