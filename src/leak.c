@@ -1,0 +1,323 @@
+/* Based on: Sukys, "Light probe cloud generation for games", Chalmers 2014, sec. 3.2.2. */
+#include "leak.h"
+#include "array.h"
+#include "error.h"
+#include "threads.h"
+#include "trace.h"
+#include "vec.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+const int leak_edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
+/* -- edges ------------------------------------------------------------------------------------ */
+
+struct edge {
+    int32_t low, high; /* rows */
+    uint32_t slot;     /* 6 * cell + edge of the cell */
+};
+
+static int compare_edges(const void *a, const void *b)
+{
+    const struct edge *e = a, *f = b;
+    if (e->low != f->low)
+        return e->low < f->low ? -1 : 1;
+    if (e->high != f->high)
+        return e->high < f->high ? -1 : 1;
+    return e->slot < f->slot ? -1 : e->slot > f->slot;
+}
+
+/* All edges of all cells, sorted: those of several cells stand together. */
+static struct error *list_edges(size_t cell_count, const int32_t *vertex, struct edge **edges)
+{
+    if (cell_count > UINT32_MAX / 6)
+        return error_new("more than %u cells", UINT32_MAX / 6);
+    struct error *err = array_create(edges, 6 * cell_count, sizeof **edges);
+    for (size_t i = 0; i < 6 * cell_count && !err; i++) {
+        const int32_t a = vertex[i / 6 * 4 + (size_t)leak_edge[i % 6][0]], b = vertex[i / 6 * 4 + (size_t)leak_edge[i % 6][1]];
+        (*edges)[i] = (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
+    }
+    if (!err)
+        qsort(*edges, 6 * cell_count, sizeof **edges, compare_edges);
+    return err;
+}
+
+static bool same_edge(const struct edge *a, const struct edge *b)
+{
+    return a->low == b->low && a->high == b->high;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, size_t cell_count, const int32_t *vertex)
+{
+    struct edge *edges = NULL;
+    double *length = NULL;
+    size_t count = 0;
+    struct error *err = list_edges(cell_count, vertex, &edges);
+    if (!err)
+        err = array_create(&length, 6 * cell_count, sizeof *length);
+    for (size_t i = 0; i < 6 * cell_count && !err; i++) {
+        if (i && same_edge(&edges[i - 1], &edges[i]))
+            continue;
+        length[count++] = vec3_length(vec3_sub(vec3_load(position + 3 * (size_t)edges[i].high),
+                                               vec3_load(position + 3 * (size_t)edges[i].low)));
+    }
+    if (!err)
+        qsort(length, count, sizeof *length, compare_doubles);
+    const double median = err || !count ? 0 : length[count / 2];
+    *settings = (struct leak_settings){.graze = 0.1, .margin = 0.1, .offset = 0.05 * median, .separation = 0.5 * median, .threads = 1};
+    free(edges);
+    free(length);
+    return err;
+}
+
+/* -- looking along edges ---------------------------------------------------------------------- */
+
+/* What the rays along one edge found. */
+struct finding {
+    bool crossed;
+    bool asks[2];         /* for a probe on the side of the low, the high end */
+    struct vec3 probe[2]; /* where */
+};
+
+struct look {
+    const struct tracer *tracer;
+    const struct leak_settings *settings;
+    const double *position;
+    const struct edge *edges;
+    const size_t *first; /* of each distinct edge, in edges */
+    struct finding *finding;
+};
+
+/* Off the surface on the side of the unit normal n, by the offset, or half way to what is in front of it. */
+static struct vec3 stand_off(const struct look *look, struct vec3 on_surface, struct vec3 n)
+{
+    double from[3], direction[3];
+    const double offset = look->settings->offset;
+    vec3_store(from, vec3_fma(on_surface, offset * 1e-3, n));
+    vec3_store(direction, n);
+    const struct trace_hit ahead = trace_nearest(look->tracer, from, direction, 2 * offset);
+    return vec3_fma(on_surface, ahead.hit ? ahead.distance / 2 : offset, n);
+}
+
+/* The ray from `a` towards `b`: whether it is stopped, and whether a probe belongs on a's side. */
+static bool look_from(const struct look *look, struct vec3 a, struct vec3 b, bool *asks, struct vec3 *probe)
+{
+    const struct vec3 way = vec3_sub(b, a);
+    const double length = vec3_length(way);
+    const struct vec3 direction = vec3_scale(1 / length, way);
+    double from[3], along[3];
+    vec3_store(from, a);
+    vec3_store(along, direction);
+    const struct trace_hit hit = trace_nearest(look->tracer, from, along, length);
+    *asks = false;
+    if (!hit.hit)
+        return false;
+    const double cosine = vec3_dot(hit.normal, direction);
+    if (fabs(cosine) < look->settings->graze || hit.distance < look->settings->margin * length ||
+        hit.distance < 2 * look->settings->offset) /* the end stands off the surface itself */
+        return true;
+    *probe = stand_off(look, hit.position, vec3_scale(cosine < 0 ? 1 : -1, hit.normal));
+    *asks = true;
+    return true;
+}
+
+static struct error *look_along(void *context, size_t index, int thread)
+{
+    (void)thread;
+    const struct look *look = context;
+    const struct edge *edge = &look->edges[look->first[index]];
+    const struct vec3 low = vec3_load(look->position + 3 * (size_t)edge->low), high = vec3_load(look->position + 3 * (size_t)edge->high);
+    struct finding *f = &look->finding[index];
+    const bool forth = look_from(look, low, high, &f->asks[0], &f->probe[0]);
+    const bool back = look_from(look, high, low, &f->asks[1], &f->probe[1]);
+    f->crossed = forth || back;
+    return NULL;
+}
+
+/* -- choosing probes -------------------------------------------------------------------------- */
+
+/* Positions by the cube of the separation's size that they are in, for finding those near a point. */
+struct cubes {
+    double size;
+    int32_t *head; /* by hash: the last position put there, or -1 */
+    int32_t *next; /* by position */
+    double *position;
+    size_t count, mask;
+};
+
+static int64_t cube_of(double x, double size)
+{
+    const double cube = floor(x / size);
+    return fabs(cube) < 0x1p62 ? (int64_t)cube : 0;
+}
+
+static size_t cube_hash(const struct cubes *c, int64_t x, int64_t y, int64_t z)
+{
+    const uint64_t h = (uint64_t)x * 0x9e3779b97f4a7c15u ^ (uint64_t)y * 0xc2b2ae3d27d4eb4fu ^ (uint64_t)z * 0x165667b19e3779f9u;
+    return (size_t)((h ^ h >> 29) * 0xbf58476d1ce4e5b9u >> 32) & c->mask;
+}
+
+static void cubes_add(struct cubes *c, struct vec3 p)
+{
+    const size_t h = cube_hash(c, cube_of(p.x, c->size), cube_of(p.y, c->size), cube_of(p.z, c->size));
+    vec3_store(c->position + 3 * c->count, p);
+    c->next[c->count] = c->head[h];
+    c->head[h] = (int32_t)c->count++;
+}
+
+static struct error *cubes_create(struct cubes *c, double size, size_t room)
+{
+    *c = (struct cubes){.size = size, .mask = 1024};
+    while (c->mask < 2 * room)
+        c->mask *= 2;
+    struct error *err = array_create(&c->head, c->mask, sizeof *c->head);
+    if (!err)
+        err = array_create(&c->next, room, sizeof *c->next);
+    if (!err)
+        err = array_create(&c->position, 3 * room, sizeof *c->position);
+    for (size_t i = 0; i < c->mask && !err; i++)
+        c->head[i] = -1;
+    c->mask--;
+    return err;
+}
+
+static void cubes_clear(struct cubes *c)
+{
+    free(c->head);
+    free(c->next);
+    free(c->position);
+}
+
+/* Whether one of the probes first .. end-1 is within the separation and seen from p: it stands for p, on the same side. */
+static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p, size_t first, size_t end)
+{
+    double at[3];
+    vec3_store(at, p);
+    for (int64_t x = cube_of(p.x, c->size) - 1; x <= cube_of(p.x, c->size) + 1; x++)
+        for (int64_t y = cube_of(p.y, c->size) - 1; y <= cube_of(p.y, c->size) + 1; y++)
+            for (int64_t z = cube_of(p.z, c->size) - 1; z <= cube_of(p.z, c->size) + 1; z++)
+                for (int32_t i = c->head[cube_hash(c, x, y, z)]; i >= 0; i = c->next[i]) {
+                    const double *q = c->position + 3 * (size_t)i;
+                    const double distance = vec3_length(vec3_sub(vec3_load(q), p));
+                    if ((size_t)i >= first && (size_t)i < end && distance < c->size && trace_visibility(tracer, at, q) > 0)
+                        return true;
+                }
+    return false;
+}
+
+/* A probe that an edge asks for. */
+struct candidate {
+    struct vec3 position;
+    size_t edge; /* index of the finding */
+};
+
+static int compare_candidates(const void *a, const void *b)
+{
+    const struct vec3 p = ((const struct candidate *)a)->position, q = ((const struct candidate *)b)->position;
+    if (p.x != q.x)
+        return p.x < q.x ? -1 : 1;
+    if (p.y != q.y)
+        return p.y < q.y ? -1 : 1;
+    return p.z < q.z ? -1 : p.z > q.z;
+}
+
+/* Takes candidates in canonical order, each unless one is near already. `leaks` gets the probes; findings whose candidates are all
+ * served no longer ask. */
+static struct error *choose(const struct look *look, size_t distinct, size_t probe_count, struct leaks *leaks)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < distinct; i++)
+        count += (size_t)look->finding[i].asks[0] + (size_t)look->finding[i].asks[1];
+    struct candidate *candidate = NULL;
+    struct cubes cubes = {0};
+    struct error *err = array_create(&candidate, count, sizeof *candidate);
+    if (!err)
+        err = cubes_create(&cubes, look->settings->separation, probe_count + count);
+    if (!err)
+        err = array_create(&leaks->probe, 3 * count, sizeof *leaks->probe);
+    if (!err) {
+        size_t n = 0;
+        for (size_t i = 0; i < distinct; i++)
+            for (int side = 0; side < 2; side++)
+                if (look->finding[i].asks[side])
+                    candidate[n++] = (struct candidate){look->finding[i].probe[side], i};
+        qsort(candidate, count, sizeof *candidate, compare_candidates);
+        for (size_t i = 0; i < probe_count; i++)
+            cubes_add(&cubes, vec3_load(look->position + 3 * i));
+        const size_t before = cubes.count;
+        bool *leaking = NULL;
+        err = array_create(&leaking, distinct, sizeof *leaking);
+        for (size_t i = 0; i < count && !err; i++) {
+            const struct vec3 p = candidate[i].position;
+            if (is_served(&cubes, look->tracer, p, 0, before)) /* by a probe of the stream: the edge does not leak here */
+                continue;
+            leaking[candidate[i].edge] = true;
+            if (is_served(&cubes, look->tracer, p, before, cubes.count)) /* by one chosen just now */
+                continue;
+            vec3_store(leaks->probe + 3 * leaks->probe_count++, p);
+            cubes_add(&cubes, p);
+        }
+        for (size_t i = 0; i < distinct && !err; i++)
+            leaks->leaking += leaking[i];
+        free(leaking);
+    }
+    free(candidate);
+    cubes_clear(&cubes);
+    return err;
+}
+
+/* -- all together ----------------------------------------------------------------------------- */
+
+struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const struct leak_settings *settings,
+                        size_t probe_count, const double *position, size_t cell_count, const int32_t *vertex)
+{
+    *leaks = (struct leaks){0};
+    struct edge *edges = NULL;
+    size_t *first = NULL;
+    struct look look = {.tracer = tracer, .settings = settings, .position = position};
+    struct error *err = list_edges(cell_count, vertex, &edges);
+    if (!err)
+        err = array_create(&first, 6 * cell_count + 1, sizeof *first);
+    for (size_t i = 0; i < 6 * cell_count && !err; i++)
+        if (!i || !same_edge(&edges[i - 1], &edges[i]))
+            first[leaks->edges++] = i;
+    if (!err) {
+        first[leaks->edges] = 6 * cell_count;
+        err = array_create(&look.finding, leaks->edges, sizeof *look.finding);
+    }
+    look.edges = edges;
+    look.first = first;
+    if (!err)
+        err = threads_for(settings->threads, leaks->edges, look_along, &look);
+    if (!err)
+        err = array_create(&leaks->cell_edges, 6 * cell_count, sizeof *leaks->cell_edges);
+    for (size_t e = 0; e < leaks->edges && !err; e++) {
+        leaks->crossed += look.finding[e].crossed;
+        for (size_t i = first[e]; i < first[e + 1]; i++)
+            leaks->cell_edges[edges[i].slot] = look.finding[e].crossed;
+    }
+    if (!err)
+        err = choose(&look, leaks->edges, probe_count, leaks);
+    free(look.finding);
+    free(first);
+    free(edges);
+    if (err)
+        leaks_clear(leaks);
+    return err;
+}
+
+void leaks_clear(struct leaks *leaks)
+{
+    free(leaks->cell_edges);
+    free(leaks->probe);
+    *leaks = (struct leaks){0};
+}

@@ -1,4 +1,13 @@
-/* place: where probes go. Each method yields positions; solids are recognised afterwards, the same way for all.
+/* place: where probes go.
+ *
+ * A method yields positions: a grid, given points, or steps along a path. Afterwards, the same way for all,
+ * place_inside tells which of them are inside solids.
+ *
+ * What is a solid? A closed piece of the surface whose faces look outward encloses matter, unless it is a room: a
+ * piece that holds another piece of the scene, or a light, encloses air, and so does one whose faces look inward.
+ * Open pieces enclose nothing for certain, but a position from which nearly all rays meet back faces
+ * is taken to be inside as well (a column without its ends); where most of the positions would go that way, the
+ * scene's faces are not oriented and say nothing.
  */
 #ifndef PLACE_H
 #define PLACE_H
@@ -9,10 +18,10 @@
 
 struct error;
 struct scene;
-struct scene_solids;
 struct tracer;
+struct warnings;
 
-/* Positions, owned: 3 * count doubles; free with place_clear. */
+/* Positions, owned: 3 * count doubles; starts as {0}. */
 struct place {
     double *position;
     size_t count, capacity;
@@ -20,26 +29,36 @@ struct place {
 void place_clear(struct place *place);
 
 struct place_grid {
-    double min[3], max[3]; /* box, min <= max */
-    double spacing[3];     /* > 0; the grid is centred in the box, with a probe at each node */
+    double min[3], max[3]; /* the box; min <= max */
+    double spacing[3];     /* greater than 0 */
 };
 
-/* Spacing for about (and at most) `count` probes in the box, equal along the axes. */
-double place_spacing_for(const double min[3], const double max[3], double count);
+/* How many nodes the grid has along each axis: as many as fit into the box with half a spacing, or the rest of it, left at both
+ * ends, at least one. Doubles, since they may exceed any integer. */
+void place_grid_nodes(const struct place_grid *grid, double nodes[3]);
 
-/* How many probes a grid has: as a double, since it may exceed any integer. */
-double place_grid_count(const struct place_grid *grid);
-struct error *place_grid(struct place *place, const struct place_grid *grid);
+/* The smallest spacing, equal along the axes, whose grid has at most `count` nodes (1 or more); the box has a volume. */
+double place_grid_spacing(const double min[3], const double max[3], double count);
 
-/* Positions from text, one "x y z" a line; # comments and blank lines are skipped. path "-": standard input. Errors: file:line. */
-struct error *place_points(struct place *place, const char *path);
+/* Appends the nodes, x fastest. Errors: more than `most` of them, naming the number. */
+struct error *place_grid(struct place *place, const struct place_grid *grid, double most);
 
-/* Positions every `step` along the polyline of such a file, its vertices included. most: refuse to make more than that. */
+/* Appends positions from text, one "x y z" a line (points.h). path "-": standard input. Errors: file:line, more than `most`. */
+struct error *place_points(struct place *place, const char *path, double most);
+
+/* Appends positions every `step` along the polyline of such a file, and its vertices. */
 struct error *place_path(struct place *place, const char *path, double step, double most);
 
-/* Which positions are inside solids: inside[i] set. A position is inside when it is inside a closed piece of the surface (by
- * parity of crossings), or when more than backface_share of rays around it meet back faces first. */
-struct error *place_inside(const struct place *place, const struct tracer *tracer, const struct scene_solids *solids,
-                           double backface_share, int rays, uint64_t seed, int threads, bool *inside);
+struct place_inside_settings {
+    int rays;              /* looks around from each position */
+    double backface_share; /* of them that must meet back faces of open pieces */
+    int threads;
+};
+
+struct place_inside_settings place_inside_default(void); /* 64 rays, 0.75, 1 thread */
+
+/* Sets inside[i] for each position. A warning says when the faces turned out not to be oriented. */
+struct error *place_inside(const struct place *place, const struct tracer *tracer, const struct place_inside_settings *settings,
+                           bool *inside, struct warnings *warnings);
 
 #endif

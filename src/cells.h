@@ -1,0 +1,16 @@
+/* cells: the tetrahedra of a stream's probes, made by running probe-tet.
+ *
+ * TetGen is AGPL-3, so probe-tet alone links it; whoever needs cells runs that program. It is looked for beside the
+ * running program, then on the PATH.
+ */
+#ifndef CELLS_H
+#define CELLS_H
+
+struct error;
+struct stream;
+
+/* Makes table tet, and column hull_normal of table probe, anew from the probes' positions. The child's own messages go to
+ * standard error. Errors: it is not to be found, or failed. */
+struct error *cells_make(struct stream *stream);
+
+#endif

@@ -1,0 +1,239 @@
+/* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both sides of the wall. */
+#include "capture.h"
+#include "cells.h"
+#include "error.h"
+#include "leak.h"
+#include "options.h"
+#include "progress.h"
+#include "scene.h"
+#include "stream.h"
+#include "trace.h"
+#include "warning.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+struct arguments {
+    double graze, margin, offset, separation, max_probes;
+    bool offset_given, separation_given;
+    int64_t rounds;
+};
+
+/* The scene and what captures light in it as the stream's header says. */
+struct light {
+    struct scene_settings scene_settings;
+    struct capture_settings capture_settings;
+    bool captures; /* the stream's probes have light */
+    struct scene *scene;
+    struct tracer *tracer;
+    struct path_tracer path;
+};
+
+static struct error *light_create(struct light *light, const char *path, const struct stream_header *header,
+                                  struct warnings *warnings)
+{
+    *light = (struct light){.scene_settings = scene_settings_default(), .capture_settings = capture_settings_default(),
+                            .captures = capture_header_has_settings(header)};
+    struct error *err = scene_settings_from_header(&light->scene_settings, header);
+    if (!err)
+        err = capture_settings_from_header(&light->capture_settings, header);
+    if (!err)
+        err = scene_read(&light->scene, path, &light->scene_settings, true, warnings);
+    if (!err)
+        err = trace_create(&light->tracer, light->scene);
+    if (!err)
+        err = path_create(&light->path, light->tracer, light->capture_settings.bounces);
+    if (err)
+        return err;
+    char key[32];
+    snprintf(key, sizeof key, "%016" PRIx64, scene_key(light->scene));
+    const char *captured = header_key(header, "scene-key");
+    if (captured && strcmp(captured, key))
+        warnings_add(warnings, "scene", "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)", path,
+                     key, captured);
+    return NULL;
+}
+
+static void light_destroy(struct light *light)
+{
+    path_clear(&light->path);
+    trace_destroy(light->tracer);
+    scene_destroy(light->scene);
+    scene_settings_clear(&light->scene_settings);
+}
+
+static const double *positions(const struct stream *stream)
+{
+    return column_f64(table_column(stream_table(stream, "probe"), "position"));
+}
+
+static const int32_t *vertices(const struct stream *stream)
+{
+    return column_i32(table_column(stream_table(stream, "tet"), "vertex"));
+}
+
+static struct error *check_stream(const struct stream *stream)
+{
+    struct column *vertex = NULL;
+    if (!stream_table(stream, "probe") || !stream_table(stream, "tet"))
+        return error_new("there are no cells: run probe-tet");
+    return table_require(stream_table(stream, "tet"), "vertex", COLUMN_I32, 4, &vertex);
+}
+
+static struct error *choose_settings(const struct arguments *a, const struct stream *stream, int threads, struct leak_settings *settings)
+{
+    struct error *err = leak_settings_for(settings, positions(stream), stream_table(stream, "tet")->rows, vertices(stream));
+    settings->graze = a->graze;
+    settings->margin = a->margin;
+    settings->offset = a->offset_given ? a->offset : settings->offset;
+    settings->separation = a->separation_given ? a->separation : settings->separation;
+    settings->threads = threads;
+    return err;
+}
+
+static struct error *find(struct leaks *leaks, const struct light *light, const struct leak_settings *settings, const struct stream *stream)
+{
+    leaks_clear(leaks);
+    return leak_find(leaks, light->tracer, settings, stream_table(stream, "probe")->rows, positions(stream),
+                     stream_table(stream, "tet")->rows, vertices(stream));
+}
+
+/* Adds the probes that the leaks ask for, and makes cells of all. */
+static struct error *mend(struct stream *stream, const struct leaks *leaks)
+{
+    struct table *probes = stream_table(stream, "probe");
+    const size_t before = probes->rows;
+    struct error *err = table_resize(probes, before + leaks->probe_count);
+    if (err)
+        return err;
+    memcpy(column_f64(table_column(probes, "position")) + 3 * before, leaks->probe, 3 * leaks->probe_count * sizeof(double));
+    return cells_make(stream);
+}
+
+static struct error *store_occlusion(struct stream *stream, const struct leaks *leaks)
+{
+    struct table *cells = stream_table(stream, "tet");
+    struct column *occlusion = NULL;
+    struct error *err = table_add_column(cells, "occlusion", COLUMN_I32, 6, &occlusion);
+    if (!err)
+        memcpy(occlusion->data, leaks->cell_edges, 6 * cells->rows * sizeof(int32_t));
+    return err;
+}
+
+static void say(const char *program, const char *when, const struct leaks *leaks, size_t probes)
+{
+    fprintf(stderr, "%s: %s: %zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n", program, when,
+            leaks->leaking, leaks->edges, leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
+            leaks->crossed, probes);
+}
+
+/* Rounds of finding and mending, until nothing asks to be mended or a limit is met. */
+static struct error *fix(struct stream *stream, const struct light *light, const struct leak_settings *settings,
+                         const struct arguments *a, const char *program, bool quiet, struct warnings *warnings)
+{
+    struct leaks leaks = {0};
+    struct error *err = find(&leaks, light, settings, stream);
+    if (!err && !quiet)
+        say(program, "before", &leaks, stream_table(stream, "probe")->rows);
+    for (int64_t round = 0; !err && leaks.probe_count && round < a->rounds; round++) {
+        if ((double)(stream_table(stream, "probe")->rows + leaks.probe_count) > a->max_probes) {
+            warnings_add(warnings, "max-probes", "%zu more probes would be more than --max-probes %.0f: edges still leak",
+                         leaks.probe_count, a->max_probes);
+            break;
+        }
+        err = mend(stream, &leaks);
+        if (!err)
+            err = find(&leaks, light, settings, stream);
+    }
+    if (!err && !quiet)
+        say(program, "after", &leaks, stream_table(stream, "probe")->rows);
+    if (!err)
+        err = store_occlusion(stream, &leaks);
+    leaks_clear(&leaks);
+    return err;
+}
+
+static struct error *capture_new(struct stream *stream, const struct light *light, size_t first, const struct common *common,
+                                 const char *program, struct warnings *warnings)
+{
+    struct table *probes = stream_table(stream, "probe");
+    const size_t count = probes->rows - first;
+    if (!count)
+        return NULL;
+    if (!light->captures) {
+        warnings_add(warnings, "uncaptured", "the stream's probes have no light, and so have the %zu new ones: run probe-capture", count);
+        return NULL;
+    }
+    size_t captured = 0;
+    struct progress *progress = progress_start(common->progress && !common->quiet, program, "probes", count);
+    struct error *err = capture_rows(&light->path, &light->capture_settings, probes, first, count, false, (int)common->threads,
+                                     progress, &captured);
+    progress_end(progress);
+    return err;
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments a = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN, .max_probes = 1e6, .rounds = 8};
+    const struct option_row rows[] = {
+        {.name = "rounds", .argument = "N", .kind = OPTION_INTEGER, .value = &a.rounds, .most = 1000,
+         .help = "mend at most N times; 0 only counts, and marks the cells"},
+        {.name = "graze", .argument = "COS", .kind = OPTION_REAL, .value = &a.graze, .most = 1, .least = 1e-9,
+         .help = "a ray nearer to the surface's plane than this cosine to its normal\nonly grazes it"},
+        {.name = "margin", .argument = "SHARE", .kind = OPTION_REAL, .value = &a.margin, .most = 0.5, .least = 1e-9,
+         .help = "no probe where the edge's end is nearer to the wall than this share\nof the edge"},
+        {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.offset, .least_open = true, .most = INFINITY,
+         .given = &a.offset_given, .help = "distance of new probes from the surface (default: 0.05 of the median edge)"},
+        {.name = "separation", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.separation, .least_open = true, .most = INFINITY,
+         .given = &a.separation_given, .help = "no new probe nearer than this to one that it sees\n(default: 0.5 of the median edge)"},
+        {.name = "max-probes", .argument = "N", .kind = OPTION_REAL, .value = &a.max_probes, .least = 1, .most = INT32_MAX,
+         .help = "stop rather than have more probes"},
+        {0}};
+    struct common common = common_default();
+    struct option_row shared[COMMON_ROWS];
+    struct program program = {
+        .name = "probe-leakfix",
+        .usage = "[OPTION]... SCENE [STREAM]",
+        .summary = "Finds edges of the tetrahedra in STREAM (standard input) that pass through walls of SCENE,\n"
+                   "puts a probe on each side of the wall, captures it as the others were, and makes the\n"
+                   "tetrahedra again, until no edge leaks.",
+        .groups = {rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared)},
+        .operands_least = 1,
+        .operands_most = 2};
+    struct warnings warnings = {0};
+    struct stream *stream = NULL;
+    struct light light = {0};
+    struct leak_settings settings;
+    size_t before = 0;
+    struct error *err = options_parse(&program, argc, argv);
+    if (!err)
+        err = options_record(&program, program.operands[0]);
+    const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
+    if (!err)
+        err = stream_read(&stream, input);
+    if (!err)
+        err = error_wrap(check_stream(stream), "%s", strcmp(input, "-") ? input : "stdin");
+    if (!err)
+        err = light_create(&light, program.operands[0], &stream->header, &warnings);
+    if (!err)
+        err = choose_settings(&a, stream, (int)common.threads, &settings);
+    if (!err) {
+        before = stream_table(stream, "probe")->rows;
+        err = fix(stream, &light, &settings, &a, program.name, common.quiet, &warnings);
+    }
+    if (!err)
+        err = capture_new(stream, &light, before, &common, program.name, &warnings);
+    if (!err)
+        err = header_add_provenance(&stream->header, program.recorded);
+    if (!err)
+        err = stream_write(stream, common.output, (enum stream_encoding)common.encoding);
+    if (!common.quiet)
+        warnings_print(&warnings, program.name);
+    warnings_clear(&warnings);
+    light_destroy(&light);
+    stream_destroy(stream);
+    program_clear(&program);
+    return error_exit(program.name, err);
+}
