@@ -281,6 +281,10 @@ struct place_inside_settings place_inside_default(void)
     return (struct place_inside_settings){.rays = 64, .backface_share = 0.75, .threads = 1};
 }
 
+/* Where more of the positions than this see back faces of open pieces, the faces are not oriented: even a level that is hewn out of rock
+ * has more air than that. */
+#define ORIENTED_SHARE 0.95
+
 static void judge_positions(const struct place *place, const struct place_inside_settings *settings, const struct look *look,
                             bool *inside, struct warnings *warnings)
 {
@@ -289,7 +293,7 @@ static void judge_positions(const struct place *place, const struct place_inside
         inside[i] = 2 * look[i].solid > settings->rays;
         by_open += !inside[i] && look[i].solid + look[i].open > settings->backface_share * settings->rays;
     }
-    if (2 * by_open > place->count) {
+    if ((double)by_open > ORIENTED_SHARE * (double)place->count) {
         warnings_add(warnings, "orientation", "%zu of %zu probes see back faces nearly everywhere: the scene's faces are not "
                      "oriented, and only closed solids are recognised", by_open, place->count);
         return;

@@ -115,9 +115,9 @@ struct error *table_copy_schema(struct table *to, const struct table *from);
 /* Copies `count` rows of those columns that both tables have alike (name, type and width); other columns of *to stay as they are. */
 void table_copy_rows(struct table *to, size_t to_first, const struct table *from, size_t from_first, size_t count);
 
-static inline float *column_f32(const struct column *c) { return c->data; }
-static inline double *column_f64(const struct column *c) { return c->data; }
-static inline int32_t *column_i32(const struct column *c) { return c->data; }
+static inline float *column_f32(const struct column *c) { return (float *)c->data; }
+static inline double *column_f64(const struct column *c) { return (double *)c->data; }
+static inline int32_t *column_i32(const struct column *c) { return (int32_t *)c->data; }
 
 /* Bytes of one value. */
 size_t column_type_size(enum column_type type);

@@ -1,0 +1,40 @@
+/* derive: quantities for looking at a bake, made from its columns: colours, luminance, gradients.
+ *
+ * Arrays are the caller's, sized as stated. A probe without light (sh missing) gets zeros.
+ */
+#ifndef DERIVE_H
+#define DERIVE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct error;
+
+/* Irradiance, averaged over all normals: the bands above 0 average out, so E = pi Y00 L00 (Y00 L00 where the coefficients are
+ * convolved). rgb: 3 * count; sh: 3 * order^2 * count. */
+void derive_irradiance(size_t count, int order, bool convolved, const float *sh, float *rgb);
+
+/* Rec. 709 luminance of 3 * count colours. */
+void derive_luminance(size_t count, const float *rgb, float *luminance);
+
+/* The direction that light comes from (sh_dominant), 3 * count. */
+void derive_brightest(size_t count, int order, const float *sh, float *direction);
+
+/* Which probes have light: 1 or 0. */
+void derive_captured(size_t count, size_t width, const float *sh, int32_t *captured);
+
+/* The factor that brings the 95th percentile of the luminances above 0 to 0.7; 1 where there are none. */
+struct error *derive_exposure(size_t count, const float *luminance, float *exposure);
+
+/* sRGB codes of exposed colours. rgb: 3 * count, code: 3 * count. */
+void derive_codes(size_t count, const float *rgb, float exposure, uint8_t *code);
+
+/* Gradient of what is interpolated linearly in each cell: 3 * cell_count, units of value per scene unit. Exact for linear fields. */
+void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value, float *gradient);
+
+/* Mean of the gradients of the cells around each probe, weighted with their volume: 3 * count. */
+struct error *derive_point_gradient(size_t count, size_t cell_count, const int32_t *vertex, const double *position,
+                                    const float *cell_gradient, float *gradient);
+
+#endif
