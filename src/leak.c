@@ -84,7 +84,8 @@ struct error *leak_settings_for(struct leak_settings *settings, const double *po
 /* What the rays along one edge found. */
 struct finding {
     bool crossed;
-    bool asks[2];         /* for a probe on the side of the low, the high end */
+    bool stands[2];       /* a probe can stand before the surface, on the side of the low, the high end */
+    bool asks[2];         /* and is asked for: the end is far from the surface */
     struct vec3 probe[2]; /* where */
 };
 
@@ -108,8 +109,8 @@ static struct vec3 stand_off(const struct look *look, struct vec3 on_surface, st
     return vec3_fma(on_surface, ahead.hit ? ahead.distance / 2 : offset, n);
 }
 
-/* The ray from `a` towards `b`: whether it is stopped, and whether a probe belongs on a's side. */
-static bool look_from(const struct look *look, struct vec3 a, struct vec3 b, bool *asks, struct vec3 *probe)
+/* The ray from `a` towards `b`, whose findings are those of `side`. */
+static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int side, struct finding *f)
 {
     const struct vec3 way = vec3_sub(b, a);
     const double length = vec3_length(way);
@@ -118,16 +119,17 @@ static bool look_from(const struct look *look, struct vec3 a, struct vec3 b, boo
     vec3_store(from, a);
     vec3_store(along, direction);
     const struct trace_hit hit = trace_nearest(look->tracer, from, along, length);
-    *asks = false;
     if (!hit.hit)
-        return false;
+        return;
+    f->crossed = true;
     const double cosine = vec3_dot(hit.normal, direction);
-    if (fabs(cosine) < look->settings->graze || hit.distance < look->settings->margin * length ||
-        hit.distance < 2 * look->settings->offset) /* the end stands off the surface itself */
-        return true;
-    *probe = stand_off(look, hit.position, vec3_scale(cosine < 0 ? 1 : -1, hit.normal));
-    *asks = true;
-    return true;
+    if (fabs(cosine) < look->settings->graze)
+        return;
+    f->stands[side] = true;
+    f->asks[side] = hit.distance >= look->settings->margin * length && hit.distance * fabs(cosine) >= 2 * look->settings->offset;
+    /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that plane, else its hull would be all
+     * slivers. */
+    f->probe[side] = stand_off(look, vec3_fma(a, hit.distance, direction), vec3_scale(cosine < 0 ? 1 : -1, hit.normal));
 }
 
 static struct error *look_along(void *context, size_t index, int thread)
@@ -137,9 +139,8 @@ static struct error *look_along(void *context, size_t index, int thread)
     const struct edge *edge = &look->edges[look->first[index]];
     const struct vec3 low = vec3_load(look->position + 3 * (size_t)edge->low), high = vec3_load(look->position + 3 * (size_t)edge->high);
     struct finding *f = &look->finding[index];
-    const bool forth = look_from(look, low, high, &f->asks[0], &f->probe[0]);
-    const bool back = look_from(look, high, low, &f->asks[1], &f->probe[1]);
-    f->crossed = forth || back;
+    look_from(look, low, high, 0, f);
+    look_from(look, high, low, 1, f);
     return NULL;
 }
 
@@ -197,8 +198,8 @@ static void cubes_clear(struct cubes *c)
     free(c->position);
 }
 
-/* Whether one of the probes first .. end-1 is within the separation and seen from p: it stands for p, on the same side. */
-static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p, size_t first, size_t end)
+/* Whether a probe nearer than `reach` (at most a cube's size) is seen from p: it stands for p, on the same side. */
+static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p, double reach)
 {
     double at[3];
     vec3_store(at, p);
@@ -208,21 +209,14 @@ static bool is_served(const struct cubes *c, const struct tracer *tracer, struct
                 for (int32_t i = c->head[cube_hash(c, x, y, z)]; i >= 0; i = c->next[i]) {
                     const double *q = c->position + 3 * (size_t)i;
                     const double distance = vec3_length(vec3_sub(vec3_load(q), p));
-                    if ((size_t)i >= first && (size_t)i < end && distance < c->size && trace_visibility(tracer, at, q) > 0)
+                    if (distance < reach && trace_visibility(tracer, at, q) > 0)
                         return true;
                 }
     return false;
 }
 
-/* A probe that an edge asks for. */
-struct candidate {
-    struct vec3 position;
-    size_t edge; /* index of the finding */
-};
-
-static int compare_candidates(const void *a, const void *b)
+static int compare_positions(struct vec3 p, struct vec3 q)
 {
-    const struct vec3 p = ((const struct candidate *)a)->position, q = ((const struct candidate *)b)->position;
     if (p.x != q.x)
         return p.x < q.x ? -1 : 1;
     if (p.y != q.y)
@@ -230,45 +224,58 @@ static int compare_candidates(const void *a, const void *b)
     return p.z < q.z ? -1 : p.z > q.z;
 }
 
-/* Takes candidates in canonical order, each unless one is near already. `leaks` gets the probes; findings whose candidates are all
- * served no longer ask. */
+/* An edge that asks for probes. */
+struct candidate {
+    struct vec3 position; /* of the first probe that it asks for, in canonical order */
+    const struct finding *finding;
+};
+
+static int compare_candidates(const void *a, const void *b)
+{
+    return compare_positions(((const struct candidate *)a)->position, ((const struct candidate *)b)->position);
+}
+
+static struct candidate make_candidate(const struct finding *f)
+{
+    const int first = !f->asks[0] || (f->asks[1] && compare_positions(f->probe[1], f->probe[0]) < 0);
+    return (struct candidate){f->probe[first], f};
+}
+
+/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in pairs, one on each side of the
+ * wall: a probe at a wall without a twin behind it would be joined, through the wall, to probes far away. */
 static struct error *choose(const struct look *look, size_t distinct, size_t probe_count, struct leaks *leaks)
 {
-    size_t count = 0;
     for (size_t i = 0; i < distinct; i++)
-        count += (size_t)look->finding[i].asks[0] + (size_t)look->finding[i].asks[1];
+        leaks->leaking += look->finding[i].asks[0] || look->finding[i].asks[1];
     struct candidate *candidate = NULL;
     struct cubes cubes = {0};
-    struct error *err = array_create(&candidate, count, sizeof *candidate);
+    struct error *err = array_create(&candidate, leaks->leaking, sizeof *candidate);
     if (!err)
-        err = cubes_create(&cubes, look->settings->separation, probe_count + count);
+        err = cubes_create(&cubes, look->settings->separation, probe_count + 2 * leaks->leaking);
     if (!err)
-        err = array_create(&leaks->probe, 3 * count, sizeof *leaks->probe);
-    if (!err) {
-        size_t n = 0;
-        for (size_t i = 0; i < distinct; i++)
-            for (int side = 0; side < 2; side++)
-                if (look->finding[i].asks[side])
-                    candidate[n++] = (struct candidate){look->finding[i].probe[side], i};
+        err = array_create(&leaks->probe, 6 * leaks->leaking, sizeof *leaks->probe);
+    size_t count = 0;
+    for (size_t i = 0; i < distinct && !err; i++)
+        if (look->finding[i].asks[0] || look->finding[i].asks[1])
+            candidate[count++] = make_candidate(&look->finding[i]);
+    if (count)
         qsort(candidate, count, sizeof *candidate, compare_candidates);
-        for (size_t i = 0; i < probe_count; i++)
-            cubes_add(&cubes, vec3_load(look->position + 3 * i));
-        const size_t before = cubes.count;
-        bool *leaking = NULL;
-        err = array_create(&leaking, distinct, sizeof *leaking);
-        for (size_t i = 0; i < count && !err; i++) {
-            const struct vec3 p = candidate[i].position;
-            if (is_served(&cubes, look->tracer, p, 0, before)) /* by a probe of the stream: the edge does not leak here */
+    for (size_t i = 0; i < probe_count && !err; i++)
+        cubes_add(&cubes, vec3_load(look->position + 3 * i));
+    const double twin_reach = fmin(2 * look->settings->offset, look->settings->separation);
+    for (size_t i = 0; i < count && !err; i++) {
+        const struct finding *f = candidate[i].finding;
+        const int first = compare_positions(f->probe[0], f->probe[1]) > 0; /* whichever row has the smaller number */
+        bool wanted = false;
+        for (int side = 0; side < 2; side++)
+            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f->probe[side], look->settings->separation));
+        for (int turn = 0; wanted && turn < 2; turn++) {
+            const int side = turn ? !first : first;
+            if (!f->stands[side] || is_served(&cubes, look->tracer, f->probe[side], twin_reach))
                 continue;
-            leaking[candidate[i].edge] = true;
-            if (is_served(&cubes, look->tracer, p, before, cubes.count)) /* by one chosen just now */
-                continue;
-            vec3_store(leaks->probe + 3 * leaks->probe_count++, p);
-            cubes_add(&cubes, p);
+            vec3_store(leaks->probe + 3 * leaks->probe_count++, f->probe[side]);
+            cubes_add(&cubes, f->probe[side]);
         }
-        for (size_t i = 0; i < distinct && !err; i++)
-            leaks->leaking += leaking[i];
-        free(leaking);
     }
     free(candidate);
     cubes_clear(&cubes);
@@ -303,7 +310,7 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const 
     for (size_t e = 0; e < leaks->edges && !err; e++) {
         leaks->crossed += look.finding[e].crossed;
         for (size_t i = first[e]; i < first[e + 1]; i++)
-            leaks->cell_edges[edges[i].slot] = look.finding[e].crossed;
+            leaks->cell_edges[edges[i].slot] = look.finding[e].asks[0] || look.finding[e].asks[1] ? 2 : look.finding[e].crossed;
     }
     if (!err)
         err = choose(&look, leaks->edges, probe_count, leaks);

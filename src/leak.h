@@ -1,14 +1,12 @@
 /* leak: edges of the tetrahedra that pass through walls, and the probes that mend them (Sukys 2014, sec. 3.2.2).
  *
  * Light is blended along an edge from end to end. Where a surface crosses the edge, the light of one side leaks to the
- * other, over the whole way from the surface to the edge's end. So a ray goes along each edge from both ends; where one meets
- * a surface, a probe belongs on the side it came from, just off the surface: then what is blended through the wall is no more than
- * the gap. No probe goes in where the ray only grazes the surface, where the end itself is near the surface (relative to
- * the edge), or where a probe on the same side is near already. What is mended in one round makes new cells, so
- * rounds follow until no edge asks for a probe.
- *
- * An edge is *crossed* when a surface is on it, and *leaks* when it also asks for a probe. After mending, edges still cross
- * walls, from one side's probe to the other's; they no longer leak.
+ * other, over the whole way from the surface to the edge's end. So a ray goes along each edge from both ends. Where one meets a
+ * surface, the edge is *crossed*; it *leaks*, and asks for a probe just off the surface, where the end is far from it
+ * (relative to the edge, and to the distance at which probes stand off) and the ray does not merely graze it. Probes go in
+ * in pairs, one on each side of the wall, unless one is near enough already; then the mesh joins twin to twin
+ * through the wall, and what is blended through it is no more than the gap. What is mended in one round makes new cells,
+ * so rounds follow, each with half the separation of the last, until no edge leaks.
  */
 #ifndef LEAK_H
 #define LEAK_H
@@ -36,8 +34,8 @@ extern const int leak_edge[6][2];
 struct leaks {
     size_t edges;        /* of the mesh */
     size_t crossed;      /* by a surface */
-    size_t leaking;      /* crossed, and asking for a probe */
-    int32_t *cell_edges; /* 6 * cell_count: 1 where the cell's edge is crossed, else 0; owned */
+    size_t leaking;      /* crossed, with an end that is far from the surface */
+    int32_t *cell_edges; /* 6 * cell_count: 2 where the cell's edge leaks, 1 where it is only crossed, else 0; owned */
     double *probe;       /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
     size_t probe_count;
 };

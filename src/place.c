@@ -290,7 +290,7 @@ static void judge_positions(const struct place *place, const struct place_inside
 {
     size_t by_open = 0;
     for (size_t i = 0; i < place->count; i++) {
-        inside[i] = 2 * look[i].solid > settings->rays;
+        inside[i] = 4 * look[i].solid > settings->rays; /* half of them, from a position on a solid's surface */
         by_open += !inside[i] && look[i].solid + look[i].open > settings->backface_share * settings->rays;
     }
     if ((double)by_open > ORIENTED_SHARE * (double)place->count) {

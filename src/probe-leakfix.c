@@ -1,9 +1,11 @@
 /* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both sides of the wall. */
+#include "array.h"
 #include "capture.h"
 #include "cells.h"
 #include "error.h"
 #include "leak.h"
 #include "options.h"
+#include "place.h"
 #include "progress.h"
 #include "scene.h"
 #include "stream.h"
@@ -13,6 +15,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct arguments {
@@ -93,11 +96,28 @@ static struct error *choose_settings(const struct arguments *a, const struct str
     return err;
 }
 
+/* Finds leaks, and the probes that would mend them, but for those that would stand inside solids. */
 static struct error *find(struct leaks *leaks, const struct light *light, const struct leak_settings *settings, const struct stream *stream)
 {
+    struct place_inside_settings inside_settings = place_inside_default();
+    bool *inside = NULL;
     leaks_clear(leaks);
-    return leak_find(leaks, light->tracer, settings, stream_table(stream, "probe")->rows, positions(stream),
-                     stream_table(stream, "tet")->rows, vertices(stream));
+    struct error *err = leak_find(leaks, light->tracer, settings, stream_table(stream, "probe")->rows, positions(stream),
+                                  stream_table(stream, "tet")->rows, vertices(stream));
+    if (err || !leaks->probe_count)
+        return err;
+    inside_settings.threads = settings->threads;
+    const struct place place = {.position = leaks->probe, .count = leaks->probe_count};
+    err = array_create(&inside, leaks->probe_count, sizeof *inside);
+    if (!err)
+        err = place_inside(&place, light->tracer, &inside_settings, inside, NULL);
+    size_t kept = 0;
+    for (size_t i = 0; i < leaks->probe_count && !err; i++)
+        if (!inside[i])
+            memmove(leaks->probe + 3 * kept++, leaks->probe + 3 * i, 3 * sizeof *leaks->probe);
+    leaks->probe_count = kept;
+    free(inside);
+    return err;
 }
 
 /* Adds the probes that the leaks ask for, and makes cells of all. */
@@ -137,15 +157,20 @@ static struct error *fix(struct stream *stream, const struct light *light, const
     struct error *err = find(&leaks, light, settings, stream);
     if (!err && !quiet)
         say(program, "before", &leaks, stream_table(stream, "probe")->rows);
-    for (int64_t round = 0; !err && leaks.probe_count && round < a->rounds; round++) {
+    struct leak_settings round_settings = *settings;
+    for (int64_t round = 0; !err && leaks.leaking && round < a->rounds; round++) {
         if ((double)(stream_table(stream, "probe")->rows + leaks.probe_count) > a->max_probes) {
             warnings_add(warnings, "max-probes", "%zu more probes would be more than --max-probes %.0f: edges still leak",
                          leaks.probe_count, a->max_probes);
             break;
         }
-        err = mend(stream, &leaks);
+        if (!leaks.probe_count && round_settings.separation <= 2 * settings->offset)
+            break; /* what still leaks has probes as near as they may be */
+        if (leaks.probe_count)
+            err = mend(stream, &leaks);
+        round_settings.separation = fmax(round_settings.separation / 2, 2 * settings->offset);
         if (!err)
-            err = find(&leaks, light, settings, stream);
+            err = find(&leaks, light, &round_settings, stream);
     }
     if (!err && !quiet)
         say(program, "after", &leaks, stream_table(stream, "probe")->rows);
@@ -176,7 +201,7 @@ static struct error *capture_new(struct stream *stream, const struct light *ligh
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN, .max_probes = 1e6, .rounds = 8};
+    struct arguments a = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN, .max_probes = 1e6, .rounds = 4};
     const struct option_row rows[] = {
         {.name = "rounds", .argument = "N", .kind = OPTION_INTEGER, .value = &a.rounds, .most = 1000,
          .help = "mend at most N times; 0 only counts, and marks the cells"},
@@ -187,7 +212,7 @@ int main(int argc, char **argv)
         {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.offset, .least_open = true, .most = INFINITY,
          .given = &a.offset_given, .help = "distance of new probes from the surface (default: 0.05 of the median edge)"},
         {.name = "separation", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.separation, .least_open = true, .most = INFINITY,
-         .given = &a.separation_given, .help = "no new probe nearer than this to one that it sees\n(default: 0.5 of the median edge)"},
+         .given = &a.separation_given, .help = "in the first round, no new probe nearer than this to one that it sees;\nhalved in each round (default: 0.5 of the median edge)"},
         {.name = "max-probes", .argument = "N", .kind = OPTION_REAL, .value = &a.max_probes, .least = 1, .most = INT32_MAX,
          .help = "stop rather than have more probes"},
         {0}};
