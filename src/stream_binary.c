@@ -1,5 +1,5 @@
-/* Rows as blocks: u32 rows, u32 bytes, the rows, u64 checksum; all little-endian. The checksum is XXH3-64 of every byte
- * of the stream before it, so each block proves all that came before. A block of no rows ends the table. */
+/* Rows as blocks (man probe.5, "Blocks"): u32 rows, u32 bytes of the rows, u64 checksum, the rows; a block of no rows ends the
+ * table. The checksum covers what stands before it and behind it: the head, then the rows. */
 #include "error.h"
 #include "stream_private.h"
 

@@ -5,7 +5,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,14 +13,45 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-static struct error *hash_create(void **hash)
+/* -- checksums ------------------------------------------------------------------------------- */
+
+struct error *checksum_create(void **checksum)
 {
     XXH3_state_t *state = XXH3_createState();
+    *checksum = state;
     if (!state)
         return error_memory();
     XXH3_64bits_reset(state);
-    *hash = state;
     return NULL;
+}
+
+void checksum_destroy(void *checksum)
+{
+    XXH3_freeState(checksum);
+}
+
+void checksum_update(void *checksum, const void *bytes, size_t count)
+{
+    XXH3_64bits_update(checksum, bytes, count);
+}
+
+uint64_t checksum_take(void *checksum)
+{
+    const uint64_t sum = XXH3_64bits_digest(checksum);
+    XXH3_64bits_reset_withSeed(checksum, sum);
+    return sum;
+}
+
+/* Opens, above the standard descriptors: where one of these is closed, a file must not take its place. */
+static int open_above(const char *path, int flags)
+{
+    const int fd = open(path, flags | O_CLOEXEC, 0666);
+    if (fd < 0 || fd > STDERR_FILENO)
+        return fd;
+    const int above = fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1), number = errno;
+    close(fd);
+    errno = number;
+    return above;
 }
 
 /* -- in -------------------------------------------------------------------------------------- */
@@ -29,22 +59,19 @@ static struct error *hash_create(void **hash)
 struct error *input_open(struct stream_input *in, const char *path)
 {
     const bool standard = !strcmp(path, "-");
-    *in = (struct stream_input){.fd = standard ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC)};
+    *in = (struct stream_input){.fd = standard ? STDIN_FILENO : open_above(path, O_RDONLY)};
     if (in->fd < 0)
         return error_system(errno, "%s", path);
+    if (fcntl(in->fd, F_GETFD) < 0)
+        return error_new("stdin is closed: there is nothing to read");
     in->name = strdup(standard ? "stdin" : path);
-    if (!in->name) {
-        input_close(in);
-        return error_memory();
-    }
-    return NULL;
+    return in->name ? NULL : error_memory();
 }
 
 void input_close(struct stream_input *in)
 {
     if (in->fd > STDERR_FILENO) /* reading is over: closing has nothing to say */
         close(in->fd);
-    XXH3_freeState(in->hash);
     free(in->name);
     free(in->data);
     *in = (struct stream_input){.fd = -1};
@@ -117,36 +144,45 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
     }
 }
 
-struct error *input_hash_start(struct stream_input *in)
-{
-    return hash_create(&in->hash);
-}
-
-void input_hash_update(struct stream_input *in, const void *bytes, size_t count)
-{
-    XXH3_64bits_update(in->hash, bytes, count);
-}
-
-uint64_t input_hash(const struct stream_input *in)
-{
-    return XXH3_64bits_digest(in->hash);
-}
-
 /* -- out ------------------------------------------------------------------------------------- */
 
-/* "DIRECTORY/.NAME.XXXXXX" beside the target. */
-static char *temporary_name(const char *target)
+/* Tries temporary names beside the target until one is free: `take` makes the file, or fails with EEXIST. */
+static struct error *take_temporary(struct stream_output *out, bool (*take)(struct stream_output *out, const char *name))
 {
-    const char *slash = strrchr(target, '/');
-    const int directory = slash ? (int)(slash + 1 - target) : 0;
-    char *name = NULL;
-    if (asprintf(&name, "%.*s.%s.XXXXXX", directory, target, target + directory) < 0)
-        return NULL;
-    return name;
+    const char *slash = strrchr(out->target, '/');
+    const int directory = slash ? (int)(slash + 1 - out->target) : 0;
+    for (int attempt = 0; attempt < 1000; attempt++) {
+        char *name = NULL;
+        if (asprintf(&name, "%.*s.probe-%ld-%d", directory, out->target, (long)getpid(), attempt) < 0)
+            return error_memory();
+        if (take(out, name)) {
+            out->temporary = name;
+            return NULL;
+        }
+        const int number = errno;
+        free(name);
+        if (number != EEXIST)
+            return error_system(number, "%s", out->name);
+    }
+    return error_new("%s: no free temporary name beside it", out->name);
 }
 
-/* A file without a name, where the file system has such; else one with a temporary name. */
-static struct error *open_beside(struct stream_output *out, mode_t mode)
+static bool take_created(struct stream_output *out, const char *name)
+{
+    out->fd = open_above(name, O_WRONLY | O_CREAT | O_EXCL);
+    return out->fd >= 0;
+}
+
+/* Gives a nameless file its first name. */
+static bool take_linked(struct stream_output *out, const char *name)
+{
+    char descriptor[32];
+    snprintf(descriptor, sizeof descriptor, "/proc/self/fd/%d", out->fd);
+    return linkat(AT_FDCWD, descriptor, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
+}
+
+/* A file without a name, so that a killed program leaves nothing, where the system has such; else one with a temporary name. */
+static struct error *open_beside(struct stream_output *out)
 {
     char *directory = strdup(out->target);
     if (!directory)
@@ -154,68 +190,49 @@ static struct error *open_beside(struct stream_output *out, mode_t mode)
     char *slash = strrchr(directory, '/');
     if (slash)
         slash[slash == directory] = 0;
-    out->fd = open(slash ? directory : ".", O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    const bool nameable = !access("/proc/self/fd", X_OK);
+    out->fd = nameable ? open_above(slash ? directory : ".", O_TMPFILE | O_WRONLY) : -1;
+    const int number = nameable ? errno : EOPNOTSUPP;
     free(directory);
-    if (out->fd < 0 && errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL)
-        return error_system(errno, "%s", out->name);
-    if (out->fd < 0) {
-        out->temporary = temporary_name(out->target);
-        if (!out->temporary)
-            return error_memory();
-        out->fd = mkostemp(out->temporary, O_CLOEXEC);
-        if (out->fd < 0) {
-            const int number = errno;
-            free(out->temporary);
-            out->temporary = NULL;
-            return error_system(number, "%s", out->name);
-        }
-        if (!mode) {
-            const mode_t mask = umask(0);
-            umask(mask);
-            mode = 0666 & ~mask;
-        }
-    }
-    if (mode && fchmod(out->fd, mode))
-        return error_system(errno, "%s", out->name);
-    return NULL;
+    if (out->fd >= 0)
+        return NULL;
+    if (number != EOPNOTSUPP && number != EISDIR && number != EINVAL)
+        return error_system(number, "%s", out->name);
+    return take_temporary(out, take_created);
 }
 
 static struct error *open_file(struct stream_output *out, const char *path)
 {
     struct stat status;
-    if (stat(path, &status) == 0) {
-        if (!S_ISREG(status.st_mode)) { /* a pipe, a device: nothing to rename */
-            out->fd = open(path, O_WRONLY | O_CLOEXEC);
-            return out->fd < 0 ? error_system(errno, "%s", path) : NULL;
-        }
-        if (access(path, W_OK))
-            return error_system(errno, "%s", path);
-        out->target = realpath(path, NULL); /* through links, so that they stay */
-        return out->target ? open_beside(out, status.st_mode & 07777) : error_system(errno, "%s", path);
-    }
-    if (errno != ENOENT)
+    const bool exists = stat(path, &status) == 0;
+    if (!exists && errno != ENOENT)
         return error_system(errno, "%s", path);
-    out->target = strdup(path);
-    return out->target ? open_beside(out, 0) : error_memory();
+    if (exists && !S_ISREG(status.st_mode)) { /* a pipe, a device: nothing to rename */
+        out->fd = open_above(path, O_WRONLY);
+        return out->fd < 0 ? error_system(errno, "%s", path) : NULL;
+    }
+    if (exists && access(path, W_OK))
+        return error_system(errno, "%s", path);
+    out->target = exists ? realpath(path, NULL) : strdup(path); /* through links, so that they stay */
+    struct error *err = out->target ? open_beside(out) : error_memory();
+    if (!err && exists && fchmod(out->fd, status.st_mode & 07777))
+        err = error_system(errno, "%s", path);
+    return err;
 }
 
 struct error *output_open(struct stream_output *out, const char *path, bool binary)
 {
     const bool standard = !strcmp(path, "-");
-    struct stat status;
     *out = (struct stream_output){.fd = -1, .name = strdup(standard ? "stdout" : path)};
     struct error *err = out->name ? NULL : error_memory();
     if (!err && !standard)
         err = open_file(out, path);
-    if (!err && standard) {
+    if (!err && standard && fcntl(STDOUT_FILENO, F_GETFD) < 0)
+        err = error_new("stdout is closed: there is nowhere to write to");
+    else if (!err && standard)
         out->fd = STDOUT_FILENO;
-        if (fstat(out->fd, &status))
-            err = error_system(errno, "stdout");
-    }
     if (!err && binary && isatty(out->fd))
         err = error_new("%s is a terminal, and the stream is binary: give --text, or a file with --output", out->name);
-    if (!err && binary)
-        err = hash_create(&out->hash);
     if (err)
         output_abandon(out);
     return err;
@@ -226,16 +243,6 @@ struct error *output_room(struct stream_output *out, size_t count, char **room)
     struct error *err = array_reserve(&out->data, &out->capacity, out->count + count, 1);
     *room = err ? NULL : out->data + out->count;
     return err;
-}
-
-void output_hash_update(struct stream_output *out, size_t from)
-{
-    XXH3_64bits_update(out->hash, out->data + from, out->count - from);
-}
-
-uint64_t output_hash(const struct stream_output *out)
-{
-    return XXH3_64bits_digest(out->hash);
 }
 
 struct error *output_flush(struct stream_output *out, bool always)
@@ -253,37 +260,11 @@ struct error *output_flush(struct stream_output *out, bool always)
     return NULL;
 }
 
-/* Gives a nameless file a temporary name, of a random kind that is still free. */
-static struct error *link_temporary(struct stream_output *out)
-{
-    char descriptor[32];
-    snprintf(descriptor, sizeof descriptor, "/proc/self/fd/%d", out->fd);
-    for (int attempt = 0; attempt < 100; attempt++) {
-        char *name = temporary_name(out->target);
-        if (!name)
-            return error_memory();
-        const int fd = mkstemp(name); /* finds a free name */
-        if (fd >= 0) {
-            close(fd);
-            unlink(name);
-            if (linkat(AT_FDCWD, descriptor, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0) {
-                out->temporary = name;
-                return NULL;
-            }
-        }
-        const int number = errno;
-        free(name);
-        if (number != EEXIST)
-            return error_system(number, "%s", out->name);
-    }
-    return error_new("%s: no free temporary name beside it", out->name);
-}
-
 struct error *output_finish(struct stream_output *out)
 {
     struct error *err = output_flush(out, true);
     if (!err && out->target && !out->temporary)
-        err = link_temporary(out);
+        err = take_temporary(out, take_linked);
     if (!err) {
         const int fd = out->fd;
         out->fd = -1;
@@ -308,7 +289,6 @@ void output_abandon(struct stream_output *out)
         close(out->fd);
     if (out->temporary)
         unlink(out->temporary);
-    XXH3_freeState(out->hash);
     free(out->name);
     free(out->target);
     free(out->temporary);

@@ -15,8 +15,10 @@
 enum {
     STREAM_LINE_MOST = 16 << 20,   /* bytes of a line */
     STREAM_ROW_MOST = 1 << 20,     /* bytes of a row */
-    STREAM_BLOCK_MOST = 16 << 20,  /* bytes of a block that a reader accepts */
-    STREAM_BLOCK_BYTES = 256 << 10 /* bytes of a block that a writer fills: stays in the second-level cache */
+    STREAM_BLOCK_MOST = 16 << 20,  /* bytes of the rows of a block that a reader accepts */
+    STREAM_BLOCK_BYTES = 256 << 10, /* that a writer puts into one: they stay in the second-level cache */
+    STREAM_NAMES_MOST = 4096,      /* columns of a table, tables of a stream, keys of a header */
+    STREAM_NAME_MOST = 63          /* bytes of a name */
 };
 
 /* Bytes of one row in binary. */
@@ -25,8 +27,23 @@ size_t table_row_bytes(const struct table *table);
 /* Makes room for `rows` rows. */
 struct error *table_reserve(struct table *table, size_t rows);
 
-/* Whether `name` may name a table, column or key: [a-z][a-z0-9_-]*. */
+/* How many rows of a table make a block, at least one. */
+size_t table_block_rows(const struct table *table);
+
+/* Whether `name` may name a table or column: [a-z][a-z0-9_-]*, of at most STREAM_NAME_MOST bytes. */
 bool stream_name_valid(const char *name);
+
+/* Whether a line starts a table, or ends the stream. */
+bool line_is_table(const char *line, size_t length);
+bool line_is_end(const char *line, size_t length);
+
+/* -- checksums (stream_file.c) ----------------------------------------------------------------- */
+
+/* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each proves all that came before. */
+struct error *checksum_create(void **checksum);
+void checksum_destroy(void *checksum); /* NULL is legal */
+void checksum_update(void *checksum, const void *bytes, size_t count);
+uint64_t checksum_take(void *checksum); /* hands it out; the next one starts */
 
 /* -- bytes in (stream_file.c) ------------------------------------------------------------------ */
 
@@ -38,7 +55,6 @@ struct stream_input {
     uint64_t offset; /* of the next byte to be consumed */
     size_t line;     /* number of the last line that was consumed, from 1 */
     bool ended;      /* no more bytes to read */
-    void *hash;      /* XXH3 state over every byte so far; NULL: not kept */
 };
 
 struct error *input_open(struct stream_input *in, const char *path);
@@ -53,11 +69,6 @@ void input_consume(struct stream_input *in, size_t count);
 /* The next line, not consumed: *line without its newline (NULL at the end of input), *bytes what it takes with it. */
 struct error *input_line(struct stream_input *in, const char **line, size_t *length, size_t *bytes);
 
-/* Starts a checksum, and adds bytes to it: consuming does not. */
-struct error *input_hash_start(struct stream_input *in);
-void input_hash_update(struct stream_input *in, const void *bytes, size_t count);
-uint64_t input_hash(const struct stream_input *in);
-
 /* -- bytes out (stream_file.c) ----------------------------------------------------------------- */
 
 struct stream_output {
@@ -67,18 +78,13 @@ struct stream_output {
     char *temporary; /* its name until then; NULL: it has none yet (O_TMPFILE) */
     char *data;      /* bytes to be written; owned */
     size_t count, capacity;
-    void *hash; /* XXH3 state over every byte; NULL: not kept */
 };
 
-/* binary: keep a checksum; refused when the output is a terminal. */
+/* binary: refused when the output is a terminal. */
 struct error *output_open(struct stream_output *out, const char *path, bool binary);
 
 /* Room for `count` bytes behind those not yet written; the caller fills them and adds to out->count. */
 struct error *output_room(struct stream_output *out, size_t count, char **room);
-
-/* Adds the bytes from out->data[from] on to the checksum. */
-void output_hash_update(struct stream_output *out, size_t from);
-uint64_t output_hash(const struct stream_output *out);
 
 /* Writes what is in memory when it is more than a block (always: all of it). */
 struct error *output_flush(struct stream_output *out, bool always);
@@ -116,6 +122,7 @@ struct stream_reader {
     struct stream_input in;
     struct stream_header header;
     enum stream_encoding encoding;
+    void *checksum; /* binary */
     struct stream_validity validity;
     struct table schema; /* of the current table, no rows; its name is NULL before the first and after the last */
     size_t row;          /* rows of it that were read */
@@ -134,6 +141,7 @@ struct stream_writer {
     struct stream_output out;
     struct stream_header header;
     bool binary;
+    void *checksum; /* binary */
     struct stream_validity validity;
     struct table schema; /* of the started table */
     size_t row;
