@@ -211,7 +211,14 @@ void locate_destroy(struct locate *l)
 
 /* -- inside ----------------------------------------------------------------------------------- */
 
-/* Six times the volumes of p with each face: the barycentric coordinates before they are divided by their sum. */
+static double extent(struct vec3 a)
+{
+    return fmax(fmax(fabs(a.x), fabs(a.y)), fabs(a.z));
+}
+
+/* Six times the volumes of p with each face: the barycentric coordinates before they are divided by their sum. p is a site of
+ * the lattice. In doubles; where these are small beside what was added up, as in cells that are flat or needles, exactly: signs are
+ * always right. */
 static void face_volumes(const struct locate *l, size_t cell, struct vec3 p, double volume[4])
 {
     const struct vec3 a = vec3_sub(corner(l, cell, 0), p), b = vec3_sub(corner(l, cell, 1), p),
@@ -221,6 +228,19 @@ static void face_volumes(const struct locate *l, size_t cell, struct vec3 p, dou
     volume[1] = -vec3_dot(a, cd);
     volume[2] = vec3_dot(d, ab);
     volume[3] = -vec3_dot(c, ab);
+    const double size = extent(a) + extent(b) + extent(c) + extent(d), trusted = 1e-12 * size * size * size;
+    if (fabs(volume[0]) > trusted && fabs(volume[1]) > trusted && fabs(volume[2]) > trusted && fabs(volume[3]) > trusted)
+        return;
+    if (!(size < 0x1p42)) /* beyond what the lattice's arithmetic can hold: far outside */
+        return;
+    const double site[3] = {p.x, p.y, p.z};
+    const double *v[4];
+    for (size_t i = 0; i < 4; i++)
+        v[i] = l->site + 3 * (size_t)l->vertex[4 * cell + i];
+    volume[0] = (double)lattice_orient(site, v[1], v[2], v[3]);
+    volume[1] = (double)lattice_orient(v[0], site, v[2], v[3]);
+    volume[2] = (double)lattice_orient(v[0], v[1], site, v[3]);
+    volume[3] = (double)lattice_orient(v[0], v[1], v[2], site);
 }
 
 static int least_of(const double value[4])
@@ -314,8 +334,11 @@ static void try_face(const struct locate *l, size_t cell, int i, struct vec3 p, 
         w->vertex[k] = l->vertex[4 * cell + (size_t)k];
         w->weight[k] = 0;
     }
+    double sum = 0;
     for (int k = 0; k < 3; k++)
-        w->weight[f[k]] = weight[k] > 0 ? weight[k] : 0;
+        sum += weight[k] > 0 ? weight[k] : 0;
+    for (int k = 0; k < 3; k++) /* rounding may leave a weight a little below 0 */
+        w->weight[f[k]] = weight[k] > 0 ? weight[k] / sum : 0;
 }
 
 static double box_square(const struct hull_node *node, struct vec3 p)
@@ -355,7 +378,7 @@ static void locate_outside(const struct locate *l, struct vec3 p, struct locate_
 
 /* -- searching -------------------------------------------------------------------------------- */
 
-/* The cell that holds p best, among all: the end of a walk that rounding led in a circle. */
+/* The cell that holds p best, among all. */
 static void locate_exhaustive(const struct locate *l, struct vec3 p, struct locate_weights *w)
 {
     double best = -INFINITY;
@@ -382,7 +405,7 @@ static void locate_exhaustive(const struct locate *l, struct vec3 p, struct loca
 /* Lattice coordinates of a point; one that is so far away that they are beyond reach is brought nearer, in its direction. */
 static struct vec3 reachable(const struct locate *l, const double position[3])
 {
-    const double reach = 0x1p100;
+    const double reach = 0x1p60;
     double coordinates[3], most = 0, size = 0;
     lattice_coordinates(&l->lattice, position, coordinates);
     for (int k = 0; k < 3; k++) {
@@ -396,12 +419,13 @@ static struct vec3 reachable(const struct locate *l, const double position[3])
 
 void locate_point(const struct locate *l, const double position[3], struct locate_weights *w)
 {
-    const struct vec3 p = reachable(l, position);
+    const struct vec3 exactly = reachable(l, position);
+    const struct vec3 p = {rint(exactly.x), rint(exactly.y), rint(exactly.z)}; /* on the lattice, where the walk's arithmetic is exact */
     size_t cell = w->cell >= 0 && (size_t)w->cell < l->cell_count ? (size_t)w->cell : cold_start(l, p);
     w->inside = true;
     w->distance = 0;
-    /* A walk through Delaunay cells visits none twice (Edelsbrunner 1990), so it ends; only rounding can lead it in a circle. From a
-     * far cell it takes a few times the cells along an edge of the mesh. */
+    /* Signs are exact, so a walk through Delaunay cells visits none twice (Edelsbrunner 1990) and ends; where a stream's cells are
+     * not Delaunay, or the point is too far for exact arithmetic, it may not, and a search through all takes over. */
     const double steps_most = 64 + 32 * cbrt((double)l->cell_count);
     for (double step = 0; step < steps_most; step++) {
         double volume[4];
@@ -412,8 +436,8 @@ void locate_point(const struct locate *l, const double position[3], struct locat
             return;
         }
         const int32_t next = l->neighbour[4 * cell + (size_t)least];
-        if (next < 0) {
-            locate_outside(l, p, w);
+        if (next < 0) { /* beyond a face of a convex hull */
+            locate_outside(l, exactly, w);
             return;
         }
         cell = (size_t)next;

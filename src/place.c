@@ -278,7 +278,7 @@ static struct error *look_around(void *context, size_t index, int thread)
 
 struct place_inside_settings place_inside_default(void)
 {
-    return (struct place_inside_settings){.rays = 64, .backface_share = 0.75, .threads = 1};
+    return (struct place_inside_settings){.rays = 64, .backface_share = 0.9, .threads = 1};
 }
 
 /* Where more of the positions than this see back faces of open pieces, the faces are not oriented: even a level that is hewn out of rock

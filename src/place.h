@@ -55,7 +55,7 @@ struct place_inside_settings {
     int threads;
 };
 
-struct place_inside_settings place_inside_default(void); /* 64 rays, 0.75, 1 thread */
+struct place_inside_settings place_inside_default(void); /* 64 rays, 0.9, 1 thread */
 
 /* Sets inside[i] for each position. A warning says when the faces turned out not to be oriented. */
 struct error *place_inside(const struct place *place, const struct tracer *tracer, const struct place_inside_settings *settings,

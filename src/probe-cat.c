@@ -1,12 +1,13 @@
 /* probe-cat: converts, merges, selects and describes probe streams. */
 #include "error.h"
+#include "number.h"
 #include "options.h"
 #include "stream.h"
 #include "stream_edit.h"
 #include "warning.h"
 
 #include <errno.h>
-#include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,29 +16,28 @@
 static struct error *parse_rows(void *value, const char *text)
 {
     struct stream_selection *s = value;
-    int64_t number[3] = {0, -1, 1};
-    int parts = 1;
-    const char *at = text;
-    for (; parts <= 3; parts++) {
-        char *end = NULL;
-        errno = 0;
-        const long long x = strtoll(at, &end, 10);
-        if (end != at && (*at < '0' || *at > '9' || errno || x > INT32_MAX))
-            break;
-        if (end != at)
-            number[parts - 1] = x;
-        if (!*end)
-            break;
-        if (*end != ':' || parts == 3)
-            return error_usage("expected FIRST:END or FIRST:END:STEP, got '%s'", text);
-        at = end + 1;
+    int32_t number[3] = {0, -1, 1};
+    const char *at = text, *end = text + strlen(text);
+    int parts = 0;
+    for (bool more = at < end; at && more; parts++) {
+        if (at < end && *at >= '0' && *at <= '9' && parts < 3)
+            at = number_read_i32(at, end, &number[parts]);
+        more = at && at < end && *at == ':';
+        if (more)
+            at++;
     }
-    if (!*text || strspn(text, "0123456789:") != strlen(text) || number[2] < 1)
+    if (at != end || parts < 1 || parts > 3 || number[2] < 1)
         return error_usage("expected FIRST:END or FIRST:END:STEP, got '%s'", text);
-    *s = (struct stream_selection){.tables = s->tables, .columns = s->columns, .drop = s->drop, .captured = s->captured,
-                                   .rows_given = true, .first = number[0],
-                                   .end = parts == 1 ? number[0] + 1 : number[1], .step = number[2]};
+    s->rows_given = true;
+    s->first = number[0];
+    s->end = parts == 1 ? (int64_t)number[0] + 1 : number[1];
+    s->step = number[2];
     return NULL;
+}
+
+static struct error *parse_condition(void *value, const char *text)
+{
+    return stream_selection_add(value, text);
 }
 
 static struct error *describe(const char *path)
@@ -122,7 +122,6 @@ int main(int argc, char **argv)
 {
     struct stream_selection s = {.step = 1, .end = -1};
     bool info = false, no_provenance = false;
-    int captured = ROWS_ANY;
     const struct option_row rows[] = {
         {.name = "info", .letter = 'i', .kind = OPTION_FLAG, .value = &info,
          .help = "print what the streams hold instead: tables, columns, ranges, history"},
@@ -131,9 +130,12 @@ int main(int argc, char **argv)
         {.name = "drop", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.drop, .help = "drop these columns"},
         {.name = "rows", .argument = "FIRST:END[:STEP]", .kind = OPTION_CALL, .value = &s, .parse = parse_rows, .shown = "all",
          .help = "keep these probes, counted from 0, END not included"},
-        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &captured, .help = "keep the probes that have light"},
-        {.name = "uncaptured", .kind = OPTION_SET, .count = ROWS_UNCAPTURED, .value = &captured,
+        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &s.captured, .help = "keep the probes that have light"},
+        {.name = "uncaptured", .kind = OPTION_SET, .count = ROWS_UNCAPTURED, .value = &s.captured,
          .help = "keep the probes that have no light yet"},
+        {.name = "where", .argument = "'COLUMN OP NUMBER'", .kind = OPTION_CALL, .value = &s, .parse = parse_condition,
+         .help = "keep the probes for which this holds, as in 'validity < 0.9' or 'position[1] >= 2';\n"
+                 "OP is one of < <= > >= = !=; may repeat: all must hold"},
         {.name = "no-provenance", .kind = OPTION_FLAG, .value = &no_provenance, .help = "leave out the command lines that made the stream"},
         {0}};
     struct common common = common_default();
@@ -147,7 +149,6 @@ int main(int argc, char **argv)
         .operands_most = -1};
     struct warnings warnings = {0};
     struct error *err = options_parse(&program, argc, argv);
-    s.captured = captured == ROWS_CAPTURED ? ROWS_CAPTURED : captured == ROWS_UNCAPTURED ? ROWS_UNCAPTURED : ROWS_ANY;
     static const char *standard[] = {"-"};
     const char **paths = program.operand_count ? program.operands : standard;
     const int count = program.operand_count ? program.operand_count : 1;
@@ -157,7 +158,7 @@ int main(int argc, char **argv)
                 printf("%s%s:\n", i ? "\n" : "", paths[i]);
             err = describe(paths[i]);
         }
-    } else if (!err && count == 1 && !s.rows_given && s.captured == ROWS_ANY) {
+    } else if (!err && count == 1 && !stream_selects_rows(&s)) {
         err = pass(paths[0], &s, &common, no_provenance, program.recorded);
     } else if (!err) {
         err = gather(paths, count, &s, &common, no_provenance, program.recorded, &warnings);
@@ -165,6 +166,7 @@ int main(int argc, char **argv)
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
+    stream_selection_clear(&s);
     program_clear(&program);
     return error_exit(program.name, err);
 }

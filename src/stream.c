@@ -12,8 +12,6 @@
 
 static const char magic_text[] = "#?probe 1", magic_binary[] = "#?probe 1 binary";
 
-enum { READ_ROWS = 1024 }; /* at a time: little memory for a small stream, little overhead for a large one */
-
 /* -- reading --------------------------------------------------------------------------------- */
 
 struct error *reader_place(const struct stream_reader *reader, struct error *err)
@@ -21,6 +19,27 @@ struct error *reader_place(const struct stream_reader *reader, struct error *err
     if (reader->encoding == STREAM_BINARY)
         return error_wrap(err, "%s: byte %" PRIu64, reader->in.name, reader->in.offset);
     return error_wrap(err, "%s:%zu", reader->in.name, reader->in.line);
+}
+
+struct error *ended_within(const struct stream_reader *reader, size_t further)
+{
+    return error_new("the stream ends within table %s, after %zu rows: it is not whole", reader->schema.name,
+                     reader->row + further);
+}
+
+static bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
+bool line_is_table(const char *line, size_t length)
+{
+    return length > 5 && !memcmp(line, "table", 5) && is_blank(line[5]);
+}
+
+bool line_is_end(const char *line, size_t length)
+{
+    return length >= 3 && !memcmp(line, "end", 3) && (length == 3 || is_blank(line[3]));
 }
 
 /* A line of the header, or one between tables, as a string of its own, to be freed by the caller; NULL when the input has ended. */
@@ -33,8 +52,8 @@ static struct error *take_line(struct stream_reader *reader, char **taken)
     *taken = NULL;
     if (err || !line)
         return err;
-    if (in->hash)
-        input_hash_update(in, line, bytes);
+    if (reader->checksum)
+        checksum_update(reader->checksum, line, bytes);
     const size_t text = length - (reader->encoding != STREAM_BINARY && length && line[length - 1] == '\r');
     bool control = false;
     for (size_t i = 0; i < text; i++)
@@ -74,7 +93,7 @@ static struct error *read_magic(struct stream_reader *reader)
     if (got == sizeof magic_binary && !memcmp(bytes, magic_binary, sizeof magic_binary - 1) &&
         bytes[sizeof magic_binary - 1] == '\n') {
         reader->encoding = STREAM_BINARY;
-        err = input_hash_start(in);
+        err = checksum_create(&reader->checksum);
     }
     char *line = NULL;
     if (!err)
@@ -93,16 +112,11 @@ static struct error *read_key(struct stream_header *header, char *line)
     if (separated)
         *value++ = 0;
     value += strspn(value, " \t");
-    if (!stream_name_valid(line) || !strcmp(line, "end"))
+    if (!stream_name_valid(line))
         return error_new("expected a header key, a comment or a table, got '%.40s'", line);
     if (header_key(header, line))
         return error_new("the key %s is given twice", line);
     return header_set_key(header, line, value);
-}
-
-static bool is_table_line(const char *line)
-{
-    return !strncmp(line, "table ", 6) || !strncmp(line, "table\t", 6);
 }
 
 /* Reads header lines up to the first table or the end, which stay to be read. */
@@ -113,7 +127,7 @@ static struct error *read_header(struct stream_reader *reader)
         const char *ahead;
         size_t length, bytes;
         err = input_line(&reader->in, &ahead, &length, &bytes);
-        if (err || !ahead || (length >= 6 && is_table_line(ahead)) || (length >= 3 && !memcmp(ahead, "end", 3)))
+        if (err || !ahead || line_is_table(ahead, length) || line_is_end(ahead, length))
             break;
         char *line = NULL;
         err = take_line(reader, &line);
@@ -151,6 +165,7 @@ void stream_reader_close(struct stream_reader *reader)
     if (!reader)
         return;
     input_close(&reader->in);
+    checksum_destroy(reader->checksum);
     header_clear(&reader->header);
     table_clear(&reader->schema);
     for (size_t i = 0; i < reader->table_count; i++)
@@ -182,6 +197,10 @@ static struct error *parse_column(struct table *schema, char *word)
     const unsigned long count = *width >= '1' && *width <= '9' ? strtoul(width, &end, 10) : 0;
     if (!stream_name_valid(word) || !count || *end || count > STREAM_ROW_MOST)
         return wrong;
+    if (schema->column_count == STREAM_NAMES_MOST) {
+        error_destroy(wrong);
+        return error_new("table %s: more than %d columns", schema->name, STREAM_NAMES_MOST);
+    }
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
         if (strcmp(type, column_type_name(types[i])))
             continue;
@@ -199,6 +218,8 @@ static struct error *remember_table(struct stream_reader *reader, const char *na
     for (size_t i = 0; i < reader->table_count; i++)
         if (!strcmp(reader->table_names[i], name))
             return error_new("table %s is given twice", name);
+    if (reader->table_count == STREAM_NAMES_MOST)
+        return error_new("more than %d tables", STREAM_NAMES_MOST);
     char **grown = realloc(reader->table_names, (reader->table_count + 1) * sizeof *grown);
     if (!grown)
         return error_memory();
@@ -223,57 +244,61 @@ static struct error *read_table_line(struct stream_reader *reader, char *line)
     return err ? err : validity_schema(&reader->header, &reader->schema);
 }
 
-/* "end", in binary with the checksum of all that came before it; nothing may follow. */
-static struct error *read_end(struct stream_reader *reader, const char *line, uint64_t checksum)
+/* "end", in binary with the last checksum, which covers "end " as well; nothing may follow. */
+static struct error *read_end(struct stream_reader *reader)
 {
-    char expected[32] = "end";
-    if (reader->encoding == STREAM_BINARY)
-        snprintf(expected, sizeof expected, "end %016" PRIx64, checksum);
-    if (strcmp(line, expected))
-        return reader->encoding == STREAM_BINARY
-                   ? error_new("the checksum at the end does not match: the data are damaged")
-                   : error_new("expected 'end', got '%.40s'", line);
+    static const char end[] = "end ";
+    char expected[32] = "end", *line = NULL;
+    if (reader->checksum) {
+        checksum_update(reader->checksum, end, sizeof end - 1);
+        snprintf(expected, sizeof expected, "%s%016" PRIx64, end, checksum_take(reader->checksum));
+    }
+    struct error *err = take_line(reader, &line);
+    if (!err && strcmp(line, expected))
+        err = reader_place(reader, reader->checksum ? error_new("the checksum at the end does not match")
+                                                    : error_new("expected 'end', got '%.40s'", line));
+    free(line);
     const unsigned char *bytes;
-    size_t got;
-    struct error *err = input_peek(&reader->in, 1, &bytes, &got);
+    size_t got = 0;
+    if (!err)
+        err = input_peek(&reader->in, 1, &bytes, &got);
     if (!err && got)
-        err = error_new("expected nothing behind the end, got more data");
-    return err ? err : validity_end(&reader->validity);
+        err = reader_place(reader, error_new("expected nothing behind the end, got more data"));
+    return err ? err : reader_place(reader, validity_end(&reader->validity));
 }
 
 /* Reads the line that ends the stream or starts the next table. */
 static struct error *next_table(struct stream_reader *reader)
 {
-    struct stream_input *in = &reader->in;
+    const char *ahead;
+    size_t length, bytes;
     table_clear(&reader->schema);
-    char *line = NULL;
-    const uint64_t checksum = in->hash ? input_hash(in) : 0;
-    struct error *err = take_line(reader, &line);
-    if (err) {
-        free(line);
+    struct error *err = input_line(&reader->in, &ahead, &length, &bytes);
+    if (err)
         return err;
-    }
-    if (!line)
+    if (!ahead)
         return reader_place(reader, error_new("expected a table or the end, got nothing: the stream is not whole"));
-    if (is_table_line(line)) {
-        err = read_table_line(reader, line);
-        reader->row = 0;
-        reader->table_ended = false;
-    } else if (!strncmp(line, "end", 3)) {
-        err = read_end(reader, line, checksum);
-    } else {
-        err = error_new("expected a table or the end, got '%.40s'", line);
-    }
+    if (line_is_end(ahead, length))
+        return read_end(reader);
+    const bool table = line_is_table(ahead, length);
+    char *line = NULL;
+    err = take_line(reader, &line);
+    if (!err)
+        err = reader_place(reader, table ? read_table_line(reader, line)
+                                         : error_new("expected a table or the end, got '%.40s'", line));
     free(line);
-    return reader_place(reader, err);
+    reader->row = 0;
+    reader->table_ended = false;
+    return err;
 }
 
 struct error *stream_reader_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got)
 {
     *got = 0;
+    const size_t block = table_block_rows(&reader->schema);
     struct error *err = NULL;
     while (!err && !reader->table_ended && *got < most) {
-        const size_t first = table->rows, wanted = most - *got < READ_ROWS ? most - *got : READ_ROWS;
+        const size_t first = table->rows, wanted = most - *got < block ? most - *got : block;
         size_t some = 0;
         err = table_reserve(table, first + wanted);
         struct table read = *table, added = *table; /* the stream's columns, and those that the caller added */
@@ -301,7 +326,7 @@ static struct error *skip_rows(struct stream_reader *reader)
     struct error *err = table_copy_schema(&scratch, &reader->schema);
     for (size_t got = 1; !err && got;) {
         scratch.rows = 0;
-        err = stream_reader_rows(reader, &scratch, READ_ROWS, &got);
+        err = stream_reader_rows(reader, &scratch, table_block_rows(&scratch), &got);
     }
     table_clear(&scratch);
     return err;
@@ -344,7 +369,10 @@ struct error *stream_read(struct stream **stream, const char *path)
         table_clear(table);
         *table = schema;
         size_t got;
+        if (reader->encoding == STREAM_BINARY)
+            table_expect(table, input_expected(&reader->in) / table_row_bytes(table) + table_block_rows(table));
         err = stream_reader_rows(reader, table, SIZE_MAX, &got);
+        table_trim(table);
     }
     if (!err) {
         s->encoding = reader->encoding;
@@ -358,8 +386,9 @@ struct error *stream_read(struct stream **stream, const char *path)
 
 /* -- writing --------------------------------------------------------------------------------- */
 
-__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_output *out, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer, const char *format, ...)
 {
+    struct stream_output *out = &writer->out;
     va_list args;
     va_start(args, format);
     char *text = NULL;
@@ -372,8 +401,8 @@ __attribute__((format(printf, 2, 3))) static struct error *write_text(struct str
     if (!err) {
         memcpy(room, text, (size_t)length);
         out->count += (size_t)length;
-        if (out->hash)
-            output_hash_update(out, out->count - (size_t)length);
+        if (writer->checksum)
+            checksum_update(writer->checksum, text, (size_t)length);
         err = output_flush(out, false);
     }
     free(text);
@@ -383,11 +412,11 @@ __attribute__((format(printf, 2, 3))) static struct error *write_text(struct str
 static struct error *write_header(struct stream_writer *writer)
 {
     const struct stream_header *header = &writer->header;
-    struct error *err = write_text(&writer->out, "%s\n", writer->binary ? magic_binary : magic_text);
+    struct error *err = write_text(writer, "%s\n", writer->binary ? magic_binary : magic_text);
     for (size_t i = 0; i < header->provenance_count && !err; i++)
-        err = write_text(&writer->out, "# %s\n", header->provenance[i]);
+        err = write_text(writer, "# %s\n", header->provenance[i]);
     for (size_t i = 0; i < header->key_count && !err; i++)
-        err = write_text(&writer->out, "%s %s\n", header->keys[i].name, header->keys[i].value);
+        err = write_text(writer, "%s %s\n", header->keys[i].name, header->keys[i].value);
     return err;
 }
 
@@ -405,6 +434,8 @@ struct error *stream_writer_open(struct stream_writer **writer, const char *path
     err = header_copy(&w->header, header);
     if (!err)
         err = output_open(&w->out, path, w->binary);
+    if (!err && w->binary)
+        err = checksum_create(&w->checksum);
     if (!err)
         err = write_header(w);
     if (err)
@@ -439,15 +470,14 @@ struct error *stream_writer_table(struct stream_writer *writer, const struct tab
     if (!err)
         err = table_copy_schema(&writer->pending, schema);
     if (!err)
-        err = write_text(&writer->out, "table %s", schema->name);
+        err = write_text(writer, "table %s", schema->name);
     for (size_t i = 0; i < schema->column_count && !err; i++)
-        err = write_text(&writer->out, " %s:%s:%zu", schema->columns[i].name, column_type_name(schema->columns[i].type),
+        err = write_text(writer, " %s:%s:%zu", schema->columns[i].name, column_type_name(schema->columns[i].type),
                          schema->columns[i].width);
     if (!err)
-        err = write_text(&writer->out, "\n");
+        err = write_text(writer, "\n");
     writer->row = 0;
-    const size_t row_bytes = table_row_bytes(schema);
-    writer->block_rows = row_bytes < STREAM_BLOCK_BYTES ? STREAM_BLOCK_BYTES / row_bytes : 1;
+    writer->block_rows = table_block_rows(schema);
     return err;
 }
 
@@ -500,11 +530,15 @@ static struct error *write_blocks(struct stream_writer *writer, const struct tab
 struct error *stream_writer_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
 {
     struct error *err = check_columns(&writer->schema, table);
-    if (!err)
-        err = validity_rows(&writer->validity, table, first, count, writer->row);
-    if (!err)
-        err = writer->binary ? write_blocks(writer, table, first, count) : text_write_rows(writer, table, first, count);
-    writer->row += count;
+    while (count && !err) { /* a block's worth at a time: checked and written while it is in the cache */
+        const size_t some = count < writer->block_rows ? count : writer->block_rows;
+        err = validity_rows(&writer->validity, table, first, some, writer->row);
+        if (!err)
+            err = writer->binary ? write_blocks(writer, table, first, some) : text_write_rows(writer, table, first, some);
+        writer->row += some;
+        first += some;
+        count -= some;
+    }
     return err;
 }
 
@@ -516,7 +550,7 @@ struct error *stream_copy_table(struct stream_reader *reader, struct stream_writ
         err = stream_writer_table(writer, schema);
     for (size_t got = 1; !err && got;) {
         rows.rows = 0;
-        err = stream_reader_rows(reader, &rows, READ_ROWS, &got);
+        err = stream_reader_rows(reader, &rows, table_block_rows(&rows), &got);
         if (!err)
             err = stream_writer_rows(writer, &rows, 0, got);
     }
@@ -529,10 +563,10 @@ struct error *stream_writer_finish(struct stream_writer *writer)
     struct error *err = end_table(writer);
     if (!err)
         err = validity_end(&writer->validity);
+    if (!err)
+        err = write_text(writer, writer->binary ? "end " : "end\n");
     if (!err && writer->binary)
-        err = write_text(&writer->out, "end %016" PRIx64 "\n", output_hash(&writer->out));
-    else if (!err)
-        err = write_text(&writer->out, "end\n");
+        err = write_text(writer, "%016" PRIx64 "\n", checksum_take(writer->checksum));
     if (!err)
         err = output_finish(&writer->out);
     stream_writer_abandon(writer);
@@ -544,6 +578,7 @@ void stream_writer_abandon(struct stream_writer *writer)
     if (!writer)
         return;
     output_abandon(&writer->out);
+    checksum_destroy(writer->checksum);
     header_clear(&writer->header);
     table_clear(&writer->schema);
     table_clear(&writer->pending);

@@ -6,7 +6,7 @@
 #include <inttypes.h>
 #include <string.h>
 
-enum { HEAD = 8, TAIL = 8 };
+enum { COUNTS = 8, HEAD = COUNTS + 8 };
 
 /* memcpy of the widths that columns have, as single moves. */
 static inline void copy_value(unsigned char *to, const unsigned char *from, size_t bytes)
@@ -37,29 +37,27 @@ static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
     const unsigned char *block;
     size_t got;
     uint32_t rows = 0, bytes = 0;
+    uint64_t stated = 0;
     struct error *err = input_peek(in, HEAD, &block, &got);
     if (!err && got == HEAD) {
         memcpy(&rows, block, 4);
         memcpy(&bytes, block + 4, 4);
+        memcpy(&stated, block + COUNTS, sizeof stated);
         if (bytes > STREAM_BLOCK_MOST || rows > STREAM_BLOCK_MOST || rows * row_bytes != bytes)
             return error_new("table %s: expected a block of rows of %zu bytes, at most %d bytes, got %" PRIu32
-                             " rows in %" PRIu32 " bytes: the data are damaged",
+                             " rows in %" PRIu32 " bytes",
                              reader->schema.name, row_bytes, STREAM_BLOCK_MOST, rows, bytes);
-        err = input_peek(in, HEAD + (size_t)bytes + TAIL, &block, &got);
+        err = input_peek(in, HEAD + (size_t)bytes, &block, &got);
     }
     if (err)
         return err;
-    if (got < HEAD + (size_t)bytes + TAIL)
-        return error_new("the stream ends within table %s, after row %zu, without its end: it is not whole",
-                         reader->schema.name, reader->row);
-    uint64_t stated;
-    memcpy(&stated, block + HEAD + bytes, TAIL);
-    input_hash_update(in, block, HEAD + (size_t)bytes);
-    if (input_hash(in) != stated)
-        return error_new("table %s: the checksum of the block after row %zu does not match: the data are damaged",
-                         reader->schema.name, reader->row);
-    input_hash_update(in, block + HEAD + bytes, TAIL);
-    input_consume(in, rows ? HEAD : HEAD + TAIL);
+    if (got < HEAD + (size_t)bytes)
+        return ended_within(reader, 0);
+    checksum_update(reader->checksum, block, COUNTS);
+    checksum_update(reader->checksum, block + HEAD, bytes);
+    if (checksum_take(reader->checksum) != stated)
+        return error_new("table %s: block checksum does not match", reader->schema.name);
+    input_consume(in, HEAD);
     reader->block_rows = rows;
     reader->table_ended = rows == 0;
     return NULL;
@@ -86,7 +84,7 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
     if (err)
         return reader_place(reader, err);
     reader->block_rows -= count;
-    input_consume(&reader->in, count * row_bytes + (reader->block_rows ? 0 : TAIL));
+    input_consume(&reader->in, count * row_bytes);
     table->rows += count;
     *got = count;
     return NULL;
@@ -95,13 +93,13 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
 struct error *binary_write_block(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
 {
     struct stream_output *out = &writer->out;
-    const size_t row_bytes = table_row_bytes(table), bytes = count * row_bytes, from = out->count;
+    const size_t row_bytes = table_row_bytes(table), bytes = count * row_bytes;
     char *room;
-    struct error *err = output_room(out, HEAD + bytes + TAIL, &room);
+    struct error *err = output_room(out, HEAD + bytes, &room);
     if (err)
         return err;
-    const uint32_t head[2] = {(uint32_t)count, (uint32_t)bytes};
-    memcpy(room, head, HEAD);
+    const uint32_t counts[2] = {(uint32_t)count, (uint32_t)bytes};
+    memcpy(room, counts, COUNTS);
     unsigned char *rows = (unsigned char *)room + HEAD;
     for (size_t i = 0; i < table->column_count; i++) {
         const struct column *c = &table->columns[i];
@@ -109,11 +107,10 @@ struct error *binary_write_block(struct stream_writer *writer, const struct tabl
         copy_column(rows, row_bytes, (const unsigned char *)c->data + first * width, width, width, count);
         rows += width;
     }
+    checksum_update(writer->checksum, room, COUNTS);
+    checksum_update(writer->checksum, room + HEAD, bytes);
+    const uint64_t checksum = checksum_take(writer->checksum);
+    memcpy(room + COUNTS, &checksum, sizeof checksum);
     out->count += HEAD + bytes;
-    output_hash_update(out, from);
-    const uint64_t checksum = output_hash(out);
-    memcpy(out->data + out->count, &checksum, TAIL);
-    out->count += TAIL;
-    output_hash_update(out, out->count - TAIL);
     return output_flush(out, false);
 }

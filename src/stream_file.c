@@ -112,6 +112,13 @@ struct error *input_peek(struct stream_input *in, size_t count, const unsigned c
     return err;
 }
 
+size_t input_expected(const struct stream_input *in)
+{
+    struct stat status;
+    const bool known = !fstat(in->fd, &status) && S_ISREG(status.st_mode) && (uint64_t)status.st_size > in->offset;
+    return known ? (size_t)((uint64_t)status.st_size - in->offset) : 0;
+}
+
 void input_consume(struct stream_input *in, size_t count)
 {
     in->start += count;

@@ -27,6 +27,12 @@ size_t table_row_bytes(const struct table *table);
 /* Makes room for `rows` rows. */
 struct error *table_reserve(struct table *table, size_t rows);
 
+/* Takes room for rows that will come, if it can be had, in large pages: filling a large column is mostly page faults. */
+void table_expect(struct table *table, size_t rows);
+
+/* Gives back what table_expect took too much. */
+void table_trim(struct table *table);
+
 /* How many rows of a table make a block, at least one. */
 size_t table_block_rows(const struct table *table);
 
@@ -62,6 +68,9 @@ void input_close(struct stream_input *in);
 
 /* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input ends. Memory grows with what arrives. */
 struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes, size_t *got);
+
+/* How many bytes are still to come; 0 when that cannot be known. */
+size_t input_expected(const struct stream_input *in);
 
 /* Consumes bytes that are available. */
 void input_consume(struct stream_input *in, size_t count);
@@ -132,6 +141,12 @@ struct stream_reader {
     size_t block_rows; /* binary: rows left in the current block */
 };
 
+/* Puts file and line, or file and byte, before the message. */
+struct error *reader_place(const struct stream_reader *reader, struct error *err);
+
+/* The error of a stream that stops within the current table, `further` rows behind reader->row. */
+struct error *ended_within(const struct stream_reader *reader, size_t further);
+
 /* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to the table, whose first columns are
  * those of reader->schema and which has room for them, and checks them. */
 struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
@@ -149,12 +164,10 @@ struct stream_writer {
     size_t block_rows;    /* rows of a full block */
 };
 
+/* Writes rows as lines. */
 struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
 
 /* Writes one block; count 0 ends the table. */
 struct error *binary_write_block(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
-
-/* Puts file and line, or file and byte, before the message. */
-struct error *reader_place(const struct stream_reader *reader, struct error *err);
 
 #endif

@@ -7,14 +7,14 @@
 
 static const char *skip_blanks(const char *at, const char *end)
 {
-    while (at < end && (*at == ' ' || *at == '\t' || *at == '\r'))
+    while (at < end && (*at == ' ' || *at == '\t'))
         at++;
     return at;
 }
 
 static const char *skip_word(const char *at, const char *end)
 {
-    while (at < end && *at != ' ' && *at != '\t' && *at != '\r')
+    while (at < end && *at != ' ' && *at != '\t')
         at++;
     return at;
 }
@@ -64,7 +64,7 @@ static struct error *read_row(const struct table *schema, struct table *table, s
             if (at == end)
                 return wrong_count(schema, line, end);
             const char *behind = read_number(c, row * c->width + k, at, end);
-            if (!behind || (behind < end && *behind != ' ' && *behind != '\t' && *behind != '\r'))
+            if (!behind || (behind < end && *behind != ' ' && *behind != '\t'))
                 return wrong_number(schema, c, at, end);
             at = skip_blanks(behind, end);
         }
@@ -72,11 +72,16 @@ static struct error *read_row(const struct table *schema, struct table *table, s
     return at == end ? NULL : wrong_count(schema, line, end);
 }
 
-static bool ends_table(const char *line, size_t length)
+/* A line between two lines of the table's own: a row, or nothing (a comment, a blank line: *is_row is false). */
+static struct error *read_line(struct stream_reader *reader, struct table *table, size_t number, const char *line,
+                               size_t length, bool *is_row)
 {
-    if (length && line[length - 1] == '\r')
-        length--;
-    return (length >= 6 && !memcmp(line, "table ", 6)) || (length == 3 && !memcmp(line, "end", 3));
+    const char *end = line + length - (length && line[length - 1] == '\r'), *first = skip_blanks(line, end);
+    *is_row = first < end && *first != '#';
+    if (!*is_row)
+        return memchr(line, 0, length) ? error_new("table %s: expected text, got a zero byte", reader->schema.name) : NULL;
+    struct error *err = read_row(&reader->schema, table, table->rows, first, end);
+    return err ? err : validity_rows(&reader->validity, table, table->rows, 1, number);
 }
 
 struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got)
@@ -86,30 +91,23 @@ struct error *text_read_rows(struct stream_reader *reader, struct table *table, 
     while (*got < most) {
         const char *line;
         size_t length, bytes;
+        bool is_row;
         struct error *err = input_line(in, &line, &length, &bytes);
         if (err)
             return err;
         if (!line)
-            return reader_place(reader, error_new("the stream ends within table %s, after row %zu, without its end: "
-                                                  "it is not whole", reader->schema.name, reader->row + *got));
-        if (ends_table(line, length)) {
+            return reader_place(reader, ended_within(reader, *got));
+        if (line_is_table(line, length) || line_is_end(line, length)) {
             reader->table_ended = true;
             return NULL;
         }
-        const char *first = skip_blanks(line, line + length);
-        if (first < line + length && *first != '#') {
-            err = read_row(&reader->schema, table, table->rows, line, line + length);
-            if (!err)
-                err = validity_rows(&reader->validity, table, table->rows, 1, reader->row + *got);
-            if (err) {
-                in->line++;
-                return reader_place(reader, err);
-            }
-            table->rows++;
-            ++*got;
-        }
-        input_consume(in, bytes);
+        err = read_line(reader, table, reader->row + *got, line, length, &is_row);
         in->line++;
+        if (err)
+            return reader_place(reader, err);
+        table->rows += is_row;
+        *got += is_row;
+        input_consume(in, bytes);
     }
     return NULL;
 }

@@ -25,9 +25,8 @@ static const struct known {
 
 bool stream_name_valid(const char *name)
 {
-    if (*name < 'a' || *name > 'z')
-        return false;
-    return strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789_-") == strlen(name);
+    const size_t valid = strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789_-");
+    return *name >= 'a' && *name <= 'z' && !name[valid] && valid <= STREAM_NAME_MOST;
 }
 
 size_t table_row_bytes(const struct table *table)
@@ -36,6 +35,12 @@ size_t table_row_bytes(const struct table *table)
     for (size_t i = 0; i < table->column_count; i++)
         bytes += table->columns[i].width * column_type_size(table->columns[i].type);
     return bytes;
+}
+
+size_t table_block_rows(const struct table *table)
+{
+    const size_t bytes = table_row_bytes(table);
+    return bytes && bytes < STREAM_BLOCK_BYTES ? STREAM_BLOCK_BYTES / bytes : 1;
 }
 
 struct stream_validity validity_start(void)
@@ -73,6 +78,8 @@ struct error *validity_schema(const struct stream_header *header, const struct t
     struct error *err = NULL;
     if (!table->column_count)
         err = error_new("expected at least one column, got none");
+    if (!err && table->column_count > STREAM_NAMES_MOST)
+        err = error_new("more than %d columns", STREAM_NAMES_MOST);
     if (!err && table_row_bytes(table) > STREAM_ROW_MOST)
         err = error_new("a row takes %zu bytes, more than %d", table_row_bytes(table), STREAM_ROW_MOST);
     if (!err && !strcmp(table->name, "probe") && !table_column(table, "position"))
@@ -90,27 +97,62 @@ struct error *validity_schema(const struct stream_header *header, const struct t
 
 /* -- rows ------------------------------------------------------------------------------------ */
 
-/* Whether any of `count` values is not finite: all ones in the exponent. Loops that a compiler vectorises. */
+/* The loops over many values go in strides of a fixed length, which compilers turn into vector code. */
+enum { STRIDE = 32 };
+
+/* Whether any of `count` values is not finite: all ones in the exponent. */
 static bool any_special_f32(const float *value, size_t count)
 {
-    uint32_t special = 0;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t bits;
-        memcpy(&bits, &value[i], sizeof bits);
-        special |= (bits & 0x7f800000u) == 0x7f800000u;
+    uint32_t special[STRIDE] = {0}, bits[STRIDE];
+    size_t i = 0;
+    for (; i + STRIDE <= count; i += STRIDE) {
+        memcpy(bits, value + i, sizeof bits);
+        for (size_t k = 0; k < STRIDE; k++)
+            special[k] |= (bits[k] & 0x7f800000u) == 0x7f800000u;
     }
-    return special;
+    for (; i < count; i++) {
+        memcpy(bits, value + i, sizeof *bits);
+        special[0] |= (bits[0] & 0x7f800000u) == 0x7f800000u;
+    }
+    uint32_t any = 0;
+    for (size_t k = 0; k < STRIDE; k++)
+        any |= special[k];
+    return any;
 }
 
 static bool any_special_f64(const double *value, size_t count)
 {
-    uint64_t special = 0;
+    uint64_t any = 0;
     for (size_t i = 0; i < count; i++) {
         uint64_t bits;
         memcpy(&bits, &value[i], sizeof bits);
-        special |= (bits & 0x7ff0000000000000u) == 0x7ff0000000000000u;
+        any |= (bits & 0x7ff0000000000000u) == 0x7ff0000000000000u;
     }
-    return special;
+    return any;
+}
+
+/* Lowers *low and raises *high to what `count` values hold. */
+static void widen_range(const int32_t *value, size_t count, int32_t *low, int32_t *high)
+{
+    size_t i = 0;
+    if (count >= STRIDE) {
+        int32_t least[STRIDE], most[STRIDE];
+        memcpy(least, value, sizeof least);
+        memcpy(most, value, sizeof most);
+        for (; i + STRIDE <= count; i += STRIDE)
+            for (size_t k = 0; k < STRIDE; k++) {
+                least[k] = value[i + k] < least[k] ? value[i + k] : least[k];
+                most[k] = value[i + k] > most[k] ? value[i + k] : most[k];
+            }
+        for (size_t k = 0; k < STRIDE; k++) {
+            *low = least[k] < *low ? least[k] : *low;
+            *high = most[k] > *high ? most[k] : *high;
+        }
+    }
+    for (; i < count; i++) {
+        *low = value[i] < *low ? value[i] : *low;
+        *high = value[i] > *high ? value[i] : *high;
+    }
 }
 
 /* One row of a float column: no infinity, NaN for all of it or none, and always the same NaN. */
@@ -157,10 +199,7 @@ static struct error *check_indices(const struct column *c, size_t first, size_t 
 {
     const int32_t *value = column_i32(c) + first * c->width;
     int32_t low = least, high = *most;
-    for (size_t i = 0; i < count * c->width; i++) {
-        low = value[i] < low ? value[i] : low;
-        high = value[i] > high ? value[i] : high;
-    }
+    widen_range(value, count * c->width, &low, &high);
     for (size_t i = 0; i < count * c->width && (low < least || high > *most); i++) {
         if (value[i] == low && low < least) {
             *row = first + i / c->width;
@@ -213,6 +252,8 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
 
 struct error *validity_end(const struct stream_validity *v)
 {
+    if (v->cells && !v->probes)
+        return error_new("table tet has %zu rows, but there are no probes", v->cells);
     if (v->vertex_most >= 0 && (size_t)v->vertex_most >= v->probes)
         return error_new("table tet: row %zu: column vertex: expected an index below the number of probes, %zu, got %d",
                          v->vertex_row, v->probes, v->vertex_most);

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 size_t column_type_size(enum column_type type)
 {
@@ -45,8 +46,9 @@ struct error *header_set_key(struct stream_header *header, const char *name, con
     bool printable = true;
     for (const char *c = value; *c; c++)
         printable = printable && ((unsigned char)*c >= ' ' || *c == '\t') && *c != 0x7f;
-    if (!stream_name_valid(name) || !strcmp(name, "table") || !strcmp(name, "end") || !printable)
-        return error_new("header key %s: expected a name of a-z, 0-9, - and _, and a value without control characters", name);
+    if (!stream_name_valid(name) || strchr(name, '_') || !strcmp(name, "table") || !strcmp(name, "end") || !printable)
+        return error_new("header key %.*s: expected a name of a-z, 0-9 and -, and a value without control characters",
+                         STREAM_NAME_MOST, name);
     char *copy = NULL;
     struct error *err = copy_text(&copy, value);
     if (err)
@@ -56,6 +58,10 @@ struct error *header_set_key(struct stream_header *header, const char *name, con
         free(key->value);
         key->value = copy;
         return NULL;
+    }
+    if (header->key_count == STREAM_NAMES_MOST) {
+        free(copy);
+        return error_new("more than %d header keys", STREAM_NAMES_MOST);
     }
     struct key *grown = realloc(header->keys, (header->key_count + 1) * sizeof *grown);
     if (!grown) {
@@ -251,6 +257,29 @@ struct error *table_reserve(struct table *table, size_t rows)
     }
     table->capacity = capacity;
     return NULL;
+}
+
+void table_expect(struct table *table, size_t rows)
+{
+    enum { LARGE = 2 << 20 };
+    error_destroy(table_reserve(table, rows < INT32_MAX ? rows : INT32_MAX));
+    for (size_t i = 0; i < table->column_count; i++) {
+        const struct column *c = &table->columns[i];
+        const size_t bytes = table->capacity * c->width * column_type_size(c->type);
+        const size_t skip = (LARGE - (uintptr_t)c->data % LARGE) % LARGE;
+        if (bytes >= skip + LARGE)
+            madvise((char *)c->data + skip, (bytes - skip) / LARGE * LARGE, MADV_HUGEPAGE); /* advice: may fail */
+    }
+}
+
+void table_trim(struct table *table)
+{
+    for (size_t i = 0; i < table->column_count; i++) {
+        struct column *c = &table->columns[i];
+        void *data = realloc(c->data, (table->rows ? table->rows : 1) * c->width * column_type_size(c->type));
+        c->data = data ? data : c->data;
+    }
+    table->capacity = table->rows;
 }
 
 struct error *table_resize(struct table *table, size_t rows)

@@ -19,7 +19,7 @@ for page in "$SRC"/man/probe-*.1; do
     "$program" --help | grep -oE '^ +(-[a-z], )?--[a-z-]+' | grep -oE -- '--[a-z-]+' |
         grep -vxE -- '--(help|version)' | sort -u >in-help
     # mdoc writes --name as `Fl -name`, in text also `\-\-name`.
-    grep -oE 'Fl -[a-z-]+' "$page" | sed 's/Fl /-/' | grep -vxE -- '--(help|version)' | sort -u >in-page
+    grep -oE '(Fl|,) -[a-z][a-z-]+' "$page" | sed 's/.* /-/' | grep -vxE -- '--(help|version)' | sort -u >in-page
     check "$program: --help and the page list the same options" diff in-help in-page
     refused 2 "--no-such-option" "$program" --no-such-option
 done

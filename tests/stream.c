@@ -318,7 +318,7 @@ static void test_text_refused(void)
     text_refused(HEAD "0 0 0\n0 inf 0\nend\n", ":4: table probe: row 1: column position: expected finite numbers, got inf");
     text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:3\n0 0 0 1 nan 1\nend\n",
                  ":3: table probe: row 0: column sh: 1 of 3 numbers are nan; all or none may be");
-    text_refused(HEAD FOUR "1 1 1\n", ":7: the stream ends within table probe, after row 5, without its end: it is not whole");
+    text_refused(HEAD FOUR "1 1 1\n", ":7: the stream ends within table probe, after 5 rows: it is not whole");
     text_refused(HEAD FOUR "end\nmore\n", ":7: expected nothing behind the end, got more data");
     text_refused(HEAD FOUR TET "0 1 2 4 -1 -1 -1 -1\nend\n",
                  ":9: table tet: row 0: column vertex: expected an index below the number of probes, 4, got 4");

@@ -1,0 +1,65 @@
+#!/bin/sh
+# probe-capture as users run it.
+. "${SRC:?}/tests/setup.sh"
+scene=$SRC/scenes/cornell-box.obj
+probe-place grid -q --count 40 "$scene" >placed.probe
+
+capture() { probe-capture --rays 32 --bounces 3 "$@"; }
+
+check "probes get light, error, validity, depth and sky" sh -c "probe-capture --rays 32 '$scene' placed.probe >a.probe &&
+    probe-cat --info a.probe | grep -cE '^  (sh|sh_error|validity|depth|sky) ' | grep -qx 5"
+capture "$scene" placed.probe >a.probe
+capture "$scene" <placed.probe >b.probe
+check "a file and standard input are the same" cmp a.probe b.probe
+for threads in 1 2 4; do capture --threads $threads "$scene" placed.probe >t$threads.probe; done
+check "1, 2 and 4 threads give the same bytes" sh -c "cmp t1.probe t2.probe && cmp t1.probe t4.probe"
+capture --seed 1 "$scene" placed.probe >seed.probe
+check "another seed gives other light" sh -c "! cmp -s a.probe seed.probe"
+capture --order 1 --columns none --text "$scene" placed.probe >small.probe
+check "order 1 and no columns leave sh of 3 alone" grep -qx 'table probe position:f64:3 sh:f32:3' small.probe
+
+# Slices give what the whole gives.
+probe-cat --rows 0:10 placed.probe | capture "$scene" >s1.probe
+probe-cat --rows 10: placed.probe | capture "$scene" >s2.probe 2>err || probe-cat --rows 10:1000 placed.probe | capture "$scene" >s2.probe
+probe-cat --no-provenance s1.probe s2.probe >slices.probe
+probe-cat --no-provenance --text slices.probe | grep '^[0-9-]' >slices.txt
+probe-cat --no-provenance --text a.probe | grep '^[0-9-]' >whole.txt
+check "slices, merged, are the whole" cmp slices.txt whole.txt
+
+# A second pass captures what is missing as the others were.
+capture --light indirect --order 2 "$scene" placed.probe | probe-tet --enclose >enclosed.probe
+check "a second pass takes the settings over" sh -c "probe-capture -q '$scene' enclosed.probe >second.probe &&
+    probe-cat --info second.probe | grep -q 'key capture-light indirect' && ! probe-cat --text second.probe | grep -q nan"
+check "and leaves what was captured" sh -c "probe-cat --text --no-provenance --tables probe --columns position,sh enclosed.probe | grep '^[0-9-]' | grep -v nan >before.txt
+    probe-cat --text --no-provenance --tables probe --columns position,sh second.probe | grep '^[0-9-]' | head -n \$(wc -l <before.txt) | cmp - before.txt"
+refused 1 "captured with capture-rays 32, not 64" probe-capture --rays 64 "$scene" a.probe
+refused 1 "another scene" probe-capture "$SRC/scenes/two-rooms.obj" a.probe
+refused 1 "another scene" probe-capture --sky 1,1,1 "$scene" a.probe
+check "--again captures all anew" sh -c "probe-capture --again --rays 64 '$scene' a.probe | probe-cat --info | grep -q 'key capture-rays 64'"
+check "direct and indirect are accepted" capture --light direct "$scene" placed.probe
+
+# Work starts before the input ends.
+mkfifo pipe
+capture --text "$scene" pipe >streamed.probe &
+{ probe-cat --text placed.probe | sed '/^end/d'; sleep 1; wc -c <streamed.probe >seen; echo end; } >pipe
+wait
+check "a stream passes while it comes" grep -q '^end' streamed.probe
+
+printf 'v 0 -1 0\nv 1 -1 0\nv 0 -1 1\nf 1 2 3\n' >dark.obj
+capture dark.obj placed.probe 2>err >dark.probe
+check "no light at all is legal, and said" grep -q 'warning: .*no light' err
+: >nothing.obj
+capture --sky 1,1,1 nothing.obj placed.probe 2>err >sky.probe
+check "no scene at all is legal, and said" grep -q 'warning: .*empty' err
+refused 1 "stdin: expected a probe stream, got nothing" sh -c "probe-capture '$scene' </dev/null"
+head -c 300 placed.probe >cut.probe
+refused 1 "cut.probe" probe-capture "$scene" cut.probe
+refused 1 "No such file" probe-capture none.obj placed.probe
+refused 1 "No space left" sh -c "probe-capture --rays 4 '$scene' placed.probe >/dev/full"
+refused 2 "--order: expected a number at least 1 and at most 6, got 7" probe-capture --order 7 "$scene"
+refused 2 "--rays" probe-capture --rays 0 "$scene"
+refused 2 "--sky" probe-capture --sky 1,2 "$scene"
+refused 2 "--sun" probe-capture --sun 0,0,0,1,1,1 "$scene"
+refused 2 "sh_error, validity, depth" probe-capture --columns sh,foo "$scene"
+refused 2 "SCENE" probe-capture
+tap_done

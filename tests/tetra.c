@@ -1,0 +1,429 @@
+/* Tetrahedra and location: every mesh passes the exact checker, and the checker finds each kind of damage; cells are Delaunay;
+ * the order of the points does not matter; weights reproduce linear fields, sum to 1, and go over continuously into those of
+ * the hull's nearest point, which is found exactly; what cannot be meshed is refused. */
+#include "error.h"
+#include "lattice.h"
+#include "locate.h"
+#include "random.h"
+#include "tap.h"
+#include "tetra.h"
+#include "warning.h"
+
+#include <string.h>
+
+enum { MOST = 4000 };
+
+enum shape { RANDOM, GRID, ROTATED_GRID, NOISY_GRID, SHELL, CLUSTERS, FLAT_SLAB, FAR_AWAY, TINY, HUGE_SCALE, SHAPES };
+static const char *const shape_names[] = {"random",    "grid",      "rotated grid", "noisy grid",  "shell",
+                                          "clusters",  "flat slab", "far away",     "tiny scale", "huge scale"};
+
+/* Points of a shape; returns how many. */
+static size_t make(enum shape shape, size_t count, struct random *r, double *p)
+{
+    const size_t side = (size_t)(cbrt((double)count) + 0.5);
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        double q[3] = {random_double(r), random_double(r), random_double(r)};
+        if (shape == GRID || shape == ROTATED_GRID || shape == NOISY_GRID) {
+            if (i >= side * side * side)
+                break;
+            const double g[3] = {(double)(i % side), (double)(i / side % side), (double)(i / side / side)};
+            const double noise = shape == NOISY_GRID ? 1e-9 : 0;
+            for (int k = 0; k < 3; k++)
+                q[k] = g[k] + noise * q[k];
+            if (shape == ROTATED_GRID) { /* about z, by an angle whose sine is 0.6 */
+                q[0] = 0.8 * g[0] - 0.6 * g[1];
+                q[1] = 0.6 * g[0] + 0.8 * g[1];
+            }
+        } else if (shape == SHELL) {
+            double length = 0;
+            for (int k = 0; k < 3; k++)
+                length += (q[k] - 0.5) * (q[k] - 0.5);
+            for (int k = 0; k < 3; k++)
+                q[k] = (q[k] - 0.5) / sqrt(length);
+        } else if (shape == CLUSTERS) {
+            const double scale = pow(10, -3.0 * (double)(i % 4));
+            for (int k = 0; k < 3; k++)
+                q[k] = q[k] * scale + (double)(i % 4);
+        } else if (shape == FLAT_SLAB) {
+            q[2] *= 1e-6;
+        } else {
+            const double scale = shape == TINY ? 1e-60 : shape == HUGE_SCALE ? 1e60 : 1, offset = shape == FAR_AWAY ? 1e7 : 0;
+            for (int k = 0; k < 3; k++)
+                q[k] = q[k] * scale + offset;
+        }
+        memcpy(p + 3 * n++, q, sizeof q);
+    }
+    return n;
+}
+
+static void must(struct error *err)
+{
+    if (err)
+        bail("%s", error_message(err));
+}
+
+static double linear(const double *p)
+{
+    return 3 + 2 * p[0] - p[1] + 0.5 * p[2];
+}
+
+/* A point outside every cell's circumsphere, up to rounding: (long double) insphere, on the lattice. */
+static double insphere(double p[5][3])
+{
+    long double m[4][4];
+    for (int i = 0; i < 4; i++) {
+        m[i][3] = 0;
+        for (int k = 0; k < 3; k++) {
+            m[i][k] = (long double)p[i][k] - p[4][k];
+            m[i][3] += m[i][k] * m[i][k];
+        }
+    }
+    long double det = 0;
+    for (int c = 0; c < 4; c++) {
+        long double minor[3][3];
+        for (int i = 1; i < 4; i++)
+            for (int j = 0, k = 0; j < 4; j++)
+                if (j != c)
+                    minor[i - 1][k++] = m[i][j];
+        const long double d = minor[0][0] * (minor[1][1] * minor[2][2] - minor[1][2] * minor[2][1]) -
+                              minor[0][1] * (minor[1][0] * minor[2][2] - minor[1][2] * minor[2][0]) +
+                              minor[0][2] * (minor[1][0] * minor[2][1] - minor[1][1] * minor[2][0]);
+        det += (c % 2 ? -1 : 1) * m[0][c] * d;
+    }
+    return (double)det;
+}
+
+static size_t count_not_delaunay(const struct tetra *t, size_t n, const double *p)
+{
+    const struct lattice lattice = lattice_fit(n, p);
+    size_t bad = 0;
+    for (size_t c = 0; c < t->cell_count; c++) {
+        double q[5][3];
+        for (size_t i = 0; i < 4; i++) {
+            lattice_snap(&lattice, p + 3 * (size_t)t->vertex[4 * c + i], q[i]);
+            for (int k = 0; k < 3; k++)
+                q[i][k] *= 0x1p-40;
+        }
+        for (size_t i = 0; i < 4; i++) { /* the neighbours' opposite corners: locally Delaunay is Delaunay */
+            const int32_t other = t->neighbour[4 * c + i];
+            for (size_t k = 0; other >= 0 && k < 4; k++) {
+                if (t->neighbour[4 * (size_t)other + k] != (int32_t)c)
+                    continue;
+                lattice_snap(&lattice, p + 3 * (size_t)t->vertex[4 * (size_t)other + k], q[4]);
+                for (int m = 0; m < 3; m++)
+                    q[4][m] *= 0x1p-40;
+                bad += insphere(q) < -1e-17; /* positive cells: inside is negative with this sign of m */
+            }
+        }
+    }
+    return bad;
+}
+
+static void test_shapes(void)
+{
+    static double p[3 * MOST];
+    for (int shape = 0; shape < SHAPES; shape++) {
+        struct random r = random_start(1, (uint64_t)shape, 0);
+        size_t broken = 0, delaunay = 0, sets = 0;
+        double worst_sum = 0, worst_field = 0;
+        for (size_t count = 4; count <= 1000; count = count * 2 + 1) {
+            const size_t n = make((enum shape)shape, count < 8 ? 8 : count, &r, p);
+            struct tetra t;
+            struct error *err = tetra_build(&t, n, p, NULL);
+            if (err) {
+                printf("# %s, %zu points: %s\n", shape_names[shape], n, error_message(err));
+                error_destroy(err);
+                broken++;
+                continue;
+            }
+            sets++;
+            delaunay += count_not_delaunay(&t, n, p);
+            struct locate *l = NULL;
+            must(locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour));
+            struct locate_weights w = {.cell = LOCATE_COLD};
+            for (int i = 0; i < 200; i++) { /* inside: between two probes */
+                const double *a = p + 3 * (random_u32(&r) % n), *b = p + 3 * (random_u32(&r) % n), s = random_double(&r);
+                double q[3], got = 0, sum = 0, scale = 0;
+                for (int k = 0; k < 3; k++)
+                    q[k] = a[k] + s * (b[k] - a[k]);
+                locate_point(l, q, &w);
+                for (int k = 0; k < 4; k++) {
+                    sum += w.weight[k];
+                    got += w.weight[k] * linear(p + 3 * (size_t)w.vertex[k]);
+                    scale = fmax(scale, fabs(linear(p + 3 * (size_t)w.vertex[k]) - linear(p)));
+                }
+                worst_sum = fmax(worst_sum, fabs(sum - 1));
+                worst_field = fmax(worst_field, fabs(got - linear(q)) / (scale + 1e-300 + 1e-9 * fabs(linear(q))));
+            }
+            locate_destroy(l);
+            tetra_clear(&t);
+        }
+        ok(!broken && sets >= 8, "%s: %zu sets are meshed and pass the exact checker", shape_names[shape], sets);
+        ok(delaunay == 0, "%s: cells are Delaunay", shape_names[shape]);
+        ok(worst_sum < 1e-12, "%s: weights sum to 1 (%.1e)", shape_names[shape], worst_sum);
+        ok(worst_field < 1e-4, "%s: a linear field comes back, relative to its change (%.1e)", shape_names[shape], worst_field);
+    }
+}
+
+static int compare_rows(const void *a, const void *b)
+{
+    return memcmp(a, b, 4 * sizeof(double[3]));
+}
+
+/* Cells as corner positions, sorted: what does not depend on the order of rows. */
+static double *geometry(const struct tetra *t, const double *p)
+{
+    double *g = calloc(12 * t->cell_count, sizeof *g);
+    for (size_t i = 0; i < 4 * t->cell_count; i++)
+        memcpy(g + 3 * i, p + 3 * (size_t)t->vertex[i], 3 * sizeof *g);
+    qsort(g, t->cell_count, 12 * sizeof *g, compare_rows);
+    return g;
+}
+
+static void test_order(void)
+{
+    static double p[3 * MOST], q[3 * MOST];
+    for (int shape = 0; shape < SHAPES; shape++) {
+        struct random r = random_start(2, (uint64_t)shape, 0);
+        const size_t n = make((enum shape)shape, 343, &r, p);
+        memcpy(q, p, 3 * n * sizeof *p);
+        for (size_t i = n - 1; i > 0; i--) {
+            const size_t j = random_u32(&r) % (i + 1);
+            double swap[3];
+            memcpy(swap, q + 3 * i, sizeof swap);
+            memcpy(q + 3 * i, q + 3 * j, sizeof swap);
+            memcpy(q + 3 * j, swap, sizeof swap);
+        }
+        struct tetra a, b;
+        must(tetra_build(&a, n, p, NULL));
+        must(tetra_build(&b, n, q, NULL));
+        double *g = geometry(&a, p), *h = geometry(&b, q);
+        ok(a.cell_count == b.cell_count && !memcmp(g, h, 12 * a.cell_count * sizeof *g), "%s: shuffled points have the same cells",
+           shape_names[shape]);
+        free(g);
+        free(h);
+        tetra_clear(&a);
+        tetra_clear(&b);
+    }
+}
+
+static void refused(size_t n, const double *p, const char *message)
+{
+    struct tetra t;
+    struct error *err = tetra_build(&t, n, p, NULL);
+    ok(err && strstr(error_message(err), message), "refused: %s", err ? error_message(err) : "(accepted)");
+    error_destroy(err);
+    tetra_clear(&t);
+}
+
+static void test_degenerate(void)
+{
+    double p[60] = {0};
+    refused(0, p, "got 0");
+    refused(3, (double[]){0, 0, 0, 1, 0, 0, 0, 1, 0}, "at least 4 probes at different places, got 3");
+    refused(20, p, "at least 4 probes at different places, got 1");
+    for (int i = 0; i < 20; i++)
+        p[3 * i] = p[3 * i + 1] = p[3 * i + 2] = 0.1 * i;
+    refused(20, p, "20 on a line");
+    struct random r = random_start(3, 0, 0);
+    for (int i = 0; i < 20; i++) {
+        p[3 * i] = random_double(&r);
+        p[3 * i + 1] = random_double(&r);
+        p[3 * i + 2] = 0.5;
+    }
+    refused(20, p, "20 in a plane");
+    p[7] = NAN;
+    refused(20, p, "probe 2: expected a finite position");
+    p[7] = INFINITY;
+    refused(20, p, "probe 2: expected a finite position");
+
+    for (int i = 0; i < 60; i++)
+        p[i] = random_double(&r);
+    memcpy(p + 57, p + 3, 3 * sizeof *p);
+    struct warnings w = {0};
+    struct tetra t;
+    must(tetra_build(&t, 20, p, &w));
+    bool used = false;
+    for (size_t i = 0; i < 4 * t.cell_count; i++)
+        used = used || t.vertex[i] == 19;
+    ok(warnings_of_kind(&w, "duplicate probe") == 1 && !used, "a duplicate is warned about and in no cell");
+    tetra_clear(&t);
+    warnings_clear(&w);
+}
+
+/* Each damage to a sound mesh is found. */
+static void test_checker(void)
+{
+    static double p[3 * 100];
+    struct random r = random_start(4, 0, 0);
+    const size_t n = make(RANDOM, 100, &r, p);
+    struct tetra t;
+    must(tetra_build(&t, n, p, NULL));
+    const size_t cells = t.cell_count;
+    int missed = 0;
+    for (int i = 0; i < 2000; i++) {
+        const size_t at = random_u32(&r) % (4 * cells);
+        int32_t *index = random_u32(&r) % 2 ? t.vertex : t.neighbour;
+        const int32_t was = index[at], now = (int32_t)(random_u32(&r) % (index == t.vertex ? n : cells)) - (index != t.vertex);
+        if (now == was)
+            continue;
+        index[at] = now;
+        struct error *err = tetra_check(cells, t.vertex, t.neighbour, n, p);
+        missed += !err;
+        error_destroy(err);
+        index[at] = was;
+    }
+    ok(missed == 0, "2000 damaged meshes: %d pass", missed);
+    struct error *err = tetra_check(cells - 1, t.vertex, t.neighbour, n, p);
+    ok(err != NULL, "a missing cell is found");
+    error_destroy(err);
+    tetra_clear(&t);
+}
+
+static void test_measure(void)
+{
+    const double s = 1 / sqrt(2), regular[4][3] = {{1, 0, -s}, {-1, 0, -s}, {0, 1, s}, {0, -1, s}};
+    double angle[6];
+    tetra_dihedral(regular, angle);
+    double worst = 0;
+    for (int k = 0; k < 6; k++)
+        worst = fmax(worst, fabs(angle[k] - acos(1.0 / 3) * 180 / 3.14159265358979323846));
+    ok(worst < 1e-9, "dihedral angles of a regular tetrahedron are 70.53 degrees");
+    static double p[3 * 343];
+    struct random r = random_start(5, 0, 0);
+    const size_t n = make(GRID, 343, &r, p);
+    struct tetra t;
+    struct tetra_report report;
+    must(tetra_build(&t, n, p, NULL));
+    must(tetra_measure(t.cell_count, t.vertex, t.neighbour, n, p, &report));
+    ok(fabs(report.volume - 216) < 1e-6 && fabs(report.hull_volume - 216) < 1e-6, "a grid's volume is its box's: %.9f", report.volume);
+    ok(report.hull_vertices == 343 - 125 && report.unused_points == 0, "all of its outer nodes are on the hull");
+    ok(report.angle_least > 30, "an exact grid has no slivers: %.1f degrees", report.angle_least);
+    bool good = true;
+    for (size_t i = 0; i < n; i++) {
+        const float *h = t.hull_normal + 3 * i;
+        for (size_t k = 0; k < 3; k++) {
+            const bool low = p[3 * i + k] == 0, high = p[3 * i + k] == 6;
+            good = good && (low ? h[k] < -0.2f : high ? h[k] > 0.2f : fabsf(h[k]) < 0.35f);
+        }
+    }
+    ok(good, "hull normals point outward");
+    tetra_clear(&t);
+}
+
+/* Nearest point of the hull by trying every face, at a fine barycentric raster: an upper bound of the distance. */
+static double raster_distance(const struct tetra *t, const double *p, const double q[3])
+{
+    enum { STEPS = 40 };
+    double best = INFINITY;
+    for (size_t i = 0; i < 4 * t->cell_count; i++) {
+        if (t->neighbour[i] >= 0)
+            continue;
+        const double *c[3];
+        for (int k = 0; k < 3; k++)
+            c[k] = p + 3 * (size_t)t->vertex[i / 4 * 4 + (size_t)tetra_face[i % 4][k]];
+        for (int a = 0; a <= STEPS; a++)
+            for (int b = 0; a + b <= STEPS; b++) {
+                double square = 0;
+                for (int k = 0; k < 3; k++) {
+                    const double x = (a * c[0][k] + b * c[1][k] + (STEPS - a - b) * c[2][k]) / STEPS - q[k];
+                    square += x * x;
+                }
+                best = fmin(best, sqrt(square));
+            }
+    }
+    return best;
+}
+
+static void test_outside(void)
+{
+    static double p[3 * 200];
+    struct random r = random_start(6, 0, 0);
+    const size_t n = make(RANDOM, 200, &r, p);
+    struct tetra t;
+    struct locate *l = NULL;
+    must(tetra_build(&t, n, p, NULL));
+    must(locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour));
+    double worst = 0, worst_step = 0;
+    bool flags = true, same = true;
+    struct locate_weights w = {.cell = LOCATE_COLD}, cold;
+    for (int i = 0; i < 300; i++) {
+        const double q[3] = {4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5};
+        locate_point(l, q, &w);
+        double at[3] = {0};
+        for (int k = 0; k < 4; k++)
+            for (int m = 0; m < 3; m++)
+                at[m] += w.weight[k] * p[3 * (size_t)w.vertex[k] + (size_t)m];
+        const double distance = sqrt((at[0] - q[0]) * (at[0] - q[0]) + (at[1] - q[1]) * (at[1] - q[1]) + (at[2] - q[2]) * (at[2] - q[2]));
+        flags = flags && fabs(distance - w.distance) < 1e-9 && w.inside == (w.distance == 0);
+        if (!w.inside)
+            worst = fmax(worst, w.distance - raster_distance(&t, p, q));
+        cold = (struct locate_weights){.cell = LOCATE_COLD};
+        locate_point(l, q, &cold);
+        double other[3] = {0};
+        for (int k = 0; k < 4; k++)
+            for (int m = 0; m < 3; m++)
+                other[m] += cold.weight[k] * p[3 * (size_t)cold.vertex[k] + (size_t)m];
+        same = same && fabs(other[0] - at[0]) + fabs(other[1] - at[1]) + fabs(other[2] - at[2]) < 1e-9 && cold.inside == w.inside;
+        /* A small step moves the interpolated place by no more: the nearest point of a convex body. */
+        const double q2[3] = {q[0] + 1e-6, q[1], q[2]};
+        locate_point(l, q2, &w);
+        double moved = 0;
+        for (int m = 0; m < 3; m++) {
+            double x = -at[m];
+            for (int k = 0; k < 4; k++)
+                x += w.weight[k] * p[3 * (size_t)w.vertex[k] + (size_t)m];
+            moved += x * x;
+        }
+        worst_step = fmax(worst_step, sqrt(moved) / 1e-6);
+    }
+    ok(flags, "inside or outside, distance is that of the place whose light is given");
+    ok(worst < 1e-9, "outside, no raster point of the hull is nearer (%.1e)", worst);
+    ok(same, "a cold start finds the same place as a walk");
+    ok(worst_step < 1.001, "the place moves no faster than the point, across the hull as well: %.4f", worst_step);
+
+    bool exact = true;
+    for (size_t i = 0; i < n; i++) {
+        locate_point(l, p + 3 * i, &w);
+        float value[200], got;
+        for (size_t k = 0; k < n; k++)
+            value[k] = k == i ? 1 : NAN; /* what has no weight has no say */
+        for (int k = 0; k < 4; k++)
+            if (w.weight[k] > 0 && w.weight[k] < 1e-9)
+                value[w.vertex[k]] = 0;
+        locate_blend(&w, value, 1, &got);
+        exact = exact && got == 1;
+    }
+    ok(exact, "at a probe, the light is the probe's");
+    const double far[3] = {1e300, -1e300, 1e299};
+    locate_point(l, far, &w);
+    const double sum = w.weight[0] + w.weight[1] + w.weight[2] + w.weight[3];
+    ok(!w.inside && fabs(sum - 1) < 1e-12, "a point at 1e300 has weights");
+    locate_destroy(l);
+
+    int32_t was = t.vertex[5];
+    t.vertex[5] = 1000;
+    struct error *err = locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour);
+    ok(err && !l, "refused: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    t.vertex[5] = was;
+    was = t.neighbour[5];
+    t.neighbour[5] = (int32_t)t.cell_count;
+    err = locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour);
+    ok(err && !l, "refused: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    t.neighbour[5] = was;
+    tetra_clear(&t);
+}
+
+int main(void)
+{
+    test_shapes();
+    test_order();
+    test_degenerate();
+    test_checker();
+    test_measure();
+    test_outside();
+    return tap_done();
+}
