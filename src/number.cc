@@ -26,7 +26,8 @@ template <typename T> const char *read_real(const char *from, const char *end, T
         return result.ptr;
     if (result.ec != std::errc::result_out_of_range)
         return nullptr;
-    const char *digit = from; /* too small if the exponent is negative, or there is none and all that counts is behind the point */
+    const char *digit =
+        from; /* too small if the exponent is negative, or there is none and all that counts is behind the point */
     bool small = false;
     for (; digit < result.ptr; digit++)
         if (*digit == 'e' || *digit == 'E') {

@@ -68,8 +68,8 @@ static struct error *change_provenance(struct stream_header *header, bool drop, 
 }
 
 /* One stream whose rows all pass: block by block. */
-static struct error *pass(const char *path, const struct stream_selection *s, const struct common *common, bool no_provenance,
-                          const char *recorded)
+static struct error *pass(const char *path, const struct stream_selection *s, const struct common *common,
+                          bool no_provenance, const char *recorded)
 {
     struct stream_reader *reader = NULL;
     struct stream_writer *writer = NULL;
@@ -80,7 +80,8 @@ static struct error *pass(const char *path, const struct stream_selection *s, co
     if (!err)
         err = change_provenance(&header, no_provenance, recorded);
     if (!err)
-        err = stream_writer_open(&writer, common->output, encoding_for(common, stream_reader_encoding(reader)), &header);
+        err =
+            stream_writer_open(&writer, common->output, encoding_for(common, stream_reader_encoding(reader)), &header);
     if (!err)
         err = stream_filter(reader, writer, s);
     if (!err)
@@ -93,8 +94,9 @@ static struct error *pass(const char *path, const struct stream_selection *s, co
 }
 
 /* Streams that are merged, or whose rows are chosen: in memory. */
-static struct error *gather(const char **paths, int count, const struct stream_selection *s, const struct common *common,
-                            bool no_provenance, const char *recorded, struct warnings *warnings)
+static struct error *gather(const char **paths, int count, const struct stream_selection *s,
+                            const struct common *common, bool no_provenance, const char *recorded,
+                            struct warnings *warnings)
 {
     struct stream *all = NULL;
     struct error *err = NULL;
@@ -125,18 +127,22 @@ int main(int argc, char **argv)
     const struct option_row rows[] = {
         {.name = "info", .letter = 'i', .kind = OPTION_FLAG, .value = &info,
          .help = "print what the streams hold instead: tables, columns, ranges, history"},
-        {.name = "tables", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.tables, .help = "keep these tables alone (probe, tet)"},
-        {.name = "columns", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.columns, .help = "keep these columns alone"},
+        {.name = "tables", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.tables,
+         .help = "keep these tables alone (probe, tet)"},
+        {.name = "columns", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.columns,
+         .help = "keep these columns alone"},
         {.name = "drop", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.drop, .help = "drop these columns"},
-        {.name = "rows", .argument = "FIRST:END[:STEP]", .kind = OPTION_CALL, .value = &s, .parse = parse_rows, .shown = "all",
-         .help = "keep these probes, counted from 0, END not included"},
-        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &s.captured, .help = "keep the probes that have light"},
+        {.name = "rows", .argument = "FIRST:END[:STEP]", .kind = OPTION_CALL, .value = &s, .parse = parse_rows,
+         .shown = "all", .help = "keep these probes, counted from 0, END not included"},
+        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &s.captured,
+         .help = "keep the probes that have light"},
         {.name = "uncaptured", .kind = OPTION_SET, .count = ROWS_UNCAPTURED, .value = &s.captured,
          .help = "keep the probes that have no light yet"},
-        {.name = "where", .argument = "'COLUMN OP NUMBER'", .kind = OPTION_CALL, .value = &s, .parse = parse_condition,
-         .help = "keep the probes for which this holds, as in 'validity < 0.9' or 'position[1] >= 2';\n"
-                 "OP is one of < <= > >= = !=; may repeat: all must hold"},
-        {.name = "no-provenance", .kind = OPTION_FLAG, .value = &no_provenance, .help = "leave out the command lines that made the stream"},
+        {.name = "where", .argument = "CONDITION", .kind = OPTION_CALL, .value = &s, .parse = parse_condition,
+         .help = "keep the probes for which CONDITION holds, as 'validity < 0.9' or 'position[1] >= 2';\n"
+                 "one of < <= > >= = !=; given more than once, all must hold"},
+        {.name = "no-provenance", .kind = OPTION_FLAG, .value = &no_provenance,
+         .help = "leave out the command lines that made the stream"},
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];

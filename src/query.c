@@ -179,14 +179,13 @@ static struct error *start(struct query *q, size_t point_width)
     return q->settings.explain ? write_legend(q, point_width) : NULL;
 }
 
-static struct error *write_rows(struct query *q, size_t i, const double *point, const float *value, size_t width)
+static void write_row(struct query *q, size_t i, const double *point, const float *value, size_t width)
 {
     memcpy(column_f64(&q->rows.columns[0]) + 3 * i, point, 3 * sizeof *point);
     if (q->point_width == 6)
         for (size_t k = 0; k < 3; k++)
             column_f32(&q->rows.columns[1])[3 * i + k] = (float)point[3 + k];
     memcpy(column_f32(&q->rows.columns[q->rows.column_count - 1]) + width * i, value, width * sizeof *value);
-    return NULL;
 }
 
 /* -- the light at a point --------------------------------------------------------------------- */
@@ -233,9 +232,12 @@ struct error *query_points(struct query *q, const struct points *points, size_t 
         const size_t result_width = width == 6 ? 3 : q->width;
         if (err)
             break;
-        err = q->settings.format == QUERY_TEXT     ? write_text(q, result, result_width)
-              : q->settings.format == QUERY_BINARY ? write_binary(q, result, result_width)
-                                                   : write_rows(q, i, point, result, result_width);
+        if (q->settings.format == QUERY_TEXT)
+            err = write_text(q, result, result_width);
+        else if (q->settings.format == QUERY_BINARY)
+            err = write_binary(q, result, result_width);
+        else
+            write_row(q, i, point, result, result_width);
     }
     if (!err && q->settings.format == QUERY_STREAM)
         err = stream_writer_rows(q->writer, &q->rows, 0, count);

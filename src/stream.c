@@ -42,7 +42,8 @@ bool line_is_end(const char *line, size_t length)
     return length >= 3 && !memcmp(line, "end", 3) && (length == 3 || is_blank(line[3]));
 }
 
-/* A line of the header, or one between tables, as a string of its own, to be freed by the caller; NULL when the input has ended. */
+/* A line of the header, or one between tables, as a string of its own, to be freed by the caller; NULL when the input
+ * has ended. */
 static struct error *take_line(struct stream_reader *reader, char **taken)
 {
     struct stream_input *in = &reader->in;
@@ -88,7 +89,8 @@ static struct error *read_magic(struct stream_reader *reader)
         for (; n < got && n < sizeof shown - 1 && bytes[n] != '\n'; n++)
             shown[n] = bytes[n] < ' ' || bytes[n] >= 0x7f ? '?' : (char)bytes[n];
         shown[n] = 0;
-        return error_new("%s:1: expected a probe stream, which begins with '%s', got '%s'", in->name, magic_text, shown);
+        return error_new("%s:1: expected a probe stream, which begins with '%s', got '%s'", in->name, magic_text,
+                         shown);
     }
     if (got == sizeof magic_binary && !memcmp(bytes, magic_binary, sizeof magic_binary - 1) &&
         bytes[sizeof magic_binary - 1] == '\n') {
@@ -369,10 +371,7 @@ struct error *stream_read(struct stream **stream, const char *path)
         table_clear(table);
         *table = schema;
         size_t got;
-        if (reader->encoding == STREAM_BINARY)
-            table_expect(table, input_expected(&reader->in) / table_row_bytes(table) + table_block_rows(table));
         err = stream_reader_rows(reader, table, SIZE_MAX, &got);
-        table_trim(table);
     }
     if (!err) {
         s->encoding = reader->encoding;
@@ -386,7 +385,8 @@ struct error *stream_read(struct stream **stream, const char *path)
 
 /* -- writing --------------------------------------------------------------------------------- */
 
-__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer, const char *format, ...)
+__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer, const char *format,
+                                                                      ...)
 {
     struct stream_output *out = &writer->out;
     va_list args;
@@ -497,8 +497,8 @@ static struct error *keep_pending(struct stream_writer *writer, const struct tab
     struct error *err = table_reserve(pending, pending->rows + count);
     for (size_t i = 0; i < table->column_count && !err; i++) {
         const size_t bytes = table->columns[i].width * column_type_size(table->columns[i].type);
-        memcpy((char *)pending->columns[i].data + pending->rows * bytes, (const char *)table->columns[i].data + first * bytes,
-               count * bytes);
+        memcpy((char *)pending->columns[i].data + pending->rows * bytes,
+               (const char *)table->columns[i].data + first * bytes, count * bytes);
     }
     if (!err)
         pending->rows += count;
@@ -534,7 +534,8 @@ struct error *stream_writer_rows(struct stream_writer *writer, const struct tabl
         const size_t some = count < writer->block_rows ? count : writer->block_rows;
         err = validity_rows(&writer->validity, table, first, some, writer->row);
         if (!err)
-            err = writer->binary ? write_blocks(writer, table, first, some) : text_write_rows(writer, table, first, some);
+            err =
+                writer->binary ? write_blocks(writer, table, first, some) : text_write_rows(writer, table, first, some);
         writer->row += some;
         first += some;
         count -= some;

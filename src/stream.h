@@ -98,8 +98,8 @@ struct column *table_column(const struct table *table, const char *name);
 struct error *table_require(const struct table *table, const char *name, enum column_type type, size_t width,
                             struct column **column);
 
-/* Adds a column (replacing one of the same name in place, whatever its type) and hands it out; float columns are filled with
- * NaN, integer columns with -1. Column pointers handed out before become invalid. */
+/* Adds a column (replacing one of the same name in place, whatever its type) and hands it out; float columns are filled
+ * with NaN, integer columns with -1. Column pointers handed out before become invalid. */
 struct error *table_add_column(struct table *table, const char *name, enum column_type type, size_t width,
                                struct column **column);
 
@@ -112,7 +112,8 @@ struct error *table_resize(struct table *table, size_t rows);
 /* Makes *to a table of the same name and columns with no rows. */
 struct error *table_copy_schema(struct table *to, const struct table *from);
 
-/* Copies `count` rows of those columns that both tables have alike (name, type and width); other columns of *to stay as they are. */
+/* Copies `count` rows of those columns that both tables have alike (name, type and width); other columns of *to stay as
+ * they are. */
 void table_copy_rows(struct table *to, size_t to_first, const struct table *from, size_t from_first, size_t count);
 
 static inline float *column_f32(const struct column *c) { return (float *)c->data; }
@@ -136,8 +137,8 @@ struct error *stream_add_table(struct stream *stream, const char *name, struct t
 void stream_remove_table(struct stream *stream, const char *name);
 
 /* What every stream must satisfy, whoever made it (man probe.5, "Validity"): known columns have their type and width,
- * positions finite, no infinity, NaN for whole row values only, vertex and neighbour in range. Readers and writers call it
- * themselves. */
+ * positions finite, no infinity, NaN for whole row values only, vertex and neighbour in range. Readers and writers call
+ * it themselves. */
 struct error *stream_check(const struct stream *stream);
 
 /* Reads a whole stream. path "-": standard input. Errors name file and line or byte. */

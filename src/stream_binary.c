@@ -1,5 +1,5 @@
-/* Rows as blocks (man probe.5, "Blocks"): u32 rows, u32 bytes of the rows, u64 checksum, the rows; a block of no rows ends the
- * table. The checksum covers what stands before it and behind it: the head, then the rows. */
+/* Rows as blocks (man probe.5, "Blocks"): u32 rows, u32 bytes of the rows, u64 checksum, the rows; a block of no rows
+ * ends the table. The checksum covers what stands before it and behind it: the head, then the rows. */
 #include "error.h"
 #include "stream_private.h"
 
@@ -30,7 +30,8 @@ static void copy_column(unsigned char *to, size_t to_step, const unsigned char *
         copy_value(to, from, bytes);
 }
 
-/* Reads the next block, proves it, and sets reader->block_rows; its rows are next to be consumed. A block of no rows ends the table. */
+/* Reads the next block, proves it, and sets reader->block_rows; its rows are next to be consumed. A block of no rows
+ * ends the table. */
 static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
 {
     struct stream_input *in = &reader->in;

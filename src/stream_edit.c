@@ -123,8 +123,9 @@ static const char *parse_comparison(struct stream_condition *c, const char *at)
     static const struct {
         char text[3];
         int comparison;
-    } comparisons[] = {{"<=", COMPARE_LESS_EQUAL}, {">=", COMPARE_GREATER_EQUAL}, {"==", COMPARE_EQUAL}, {"!=", COMPARE_UNEQUAL},
-                       {"<", COMPARE_LESS},        {">", COMPARE_GREATER},        {"=", COMPARE_EQUAL}};
+    } comparisons[] = {{"<=", COMPARE_LESS_EQUAL}, {">=", COMPARE_GREATER_EQUAL}, {"==", COMPARE_EQUAL},
+                       {"!=", COMPARE_UNEQUAL},    {"<", COMPARE_LESS},           {">", COMPARE_GREATER},
+                       {"=", COMPARE_EQUAL}};
     for (size_t i = 0; i < sizeof comparisons / sizeof *comparisons; i++) {
         if (strncmp(at, comparisons[i].text, strlen(comparisons[i].text)))
             continue;
@@ -143,7 +144,8 @@ struct error *stream_selection_add(struct stream_selection *s, const char *text)
     if (at)
         at = number_read_f64(at, at + strlen(at), &c.number);
     if (!at || *skip_blanks(at) || !isfinite(c.number))
-        return error_usage("expected COLUMN OP NUMBER or COLUMN[INDEX] OP NUMBER, OP one of < <= > >= = !=, got '%s'", text);
+        return error_usage("expected COLUMN OP NUMBER or COLUMN[INDEX] OP NUMBER, OP one of < <= > >= = !=, got '%s'",
+                           text);
     struct error *err = array_reserve(&s->conditions, &s->condition_capacity, s->condition_count + 1, sizeof c);
     if (!err)
         s->conditions[s->condition_count++] = c;
@@ -170,14 +172,16 @@ static struct error *check_condition(const struct stream_condition *c, const str
     if (!c->indexed && column->width > 1)
         return error_new("column %s has %zu numbers: say which, as in %s[0]", c->column, column->width, c->column);
     if (c->index >= column->width)
-        return error_new("column %s has %zu numbers, counted from 0: there is no %s[%zu]", c->column, column->width, c->column,
-                         c->index);
+        return error_new("column %s has %zu numbers, counted from 0: there is no %s[%zu]", c->column, column->width,
+                         c->column, c->index);
     return NULL;
 }
 
 static double value_of(const struct column *c, size_t i)
 {
-    return c->type == COLUMN_F64 ? column_f64(c)[i] : c->type == COLUMN_F32 ? (double)column_f32(c)[i] : column_i32(c)[i];
+    return c->type == COLUMN_F64   ? column_f64(c)[i]
+           : c->type == COLUMN_F32 ? (double)column_f32(c)[i]
+                                   : column_i32(c)[i];
 }
 
 static bool condition_holds(const struct stream_condition *c, const struct table *probes, size_t row)
@@ -226,6 +230,20 @@ static size_t keep_rows(struct table *probes, const struct stream_selection *s)
     return kept;
 }
 
+/* Removes the tables that speak of probes by their number. */
+static void drop_tables(struct stream *stream, const char *why, struct warnings *warnings)
+{
+    for (size_t i = 0; i < stream->table_count;) {
+        const char *name = stream->tables[i].name;
+        if (strcmp(name, "probe")) {
+            warnings_add(warnings, "table dropped", "table %s speaks of %s", name, why);
+            stream_remove_table(stream, name);
+        } else {
+            i++;
+        }
+    }
+}
+
 static struct error *select_rows(struct stream *stream, const struct stream_selection *s, struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
@@ -239,13 +257,7 @@ static struct error *select_rows(struct stream *stream, const struct stream_sele
     const size_t before = probes->rows, kept = keep_rows(probes, s);
     if (kept == before)
         return NULL;
-    for (size_t i = stream->table_count; i-- > 0;) {
-        const char *name = stream->tables[i].name;
-        if (!strcmp(name, "probe"))
-            continue;
-        warnings_add(warnings, "table dropped", "table %s speaks of rows that are no more: dropped", name);
-        stream_remove_table(stream, name);
-    }
+    drop_tables(stream, "rows that are no more: dropped", warnings);
     probes = stream_table(stream, "probe");
     table_remove_column(probes, "hull_normal");
     return table_resize(probes, kept);
@@ -273,8 +285,8 @@ struct error *stream_select(struct stream *stream, const struct stream_selection
     return err;
 }
 
-static struct error *filter_table(struct stream_reader *reader, struct stream_writer *writer, const struct table *schema,
-                                  const struct stream_selection *s)
+static struct error *filter_table(struct stream_reader *reader, struct stream_writer *writer,
+                                  const struct table *schema, const struct stream_selection *s)
 {
     struct table in = {0}, out = {0};
     struct error *err = table_copy_schema(&in, schema);
@@ -303,7 +315,8 @@ done:
     return err;
 }
 
-struct error *stream_filter(struct stream_reader *reader, struct stream_writer *writer, const struct stream_selection *s)
+struct error *stream_filter(struct stream_reader *reader, struct stream_writer *writer,
+                            const struct stream_selection *s)
 {
     struct seen seen = {0};
     struct error *err = NULL;
@@ -313,7 +326,8 @@ struct error *stream_filter(struct stream_reader *reader, struct stream_writer *
         if (!err && more)
             err = see_table(&seen, &schema);
         if (!err && more && keeps_table(s, schema.name))
-            err = s->columns || s->drop ? filter_table(reader, writer, &schema, s) : stream_copy_table(reader, writer, &schema);
+            err = s->columns || s->drop ? filter_table(reader, writer, &schema, s)
+                                        : stream_copy_table(reader, writer, &schema);
         table_clear(&schema);
     }
     return check_selection(s, &seen, err);
@@ -331,10 +345,11 @@ static struct error *merge_header(struct stream_header *to, const struct stream_
         if (!ours)
             err = header_set_key(to, name, theirs);
         else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") || !strcmp(name, "sh-content")))
-            err = error_new("the streams cannot be merged: %s is %s in the first and %s in another", name, ours, theirs);
+            err =
+                error_new("the streams cannot be merged: %s is %s in the first and %s in another", name, ours, theirs);
         else if (strcmp(ours, theirs))
-            warnings_add(warnings, "key differs", "key %s is '%s' in the first stream and '%s' in another: the first stays", name,
-                         ours, theirs);
+            warnings_add(warnings, "key differs",
+                         "key %s is '%s' in the first stream and '%s' in another: the first stays", name, ours, theirs);
     }
     return err;
 }
@@ -344,44 +359,35 @@ static struct error *merge_columns(struct table *to, const struct table *from, s
     struct error *err = NULL;
     for (size_t i = 0; i < to->column_count; i++)
         if (!table_column(from, to->columns[i].name))
-            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values", to->columns[i].name);
+            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values",
+                         to->columns[i].name);
     for (size_t i = 0; i < from->column_count && !err; i++) {
         const struct column *theirs = &from->columns[i], *ours = table_column(to, theirs->name);
         if (ours && (ours->type != theirs->type || ours->width != theirs->width)) {
-            err = error_new("the streams cannot be merged: column %s is %s:%zu in one and %s:%zu in another", theirs->name,
-                            column_type_name(ours->type), ours->width, column_type_name(theirs->type), theirs->width);
+            err = error_new("the streams cannot be merged: column %s is %s:%zu in one and %s:%zu in another",
+                            theirs->name, column_type_name(ours->type), ours->width, column_type_name(theirs->type),
+                            theirs->width);
         } else if (!ours) {
-            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values", theirs->name);
+            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values",
+                         theirs->name);
             err = table_add_column(to, theirs->name, theirs->type, theirs->width, NULL);
         }
     }
     return err;
 }
 
-static bool goes_in_merge(const struct stream *stream, size_t i, struct warnings *warnings)
+struct error *stream_merge(struct stream *to, struct stream *from, struct warnings *warnings)
 {
-    const char *name = stream->tables[i].name;
-    if (!strcmp(name, "probe"))
-        return false;
-    warnings_add(warnings, "table dropped", "table %s speaks of one stream's probes: dropped (run probe-tet again)", name);
-    return true;
-}
-
-struct error *stream_merge(struct stream *to, const struct stream *from, struct warnings *warnings)
-{
-    struct table *ours = stream_table(to, "probe");
-    const struct table *theirs = stream_table(from, "probe");
+    struct table *ours = stream_table(to, "probe"), *theirs = stream_table(from, "probe");
     if (!ours || !theirs)
         return error_new("the streams cannot be merged: one has no table probe");
     struct error *err = merge_header(&to->header, &from->header, warnings);
-    for (size_t i = from->table_count; i-- > 0 && !err;)
-        goes_in_merge(from, i, warnings);
-    for (size_t i = to->table_count; i-- > 0 && !err;)
-        if (goes_in_merge(to, i, warnings))
-            stream_remove_table(to, to->tables[i].name);
     if (err)
         return err;
+    drop_tables(to, "one stream's probes: dropped (run probe-tet again)", warnings);
+    drop_tables(from, "one stream's probes: dropped (run probe-tet again)", warnings);
     ours = stream_table(to, "probe");
+    theirs = stream_table(from, "probe");
     table_remove_column(ours, "hull_normal");
     const size_t before = ours->rows;
     err = merge_columns(ours, theirs, warnings);
@@ -434,13 +440,15 @@ static void widen_column(struct range *range, const struct column *c, size_t row
 static void print_column(FILE *out, const struct column *c, const struct range *range)
 {
     const size_t parts = ranges_of(c);
+    const int digits = c->type == COLUMN_I32 ? 10 : 7;
     for (size_t k = 0; k < parts; k++) {
         char name[128], type[32];
         snprintf(name, sizeof name, parts > 1 ? "%s[%zu]" : "%s", c->name, k);
         snprintf(type, sizeof type, "%s:%zu", column_type_name(c->type), c->width);
         fprintf(out, "  %-16s %-8s", name, type);
         if (range[k].count)
-            fprintf(out, " %14.7g %14.7g %14.7g", range[k].low, range[k].high, range[k].sum / (double)range[k].count);
+            fprintf(out, " %14.*g %14.*g %14.7g", digits, range[k].low, digits, range[k].high,
+                    range[k].sum / (double)range[k].count);
         else
             fprintf(out, " %14s %14s %14s", "-", "-", "-");
         fprintf(out, " %9zu\n", range[k].missing);

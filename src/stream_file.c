@@ -112,13 +112,6 @@ struct error *input_peek(struct stream_input *in, size_t count, const unsigned c
     return err;
 }
 
-size_t input_expected(const struct stream_input *in)
-{
-    struct stat status;
-    const bool known = !fstat(in->fd, &status) && S_ISREG(status.st_mode) && (uint64_t)status.st_size > in->offset;
-    return known ? (size_t)((uint64_t)status.st_size - in->offset) : 0;
-}
-
 void input_consume(struct stream_input *in, size_t count)
 {
     in->start += count;
@@ -133,7 +126,8 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
     for (;;) {
         const size_t available = in->end - in->start;
         const unsigned char *begin = in->data + in->start;
-        const unsigned char *newline = available > searched ? memchr(begin + searched, '\n', available - searched) : NULL;
+        const unsigned char *newline =
+            available > searched ? memchr(begin + searched, '\n', available - searched) : NULL;
         if (newline || (in->ended && available)) {
             *line = (const char *)begin;
             *length = newline ? (size_t)(newline - begin) : available;
@@ -154,7 +148,8 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
 /* -- out ------------------------------------------------------------------------------------- */
 
 /* Tries temporary names beside the target until one is free: `take` makes the file, or fails with EEXIST. */
-static struct error *take_temporary(struct stream_output *out, bool (*take)(struct stream_output *out, const char *name))
+static struct error *take_temporary(struct stream_output *out,
+                                    bool (*take)(struct stream_output *out, const char *name))
 {
     const char *slash = strrchr(out->target, '/');
     const int directory = slash ? (int)(slash + 1 - out->target) : 0;
@@ -188,7 +183,8 @@ static bool take_linked(struct stream_output *out, const char *name)
     return linkat(AT_FDCWD, descriptor, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
 }
 
-/* A file without a name, so that a killed program leaves nothing, where the system has such; else one with a temporary name. */
+/* A file without a name, so that a killed program leaves nothing, where the system has such; else one with a temporary
+ * name. */
 static struct error *open_beside(struct stream_output *out)
 {
     char *directory = strdup(out->target);

@@ -27,12 +27,6 @@ size_t table_row_bytes(const struct table *table);
 /* Makes room for `rows` rows. */
 struct error *table_reserve(struct table *table, size_t rows);
 
-/* Takes room for rows that will come, if it can be had, in large pages: filling a large column is mostly page faults. */
-void table_expect(struct table *table, size_t rows);
-
-/* Gives back what table_expect took too much. */
-void table_trim(struct table *table);
-
 /* How many rows of a table make a block, at least one. */
 size_t table_block_rows(const struct table *table);
 
@@ -45,7 +39,8 @@ bool line_is_end(const char *line, size_t length);
 
 /* -- checksums (stream_file.c) ----------------------------------------------------------------- */
 
-/* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each proves all that came before. */
+/* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each proves all that came
+ * before. */
 struct error *checksum_create(void **checksum);
 void checksum_destroy(void *checksum); /* NULL is legal */
 void checksum_update(void *checksum, const void *bytes, size_t count);
@@ -66,11 +61,9 @@ struct stream_input {
 struct error *input_open(struct stream_input *in, const char *path);
 void input_close(struct stream_input *in);
 
-/* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input ends. Memory grows with what arrives. */
+/* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input ends. Memory grows
+ * with what arrives. */
 struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes, size_t *got);
-
-/* How many bytes are still to come; 0 when that cannot be known. */
-size_t input_expected(const struct stream_input *in);
 
 /* Consumes bytes that are available. */
 void input_consume(struct stream_input *in, size_t count);
@@ -118,7 +111,8 @@ struct stream_validity validity_start(void);
 /* Checks the columns of a table. */
 struct error *validity_schema(const struct stream_header *header, const struct table *table);
 
-/* Checks rows first .. first+count-1, which are rows `number` and following of the stream's table. Makes every NaN the same NaN. */
+/* Checks rows first .. first+count-1, which are rows `number` and following of the stream's table. Makes every NaN the
+ * same NaN. */
 struct error *validity_rows(struct stream_validity *validity, const struct table *table, size_t first, size_t count,
                             size_t number);
 
@@ -147,8 +141,8 @@ struct error *reader_place(const struct stream_reader *reader, struct error *err
 /* The error of a stream that stops within the current table, `further` rows behind reader->row. */
 struct error *ended_within(const struct stream_reader *reader, size_t further);
 
-/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to the table, whose first columns are
- * those of reader->schema and which has room for them, and checks them. */
+/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to the table, whose
+ * first columns are those of reader->schema and which has room for them, and checks them. */
 struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
 struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
 

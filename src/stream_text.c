@@ -79,7 +79,8 @@ static struct error *read_line(struct stream_reader *reader, struct table *table
     const char *end = line + length - (length && line[length - 1] == '\r'), *first = skip_blanks(line, end);
     *is_row = first < end && *first != '#';
     if (!*is_row)
-        return memchr(line, 0, length) ? error_new("table %s: expected text, got a zero byte", reader->schema.name) : NULL;
+        return memchr(line, 0, length) ? error_new("table %s: expected text, got a zero byte", reader->schema.name)
+                                       : NULL;
     struct error *err = read_row(&reader->schema, table, table->rows, first, end);
     return err ? err : validity_rows(&reader->validity, table, table->rows, 1, number);
 }

@@ -21,6 +21,7 @@ static const struct known {
     {"probe", "normal", COLUMN_F32, 3, 0},      {"probe", "bent_normal", COLUMN_F32, 3, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0}, {"probe", "origin", COLUMN_I32, 1, 0},
     {"tet", "vertex", COLUMN_I32, 4, 0},        {"tet", "neighbour", COLUMN_I32, 4, 0},
+    {"tet", "occlusion", COLUMN_I32, 6, 0},
 };
 
 bool stream_name_valid(const char *name)
@@ -52,7 +53,8 @@ static struct error *check_sh(const struct stream_header *header, const struct c
 {
     const int order = sh_order_of(sh->width);
     if (!order)
-        return error_new("column sh: expected a width of 3 n^2 for an order n of 1 to %d, got %zu", SH_ORDER_MAX, sh->width);
+        return error_new("column sh: expected a width of 3 n^2 for an order n of 1 to %d, got %zu", SH_ORDER_MAX,
+                         sh->width);
     const char *stated = header_key(header, "sh-order");
     if (stated && (strlen(stated) != 1 || *stated - '0' != order))
         return error_new("column sh has order %d, but the header's sh-order is '%s'", order, stated);
@@ -219,7 +221,8 @@ static struct error *check_distinct(const struct column *c, size_t first, size_t
     for (size_t i = 0; i < count; i++, v += 4) {
         if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] || v[2] == v[3]) {
             *row = first + i;
-            return error_new("column %s: expected 4 different probes, got %d %d %d %d", c->name, v[0], v[1], v[2], v[3]);
+            return error_new("column %s: expected 4 different probes, got %d %d %d %d", c->name, v[0], v[1], v[2],
+                             v[3]);
         }
     }
     return NULL;
@@ -258,8 +261,9 @@ struct error *validity_end(const struct stream_validity *v)
         return error_new("table tet: row %zu: column vertex: expected an index below the number of probes, %zu, got %d",
                          v->vertex_row, v->probes, v->vertex_most);
     if (v->neighbour_most >= 0 && (size_t)v->neighbour_most >= v->cells)
-        return error_new("table tet: row %zu: column neighbour: expected an index below the number of cells, %zu, got %d",
-                         v->neighbour_row, v->cells, v->neighbour_most);
+        return error_new(
+            "table tet: row %zu: column neighbour: expected an index below the number of cells, %zu, got %d",
+            v->neighbour_row, v->cells, v->neighbour_most);
     return NULL;
 }
 

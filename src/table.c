@@ -6,7 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 
 size_t column_type_size(enum column_type type)
 {
@@ -257,29 +256,6 @@ struct error *table_reserve(struct table *table, size_t rows)
     }
     table->capacity = capacity;
     return NULL;
-}
-
-void table_expect(struct table *table, size_t rows)
-{
-    enum { LARGE = 2 << 20 };
-    error_destroy(table_reserve(table, rows < INT32_MAX ? rows : INT32_MAX));
-    for (size_t i = 0; i < table->column_count; i++) {
-        const struct column *c = &table->columns[i];
-        const size_t bytes = table->capacity * c->width * column_type_size(c->type);
-        const size_t skip = (LARGE - (uintptr_t)c->data % LARGE) % LARGE;
-        if (bytes >= skip + LARGE)
-            madvise((char *)c->data + skip, (bytes - skip) / LARGE * LARGE, MADV_HUGEPAGE); /* advice: may fail */
-    }
-}
-
-void table_trim(struct table *table)
-{
-    for (size_t i = 0; i < table->column_count; i++) {
-        struct column *c = &table->columns[i];
-        void *data = realloc(c->data, (table->rows ? table->rows : 1) * c->width * column_type_size(c->type));
-        c->data = data ? data : c->data;
-    }
-    table->capacity = table->rows;
 }
 
 struct error *table_resize(struct table *table, size_t rows)

@@ -11,8 +11,9 @@ extern "C" long tetra_tetgen(size_t count, const double *position, int32_t **ver
 {
     *vertex = *neighbour = nullptr;
     try {
-        // TetGen's destructor frees with delete, and on errors twice; the process ends soon, so nothing is freed here.
-        tetgenio &in = *new tetgenio, &out = *new tetgenio;
+        // TetGen's destructor frees, on errors twice; the process ends soon, so both stay.
+        static tetgenio *const in_kept = new tetgenio, *const out_kept = new tetgenio;
+        tetgenio &in = *in_kept, &out = *out_kept;
         in.numberofpoints = static_cast<int>(count);
         in.pointlist = new double[3 * count];
         std::memcpy(in.pointlist, position, 3 * count * sizeof(double));

@@ -2,12 +2,14 @@
  *
  *     FAIL_CALL=write FAIL_AFTER=3 FAIL_ERRNO=28 LD_PRELOAD=.../failing_io.so probe-cat ...
  *
- * FAIL_CALL: read, write, close, linkat or rename. FAIL_AFTER: how many of these calls work first (0).
- * FAIL_HOW: "errno", they fail with FAIL_ERRNO (5, EIO); "short", reads and writes move 7 bytes at most; "interrupt", every
- * second one fails with EINTR.
+ * FAIL_CALL: read, write, close, linkat, rename, or tmpfile (open with O_TMPFILE). FAIL_AFTER: how many of these calls
+ * work first (0). FAIL_HOW: "errno", they fail with FAIL_ERRNO (5, EIO); "short", reads and writes move 7 bytes at
+ * most; "interrupt", every second one fails with EINTR; "unsupported", they fail with EOPNOTSUPP.
  */
 #include <dlfcn.h>
 #include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,8 +40,22 @@ static bool fails(const char *call, size_t *count)
         *count = *count < 7 ? *count : 7;
         return false;
     }
-    errno = strcmp(how, "interrupt") ? atoi(setting("FAIL_ERRNO", "5")) : EINTR;
+    errno = !strcmp(how, "interrupt")     ? EINTR
+            : !strcmp(how, "unsupported") ? EOPNOTSUPP
+                                          : atoi(setting("FAIL_ERRNO", "5"));
     return strcmp(how, "interrupt") || calls % 2;
+}
+
+int open(const char *path, int flags, ...)
+{
+    int (*real)(const char *, int, ...);
+    size_t count = 0;
+    va_list args;
+    va_start(args, flags);
+    const mode_t mode = flags & (O_CREAT | __O_TMPFILE) ? va_arg(args, mode_t) : 0;
+    va_end(args);
+    hidden("open", &real);
+    return (flags & O_TMPFILE) == O_TMPFILE && fails("tmpfile", &count) ? -1 : real(path, flags, mode);
 }
 
 ssize_t read(int fd, void *to, size_t count)

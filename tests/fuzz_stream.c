@@ -1,10 +1,10 @@
 /* A hostile stream: whatever bytes a file holds, reading it ends, with a valid stream or an error, and harms nothing.
  *
- *     fuzz_stream [MUTATIONS [SEED]]     small streams of both encodings, mutated; part of make check with few mutations
+ *     fuzz_stream [MUTATIONS [SEED]]     small streams, mutated; part of make check with few mutations
  *
- * Half of the mutated binary streams get their checksums made right again, so that the reader sees what lies behind them.
- * For longer: fuzz_stream 10000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte says by its
- * lowest bit whether its checksums are made right, the rest is the stream.
+ * Half of the mutated binary streams get their checksums made right again, so that the reader sees what lies behind
+ * them. For longer: fuzz_stream 10000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte
+ * says by its lowest bit whether its checksums are made right, the rest is the stream.
  */
 #include "error.h"
 #include "files.h"
@@ -124,7 +124,8 @@ static void check_round_trip(const struct stream *s, enum stream_encoding encodi
     if (!err)
         err = stream_read(&again, files_path("again"));
     require(!err, err ? error_message(err) : "");
-    require(again->table_count == s->table_count && again->header.key_count == s->header.key_count, "all tables and keys come back");
+    require(again->table_count == s->table_count && again->header.key_count == s->header.key_count,
+            "all tables and keys come back");
     for (size_t i = 0; i < s->table_count; i++)
         require(same_columns(&s->tables[i], &again->tables[i]), "every bit comes back");
     stream_destroy(again);
@@ -232,8 +233,10 @@ static uint32_t number_below(struct random *r, size_t n)
 /* Changes a few places: a bit, a byte, a word in the text, a piece cut out, doubled, or moved. */
 static void mutate(struct bytes *b, struct random *r)
 {
-    static const char *const words[] = {"-1", "0", "4294967295", "1e999", "nan", "inf", "end", "table x y:f32:1\n", " ", "\n", "#",
-                                        ":", "f64", "1048576", "\r\n", "\xff\xff\xff\xff", "key value\n"};
+    static const char *const words[] = {
+        "-1",         "0",  "4294967295", "1e999", "nan", "inf",     "end",  "table x y:f32:1\n",
+        " ",          "\n", "#",          ":",     "f64", "1048576", "\r\n", "\xff\xff\xff\xff",
+        "key value\n"};
     b->data[0] = (uint8_t)number_below(r, 2);
     for (uint32_t times = 1 + number_below(r, 4); times > 0 && b->size > 2; times--) {
         const size_t at = 1 + number_below(r, b->size - 1), length = 1 + number_below(r, 40);

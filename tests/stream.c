@@ -103,7 +103,8 @@ static struct stream *example(size_t probes, size_t cells, uint64_t seed)
     for (size_t i = 0; i < 2 * probes; i++)
         column_i32(c)[i] = (int32_t)random_u32(&r);
     if (probes > 2) {
-        static const double extremes[] = {0.0, -0.0, DBL_MIN, DBL_MAX, 4.9406564584124654e-324, -DBL_MAX, 0.1, 1e22, 1e23};
+        static const double extremes[] = {0.0,      -0.0, DBL_MIN, DBL_MAX, 4.9406564584124654e-324,
+                                          -DBL_MAX, 0.1,  1e22,    1e23};
         static const float extremes_f32[] = {0.0f, -0.0f, FLT_MIN, FLT_MAX, 1.4e-45f, -FLT_MAX, 0.1f, 16777216.0f};
         memcpy(column_f64(table_column(t, "position")), extremes, sizeof extremes);
         memcpy(column_f32(table_column(t, "sh")), extremes_f32, sizeof extremes_f32);
@@ -202,7 +203,8 @@ static void test_portions(void)
     for (size_t i = 0; i < t.rows; i++)
         missing = missing && isnan(column_f32(table_column(&t, "depth"))[i]);
     table_remove_column(&t, "depth");
-    ok(same_table(&t, stream_table(s, "probe")) && missing, "reading 7 rows at a time gives the same rows, added columns are missing values");
+    ok(same_table(&t, stream_table(s, "probe")) && missing,
+       "reading 7 rows at a time gives the same rows, added columns are missing values");
     table_clear(&t);
     must(stream_reader_next_table(r, &t, &more)); /* skip two tables */
     table_clear(&t);
@@ -269,17 +271,22 @@ static void test_every_byte(void)
     stream_destroy(s);
 }
 
-/* Reads a text and checks that it is refused with this message behind the file's name. */
-static void text_refused(const char *text, const char *message)
+/* Reads bytes and checks that they are refused with this message behind the file's name. */
+static void bytes_refused(const char *bytes, size_t count, const char *message)
 {
-    write_bytes(path_a, text, strlen(text));
+    write_bytes(path_a, bytes, count);
     struct stream *s = NULL;
     struct error *err = stream_read(&s, path_a);
     const size_t prefix = strlen(path_a);
-    ok(err && !strncmp(error_message(err), path_a, prefix) && !strcmp(error_message(err) + prefix, message), "refused: %s",
-       err ? error_message(err) + prefix : "(accepted)");
+    ok(err && !strncmp(error_message(err), path_a, prefix) && !strcmp(error_message(err) + prefix, message),
+       "refused: %s", err ? error_message(err) + prefix : "(accepted)");
     error_destroy(err);
     stream_destroy(s);
+}
+
+static void text_refused(const char *text, const char *message)
+{
+    bytes_refused(text, strlen(text), message);
 }
 
 #define HEAD "#?probe 1\ntable probe position:f64:3\n"
@@ -298,12 +305,14 @@ static void test_text_refused(void)
     text_refused("#?probe 1\nsh-order 3\ntable probe position:f64:3 sh:f32:12\nend\n",
                  ":3: table probe: column sh has order 2, but the header's sh-order is '3'");
     text_refused("#?probe 1\ntable probe\nend\n", ":2: table probe: expected at least one column, got none");
-    text_refused("#?probe 1\ntable probe x:f32:1\nend\n", ":2: table probe: expected a column position:f64:3, there is none");
+    text_refused("#?probe 1\ntable probe x:f32:1\nend\n",
+                 ":2: table probe: expected a column position:f64:3, there is none");
     text_refused("#?probe 1\ntable probe position:f32:3\nend\n",
                  ":2: table probe: column position: expected f64:3, got f32:3");
     text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:13\nend\n",
                  ":2: table probe: column sh: expected a width of 3 n^2 for an order n of 1 to 6, got 13");
-    text_refused("#?probe 1\ntable probe position:f64:3 position:f64:3\nend\n", ":2: table probe: column position is given twice");
+    text_refused("#?probe 1\ntable probe position:f64:3 position:f64:3\nend\n",
+                 ":2: table probe: column position is given twice");
     text_refused("#?probe 1\ntable probe position:f64:0\nend\n",
                  ":2: table probe: expected a column as name:type:width, got 'position:f64:0'");
     text_refused("#?probe 1\ntable probe position:f16:3\nend\n",
@@ -315,7 +324,8 @@ static void test_text_refused(void)
     text_refused(HEAD "0 1,5 0\nend\n", ":3: table probe: column position: expected a number, got '1,5'");
     text_refused(HEAD "0 1e999 0\nend\n", ":3: table probe: column position: expected a number, got '1e999'");
     text_refused(HEAD "0 nan 0\nend\n", ":3: table probe: row 0: column position: expected finite numbers, got nan");
-    text_refused(HEAD "0 0 0\n0 inf 0\nend\n", ":4: table probe: row 1: column position: expected finite numbers, got inf");
+    text_refused(HEAD "0 0 0\n0 inf 0\nend\n",
+                 ":4: table probe: row 1: column position: expected finite numbers, got inf");
     text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:3\n0 0 0 1 nan 1\nend\n",
                  ":3: table probe: row 0: column sh: 1 of 3 numbers are nan; all or none may be");
     text_refused(HEAD FOUR "1 1 1\n", ":7: the stream ends within table probe, after 5 rows: it is not whole");
@@ -334,6 +344,81 @@ static void test_text_refused(void)
                  ":8: table tet: column vertex: expected a whole number of 32 bits, got '3.5'");
     text_refused(HEAD FOUR TET "0 1 2 99999999999 -1 -1 -1 -1\nend\n",
                  ":8: table tet: column vertex: expected a whole number of 32 bits, got '99999999999'");
+    text_refused(HEAD TET "0 1 2 3 -1 -1 -1 -1\nend\n", ":5: table tet has 1 rows, but there are no probes");
+    text_refused("#?probe 1\ntable\nend\n",
+                 ":2: header key table: expected a name of a-z, 0-9 and -, and a value without control characters");
+    text_refused("#?probe 1\na_key v\nend\n",
+                 ":2: header key a_key: expected a name of a-z, 0-9 and -, and a value without control characters");
+    text_refused(HEAD "0\r0 0\nend\n", ":3: table probe: column position: expected a number, got '0\r0'");
+    bytes_refused("#?probe 1\n# a\0b\nend\n", 20, ":2: expected a line of text, got control characters");
+    bytes_refused(HEAD "# a\0b\nend\n", sizeof HEAD "# a\0b\nend\n" - 1,
+                  ":3: table probe: expected text, got a zero byte");
+    bytes_refused(HEAD "0 0 0\0\nend\n", sizeof HEAD "0 0 0\0\nend\n" - 1,
+                  ":3: table probe: column position: expected a number, got '0'");
+}
+
+/* Headers that claim more than they hold are refused for little time and memory. */
+static void test_hostile(void)
+{
+    enum { ROOM = 1 << 18 };
+    char *text = malloc(ROOM);
+    int n = sprintf(text, "#?probe 1\ntable t");
+    for (int i = 0; i <= 4096; i++)
+        n += sprintf(text + n, " c%d:f32:1", i);
+    strcpy(text + n, "\nend\n");
+    text_refused(text, ":2: table t: more than 4096 columns");
+    n = sprintf(text, "#?probe 1\n");
+    for (int i = 0; i <= 4096; i++)
+        n += sprintf(text + n, "k%d\n", i);
+    strcpy(text + n, "end\n");
+    text_refused(text, ":4098: more than 4096 header keys");
+    n = sprintf(text, "#?probe 1\n");
+    for (int i = 0; i <= 4096; i++)
+        n += sprintf(text + n, "table t%d x:f32:1\n", i);
+    strcpy(text + n, "end\n");
+    text_refused(text, ":4098: more than 4096 tables");
+    text_refused("#?probe 1\ntable t "
+                 "a123456789b123456789c123456789d123456789e123456789f123456789g123:f32:1\nend\n",
+                 ":2: table t: expected a column as name:type:width, got 'a123456789b123456789c123456789d123456789'");
+    text_refused("#?probe 1\ntable t x:f32:262145\nend\n", ":2: table t: a row takes 1048580 bytes, more than 1048576");
+    text_refused("#?probe 1\ntable t x:f32:262144\n",
+                 ":2: the stream ends within table t, after 0 rows: it is not whole");
+    text_refused("#?probe 1\ntable t x:f32:99999999999999999999\nend\n",
+                 ":2: table t: expected a column as name:type:width, got 'x:f32:99999999999999999999'");
+
+    static const char head[] = "#?probe 1 binary\ntable t x:f32:1\n";
+    static const uint32_t counts[][2] = {{4194305, 16777220}, {0xffffffff, 0xfffffffc}, {2, 12}, {0, 4}, {1, 0}};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        char message[200];
+        n = sprintf(text, "%s", head);
+        memcpy(text + n, counts[i], 8);
+        memset(text + n + 8, 0, 8);
+        sprintf(
+            message,
+            ": byte %d: table t: expected a block of rows of 4 bytes, at most 16777216 bytes, got %u rows in %u bytes",
+            n, counts[i][0], counts[i][1]);
+        bytes_refused(text, (size_t)n + 16, message);
+    }
+    memcpy(text + n, (const uint32_t[]){4194304, 16777216}, 8);
+    bytes_refused(text, (size_t)n + 16, ": byte 33: the stream ends within table t, after 0 rows: it is not whole");
+    free(text);
+}
+
+/* The checksum at the end covers every byte before it, so this one pins the format. */
+static void test_format(void)
+{
+    static const char text[] = "#?probe 1\n# a command\nsh-order 1\nending here\ntable probe position:f64:3 sh:f32:3\n"
+                               "0 0 0 .5 .5 .5\n1 -2 3e5 nan nan nan\ntable empty thing:i32:1\nend\n";
+    char bytes[1024] = "";
+    struct stream *s = NULL;
+    write_bytes(path_a, text, sizeof text - 1);
+    must(stream_read(&s, path_a));
+    ok(!strcmp(header_key(&s->header, "ending"), "here"), "a key may begin like 'end'");
+    must(stream_write(s, path_b, STREAM_BINARY));
+    const size_t count = read_bytes(path_b, bytes, sizeof bytes - 1);
+    ok(count == 253 && !strcmp(bytes + count - 21, "end ba957f20c4df9d86\n"),
+       "binary is what it always was: %zu bytes, %.20s", count, bytes + count - 21);
+    stream_destroy(s);
 }
 
 static void test_text_accepted(void)
@@ -348,7 +433,8 @@ static void test_text_accepted(void)
     ok(stream_table(s, "probe")->rows == 3 && p[0] == 1 && p[1] == 2 && p[5] == 6 && d[0] == 0.5f && isnan(d[1]),
        "CRLF, tabs, +, comments and blank lines are read");
     ok(signbit(p[6]) && p[7] == 0 && d[2] == 0, "-0 stays, what underflows is 0");
-    ok(!strcmp(header_key(&s->header, "key"), "value") && !strcmp(s->header.provenance[0], "made by hand"), "and the header");
+    ok(!strcmp(header_key(&s->header, "key"), "value") && !strcmp(s->header.provenance[0], "made by hand"),
+       "and the header");
     stream_destroy(s);
 }
 
@@ -386,7 +472,8 @@ static void test_writing(void)
     stream_writer_abandon(w);
     ok(read_bytes(path_a, bytes, sizeof bytes) == 3, "an abandoned stream leaves the old file");
     must(stream_write(s, path_a, STREAM_BINARY));
-    ok(!stat(path_a, &status) && (status.st_mode & 07777) == 0640 && status.st_size > 100, "the new file has the old one's mode");
+    ok(!stat(path_a, &status) && (status.st_mode & 07777) == 0640 && status.st_size > 100,
+       "the new file has the old one's mode");
 
     struct error *err = stream_write(s, "/dev/full", STREAM_BINARY);
     ok(err && !strcmp(error_message(err), "/dev/full: No space left on device"), "a full disk is an error");
@@ -424,7 +511,9 @@ int main(void)
     test_portions();
     test_every_byte();
     test_text_refused();
+    test_hostile();
     test_text_accepted();
+    test_format();
     test_writing();
     unlink(path_a);
     unlink(path_b);
