@@ -1,16 +1,27 @@
 #include "derive.h"
+#include "angle.h"
 #include "array.h"
 #include "error.h"
+#include "image.h"
 #include "sh.h"
 #include "vec.h"
 
 #include <math.h>
 #include <stdlib.h>
 
+/* Mean irradiance of a coefficient L00 of 1. */
+static double mean_factor(bool convolved)
+{
+    const double pole[3] = {0, 0, 1};
+    double y00;
+    sh_basis(1, pole, &y00);
+    return convolved ? y00 : y00 * sh_cosine(0);
+}
+
 void derive_irradiance(size_t count, int order, bool convolved, const float *sh, float *rgb)
 {
     const size_t width = (size_t)(3 * order * order);
-    const double y00 = 0.28209479177387814, factor = convolved ? y00 : y00 * sh_cosine(0);
+    const double factor = mean_factor(convolved);
     for (size_t i = 0; i < count; i++)
         for (size_t k = 0; k < 3; k++)
             rgb[3 * i + k] = isnan(sh[i * width]) ? 0 : (float)(factor * (double)sh[i * width + k]);
@@ -22,6 +33,13 @@ void derive_luminance(size_t count, const float *rgb, float *luminance)
         luminance[i] = vec3f_luminance((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
 }
 
+/* Rounds to float; what does not fit is 0. */
+static void store(float to[3], const double from[3])
+{
+    for (size_t k = 0; k < 3; k++)
+        to[k] = isfinite((float)from[k]) ? (float)from[k] : 0;
+}
+
 void derive_brightest(size_t count, int order, const float *sh, float *direction)
 {
     const size_t width = (size_t)(3 * order * order);
@@ -29,24 +47,32 @@ void derive_brightest(size_t count, int order, const float *sh, float *direction
         double d[3] = {0};
         if (!isnan(sh[i * width]))
             sh_dominant(order, sh + i * width, d);
-        for (size_t k = 0; k < 3; k++)
-            direction[3 * i + k] = (float)d[k];
+        store(direction + 3 * i, d);
     }
 }
 
-void derive_captured(size_t count, size_t width, const float *sh, int32_t *captured)
+void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient, float *gradient)
 {
-    for (size_t i = 0; i < count; i++)
-        captured[i] = !isnan(sh[i * width]);
+    const size_t width = (size_t)(3 * order * order);
+    const double factor = mean_factor(convolved);
+    for (size_t i = 0; i < count; i++) {
+        double g[3] = {0};
+        for (size_t axis = 0; axis < 3; axis++) {
+            const float *rgb = sh_gradient + (3 * i + axis) * width;
+            if (!isnan(rgb[0]))
+                g[axis] = factor * (double)vec3f_luminance((struct vec3f){rgb[0], rgb[1], rgb[2]});
+        }
+        store(gradient + 3 * i, g);
+    }
 }
 
 static int compare_floats(const void *a, const void *b)
 {
     const float x = *(const float *)a, y = *(const float *)b;
-    return x < y ? -1 : x > y;
+    return (x > y) - (x < y);
 }
 
-struct error *derive_exposure(size_t count, const float *luminance, float *exposure)
+struct error *derive_exposure(size_t count, const float *luminance, double *exposure)
 {
     float *lit = NULL;
     size_t n = 0;
@@ -56,26 +82,32 @@ struct error *derive_exposure(size_t count, const float *luminance, float *expos
             lit[n++] = luminance[i];
     if (n)
         qsort(lit, n, sizeof *lit, compare_floats);
-    *exposure = n ? 0.7f / lit[(n - 1) * 95 / 100] : 1;
+    *exposure = n ? 0.7 / (double)lit[(n - 1) * 95 / 100] : 1;
     free(lit);
     return err;
 }
 
-/* IEC 61966-2-1. */
-static uint8_t srgb_code(float linear)
+/* By search in the table of what codes mean: pow would differ in its last bit between machines. */
+static uint8_t srgb_code(double linear)
 {
-    const float x = fminf(fmaxf(linear, 0), 1);
-    const float s = x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f;
-    return (uint8_t)(255 * s + 0.5f);
+    unsigned low = 0, high = 255;
+    while (high - low > 1) {
+        const unsigned middle = (low + high) / 2;
+        if (linear < (double)image_linear[middle])
+            high = middle;
+        else
+            low = middle;
+    }
+    return (uint8_t)(2 * linear < (double)image_linear[low] + (double)image_linear[high] ? low : high);
 }
 
-void derive_codes(size_t count, const float *rgb, float exposure, uint8_t *code)
+void derive_codes(size_t count, const float *rgb, double exposure, uint8_t *code)
 {
     for (size_t i = 0; i < 3 * count; i++)
-        code[i] = srgb_code(exposure * rgb[i]);
+        code[i] = srgb_code(exposure * (double)rgb[i]);
 }
 
-/* Six times the volume. */
+/* Six times the volume, and the edges from the first corner. */
 static double cell_volume(const int32_t *v, const double *position, struct vec3 edge[3])
 {
     const struct vec3 p0 = vec3_load(position + 3 * (size_t)v[0]);
@@ -84,21 +116,33 @@ static double cell_volume(const int32_t *v, const double *position, struct vec3 
     return vec3_dot(edge[0], vec3_cross(edge[1], edge[2]));
 }
 
+void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position, float *angle)
+{
+    for (size_t cell = 0; cell < cell_count; cell++) {
+        struct vec3 edge[3], normal[4]; /* of the faces, outward */
+        cell_volume(vertex + 4 * cell, position, edge);
+        normal[0] = vec3_cross(vec3_sub(edge[1], edge[0]), vec3_sub(edge[2], edge[0]));
+        for (int k = 0; k < 3; k++)
+            normal[k + 1] = vec3_cross(edge[(k + 2) % 3], edge[(k + 1) % 3]);
+        double least = ANGLE_PI;
+        for (int i = 0; i < 4; i++)
+            for (int j = i + 1; j < 4; j++)
+                least = fmin(least, angle_atan2(vec3_length(vec3_cross(normal[i], normal[j])), -vec3_dot(normal[i], normal[j])));
+        angle[cell] = (float)(least * (180 / ANGLE_PI));
+    }
+}
+
 void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value, float *gradient)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         const int32_t *v = vertex + 4 * cell;
         struct vec3 edge[3], g = {0};
         const double volume = cell_volume(v, position, edge);
-        if (volume > 0) { /* Cramer's rule for edge[k] . g = difference[k] */
-            for (int k = 0; k < 3; k++) {
-                const double difference = (double)value[v[k + 1]] - (double)value[v[0]];
-                g = vec3_fma(g, difference / volume, vec3_cross(edge[(k + 1) % 3], edge[(k + 2) % 3]));
-            }
+        for (int k = 0; k < 3 && volume > 0; k++) { /* Cramer's rule for edge[k] . g = difference[k] */
+            const double difference = (double)value[v[k + 1]] - (double)value[v[0]];
+            g = vec3_fma(g, difference / volume, vec3_cross(edge[(k + 1) % 3], edge[(k + 2) % 3]));
         }
-        const float limited[3] = {(float)g.x, (float)g.y, (float)g.z};
-        for (size_t k = 0; k < 3; k++)
-            gradient[3 * cell + k] = isfinite(limited[k]) ? limited[k] : 0; /* of a cell without thickness */
+        store(gradient + 3 * cell, (const double[3]){g.x, g.y, g.z});
     }
 }
 
@@ -117,9 +161,10 @@ struct error *derive_point_gradient(size_t count, size_t cell_count, const int32
             at[3] += volume;
         }
     }
-    for (size_t i = 0; i < count && !err; i++)
-        for (size_t k = 0; k < 3; k++)
-            gradient[3 * i + k] = sum[4 * i + 3] > 0 ? (float)(sum[4 * i + k] / sum[4 * i + 3]) : 0;
+    for (size_t i = 0; i < count && !err; i++) {
+        const double *at = sum + 4 * i;
+        store(gradient + 3 * i, at[3] > 0 ? (const double[3]){at[0] / at[3], at[1] / at[3], at[2] / at[3]} : (const double[3]){0});
+    }
     free(sum);
     return err;
 }

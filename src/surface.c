@@ -1,37 +1,111 @@
 #include "surface.h"
-#include "array.h"
+#include "derive.h"
 #include "error.h"
 #include "scene.h"
 
-#include <stdlib.h>
+#include <string.h>
 
-static void add_instance(struct surface *s, const struct scene *scene, const struct scene_instance *instance)
+struct arrays {
+    double *position; /* 3 a vertex */
+    int32_t *index;   /* 3 a triangle */
+    float *albedo, *emission, *opacity;
+    int32_t *material;
+};
+
+static void add_to(float sum[3], float weight, struct vec3f c)
+{
+    sum[0] += weight * c.x;
+    sum[1] += weight * c.y;
+    sum[2] += weight * c.z;
+}
+
+/* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16 triangles that it falls into when its
+ * edges are quartered. */
+static void shade(const struct scene *scene, const struct scene_mesh *mesh, size_t t, float albedo[3], float emission[3], float *opacity)
+{
+    const struct scene_material *m = &scene->materials[mesh->material[t]];
+    const bool plain = m->albedo_map.texture == SCENE_NONE && m->emission_map.texture == SCENE_NONE && m->alpha_map.texture == SCENE_NONE;
+    const float *uv = mesh->uv ? mesh->uv + 6 * t : (const float[6]){0};
+    const int parts = plain || !mesh->uv ? 1 : 4;
+    float weight = 0;
+    for (int i = 0; i < parts; i++) {
+        for (int j = 0; j < 2 * (parts - i) - 1; j++) { /* along a strip triangles stand on their base and on their tip, in turn */
+            const float third = (float)(1 + j % 2) / 3;
+            const float b = ((float)i + third) / (float)parts, c = ((float)(j / 2) + third) / (float)parts, a = 1 - b - c;
+            const float u = a * uv[0] + b * uv[2] + c * uv[4], v = a * uv[1] + b * uv[3] + c * uv[5];
+            const float opaque = 1 - scene_transparency(scene, m, u, v);
+            add_to(albedo, opaque, scene_albedo(scene, m, u, v));
+            add_to(emission, opaque, scene_emission(scene, m, u, v));
+            weight += opaque;
+        }
+    }
+    for (size_t k = 0; k < 3 && weight > 0; k++) {
+        albedo[k] /= weight;
+        emission[k] /= weight;
+    }
+    *opacity = weight / (float)(parts * parts);
+}
+
+static double determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+static void add_instance(struct vtk_mesh *to, const struct arrays *a, const struct scene *scene, const struct scene_instance *instance)
 {
     const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
     const double *m = instance->transform;
+    const bool mirrored = determinant(m) < 0; /* turns the winding round, not the front */
     for (size_t i = 0; i < mesh->vertex_count; i++) {
         const double *p = mesh->position + 3 * i;
         for (size_t k = 0; k < 3; k++)
-            s->position[3 * (s->vertex_count + i) + k] = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
+            a->position[3 * (to->point_count + i) + k] = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
     }
     for (size_t t = 0; t < mesh->triangle_count; t++) {
-        const struct scene_material *material = &scene->materials[mesh->material[t]];
-        const float *uv = mesh->uv ? mesh->uv + 6 * t : NULL;
-        const float u = uv ? (uv[0] + uv[2] + uv[4]) / 3 : 0, v = uv ? (uv[1] + uv[3] + uv[5]) / 3 : 0;
-        const struct vec3f albedo = scene_albedo(scene, material, u, v), emission = scene_emission(scene, material, u, v);
-        const size_t at = s->triangle_count + t;
+        const size_t at = to->cell_count + t;
         for (size_t k = 0; k < 3; k++)
-            s->index[3 * at + k] = (int32_t)(s->vertex_count + mesh->index[3 * t + k]);
-        s->albedo[3 * at] = albedo.x;
-        s->albedo[3 * at + 1] = albedo.y;
-        s->albedo[3 * at + 2] = albedo.z;
-        s->emission[3 * at] = emission.x;
-        s->emission[3 * at + 1] = emission.y;
-        s->emission[3 * at + 2] = emission.z;
-        s->material[at] = mesh->material[t];
+            a->index[3 * at + (mirrored ? 2 - k : k)] = (int32_t)(to->point_count + mesh->index[3 * t + k]);
+        shade(scene, mesh, t, a->albedo + 3 * at, a->emission + 3 * at, a->opacity + at);
+        a->material[at] = mesh->material[t];
     }
-    s->vertex_count += mesh->vertex_count;
-    s->triangle_count += mesh->triangle_count;
+    to->point_count += mesh->vertex_count;
+    to->cell_count += mesh->triangle_count;
+}
+
+/* The display colour: of the surface, or where it emits, of its light at full brightness. */
+static struct error *add_colour(struct surface *s, const struct arrays *a)
+{
+    float *shown = NULL;
+    uint8_t *colour = NULL;
+    const size_t n = s->mesh.cell_count;
+    struct error *err = fields_own(&s->cells, 3 * n, sizeof *shown, &shown);
+    if (!err)
+        err = fields_add_new(&s->cells, "colour", VTK_EXPORT_U8, 3, n, &colour);
+    for (size_t i = 0; i < n && !err; i++) {
+        const float *e = a->emission + 3 * i, most = fmaxf(fmaxf(e[0], e[1]), e[2]);
+        for (size_t k = 0; k < 3; k++)
+            shown[3 * i + k] = most > 0 ? e[k] / most : a->albedo[3 * i + k];
+    }
+    if (!err)
+        derive_codes(n, shown, 1, colour);
+    return err;
+}
+
+static struct error *add_material_names(struct surface *s, const struct scene *scene)
+{
+    const char **names = NULL;
+    struct vtk_text *text = NULL;
+    struct error *err = fields_own(&s->cells, scene->material_count, sizeof *names, &names);
+    if (!err)
+        err = fields_own(&s->cells, 1, sizeof *text, &text);
+    if (err)
+        return err;
+    for (size_t i = 0; i < scene->material_count; i++)
+        names[i] = scene->materials[i].name;
+    *text = (struct vtk_text){.name = "Materials", .lines = names, .line_count = scene->material_count};
+    s->mesh.texts = text;
+    s->mesh.text_count = 1;
+    return NULL;
 }
 
 struct error *surface_create(struct surface *s, const struct scene *scene)
@@ -42,19 +116,30 @@ struct error *surface_create(struct surface *s, const struct scene *scene)
         vertices += scene->meshes[scene->instances[i].mesh].vertex_count;
         triangles += scene->meshes[scene->instances[i].mesh].triangle_count;
     }
-    if (vertices > INT32_MAX || triangles > INT32_MAX / 3)
-        return error_new("the scene has more than %d vertices with its instances placed", INT32_MAX);
-    struct error *err = array_create(&s->position, 3 * vertices, sizeof *s->position);
+    if (vertices > INT32_MAX)
+        return error_new("the scene has %zu vertices with its instances placed, more than %d", vertices, INT32_MAX);
+    struct arrays a = {0};
+    struct error *err = fields_own(&s->cells, 3 * vertices, sizeof *a.position, &a.position);
     if (!err)
-        err = array_create(&s->index, 3 * triangles, sizeof *s->index);
+        err = fields_own(&s->cells, 3 * triangles, sizeof *a.index, &a.index);
     if (!err)
-        err = array_create(&s->albedo, 3 * triangles, sizeof *s->albedo);
+        err = fields_add_new(&s->cells, "albedo", VTK_EXPORT_F32, 3, triangles, &a.albedo);
     if (!err)
-        err = array_create(&s->emission, 3 * triangles, sizeof *s->emission);
+        err = fields_add_new(&s->cells, "emission", VTK_EXPORT_F32, 3, triangles, &a.emission);
     if (!err)
-        err = array_create(&s->material, triangles, sizeof *s->material);
+        err = fields_add_new(&s->cells, "opacity", VTK_EXPORT_F32, 1, triangles, &a.opacity);
+    if (!err)
+        err = fields_add_new(&s->cells, "material", VTK_EXPORT_I32, 1, triangles, &a.material);
     for (size_t i = 0; i < scene->instance_count && !err; i++)
-        add_instance(s, scene, &scene->instances[i]);
+        add_instance(&s->mesh, &a, scene, &scene->instances[i]);
+    if (!err)
+        err = add_colour(s, &a);
+    if (!err)
+        err = add_material_names(s, scene);
+    s->mesh.position = a.position;
+    s->mesh.vertex = a.index;
+    s->mesh.cell_arrays = s->cells.list;
+    s->mesh.cell_array_count = s->cells.count;
     if (err)
         surface_clear(s);
     return err;
@@ -62,10 +147,6 @@ struct error *surface_create(struct surface *s, const struct scene *scene)
 
 void surface_clear(struct surface *s)
 {
-    free(s->position);
-    free(s->index);
-    free(s->albedo);
-    free(s->emission);
-    free(s->material);
+    fields_clear(&s->cells);
     *s = (struct surface){0};
 }

@@ -1,22 +1,19 @@
-/* surface: a scene's triangles in world coordinates, one colour each, for looking at.
+/* surface: a scene's triangles as a mesh of named arrays, for looking at: instances placed, fronts counter-clockwise.
+ *
+ * man/probe-vtk.1 lists the arrays. Textures are averaged over each triangle.
  */
 #ifndef SURFACE_H
 #define SURFACE_H
 
-#include <stddef.h>
-#include <stdint.h>
+#include "fields.h"
 
 struct error;
 struct scene;
 
-/* Owned arrays; starts as {0}. */
+/* Borrows the materials' names from the scene. Starts as {0}. */
 struct surface {
-    double *position; /* 3 * vertex_count, instances placed */
-    size_t vertex_count;
-    int32_t *index; /* 3 * triangle_count */
-    size_t triangle_count;
-    float *albedo, *emission; /* 3 * triangle_count, at the triangle's centre */
-    int32_t *material;        /* triangle_count: of the scene */
+    struct vtk_mesh mesh;
+    struct fields cells;
 };
 
 struct error *surface_create(struct surface *surface, const struct scene *scene);

@@ -5,19 +5,22 @@ extern "C" {
 #include "stream_private.h"
 }
 
-#include <cstring>
+#include <cerrno>
+#include <cmath>
 #include <exception>
+#include <fstream>
 #include <new>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellType.h>
-#include <vtkDataSet.h>
 #include <vtkDoubleArray.h>
-#include <vtkFieldData.h>
+#include <vtkErrorCode.h>
 #include <vtkFloatArray.h>
-#include <vtkIdTypeArray.h>
-#include <vtkIntArray.h>
+#include <vtkLogger.h>
 #include <vtkMeshQuality.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
@@ -27,6 +30,7 @@ extern "C" {
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStringArray.h>
+#include <vtkTypeInt32Array.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataWriter.h>
@@ -34,145 +38,266 @@ extern "C" {
 
 namespace {
 
-// Takes VTK's messages in place of standard error.
-class quiet_window : public vtkOutputWindow {
+// Takes what VTK has to say, in place of standard error.
+class message_window : public vtkOutputWindow {
 public:
-    static quiet_window *New();
-    vtkTypeMacro(quiet_window, vtkOutputWindow)
-    void DisplayText(const char *text) override
+    static message_window *New();
+    vtkTypeMacro(message_window, vtkOutputWindow)
+    void DisplayText(const char *) override {}
+    void DisplayErrorText(const char *text) override
     {
-        if (message.empty() && text)
-            message = text;
+        if (error.empty() && text)
+            error = text;
     }
-    std::string message;
+    std::string error; // the first
 };
-vtkStandardNewMacro(quiet_window)
+vtkStandardNewMacro(message_window)
 
-vtkSmartPointer<vtkDataArray> new_array(enum vtk_type type)
+class message_catcher {
+public:
+    message_catcher() : before(vtkOutputWindow::GetInstance())
+    {
+        vtkOutputWindow::SetInstance(window);
+        vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
+    }
+    ~message_catcher() { vtkOutputWindow::SetInstance(before); }
+    message_catcher(const message_catcher &) = delete;
+    message_catcher &operator=(const message_catcher &) = delete;
+    const std::string &error() const { return window->error; }
+
+private:
+    vtkSmartPointer<vtkOutputWindow> before;
+    vtkNew<message_window> window;
+};
+
+// -- from plain arrays to VTK's, which borrow the memory ---------------------------------------------
+
+template <class Array> vtkSmartPointer<vtkDataArray> borrow(const void *data, size_t count, int width)
 {
-    switch (type) {
+    auto array = vtkSmartPointer<Array>::New();
+    array->SetNumberOfComponents(width);
+    array->SetVoidArray(const_cast<void *>(data), static_cast<vtkIdType>(count) * width, 1); // 1: VTK is not to free it
+    return array;
+}
+
+vtkSmartPointer<vtkDataArray> make_array(const struct vtk_array &from, size_t count)
+{
+    const int width = static_cast<int>(from.width);
+    vtkSmartPointer<vtkDataArray> array;
+    switch (from.type) {
     case VTK_EXPORT_F32:
-        return vtkSmartPointer<vtkFloatArray>::New();
+        array = borrow<vtkFloatArray>(from.data, count, width);
+        break;
     case VTK_EXPORT_F64:
-        return vtkSmartPointer<vtkDoubleArray>::New();
+        array = borrow<vtkDoubleArray>(from.data, count, width);
+        break;
     case VTK_EXPORT_I32:
-        return vtkSmartPointer<vtkIntArray>::New();
+        array = borrow<vtkTypeInt32Array>(from.data, count, width);
+        break;
     case VTK_EXPORT_U8:
+        array = borrow<vtkUnsignedCharArray>(from.data, count, width);
         break;
     }
-    return vtkSmartPointer<vtkUnsignedCharArray>::New();
+    array->SetName(from.name);
+    for (int k = 0; from.components && k < width; k++)
+        array->SetComponentName(k, from.components[k]);
+    return array;
 }
 
-void add_arrays(vtkFieldData *to, const struct vtk_array *arrays, size_t array_count, size_t tuples)
+void add_arrays(vtkFieldData *to, const struct vtk_array *arrays, size_t array_count, size_t count)
 {
-    for (size_t i = 0; i < array_count; i++) {
-        const struct vtk_array &from = arrays[i];
-        vtkSmartPointer<vtkDataArray> array = new_array(from.type);
-        array->SetName(from.name);
-        array->SetNumberOfComponents(static_cast<int>(from.width));
-        array->SetNumberOfTuples(static_cast<vtkIdType>(tuples));
-        for (size_t k = 0; from.components && k < from.width; k++)
-            array->SetComponentName(static_cast<vtkIdType>(k), from.components[k]);
-        const size_t bytes = tuples * from.width * static_cast<size_t>(array->GetDataTypeSize());
-        if (bytes)
-            std::memcpy(array->GetVoidPointer(0), from.data, bytes);
-        to->AddArray(array);
-    }
+    for (size_t i = 0; i < array_count; i++)
+        to->AddArray(make_array(arrays[i], count));
 }
 
-vtkSmartPointer<vtkPoints> make_points(const struct vtk_mesh *mesh)
-{
-    auto points = vtkSmartPointer<vtkPoints>::New();
-    points->SetDataTypeToDouble();
-    points->SetNumberOfPoints(static_cast<vtkIdType>(mesh->point_count));
-    if (mesh->point_count)
-        std::memcpy(points->GetVoidPointer(0), mesh->position, 3 * mesh->point_count * sizeof(double));
-    return points;
-}
-
-vtkSmartPointer<vtkCellArray> make_cells(const struct vtk_mesh *mesh, size_t corners)
+vtkSmartPointer<vtkCellArray> make_cells(const struct vtk_mesh *mesh, int corners)
 {
     auto cells = vtkSmartPointer<vtkCellArray>::New();
-    const size_t count = mesh->cell_count ? mesh->cell_count : mesh->point_count, size = mesh->cell_count ? corners : 1;
-    vtkNew<vtkIdTypeArray> connectivity;
-    connectivity->SetNumberOfValues(static_cast<vtkIdType>(count * size));
-    for (size_t i = 0; i < count * size; i++)
-        connectivity->SetValue(static_cast<vtkIdType>(i), mesh->cell_count ? mesh->vertex[i] : static_cast<vtkIdType>(i));
-    cells->SetData(static_cast<vtkIdType>(size), connectivity);
+    if (mesh->cell_count) {
+        cells->SetData(corners, borrow<vtkTypeInt32Array>(mesh->vertex, mesh->cell_count * static_cast<size_t>(corners), 1));
+        return cells;
+    }
+    vtkNew<vtkTypeInt32Array> itself;
+    itself->SetNumberOfValues(static_cast<vtkIdType>(mesh->point_count));
+    for (vtkIdType i = 0; i < itself->GetNumberOfValues(); i++)
+        itself->SetValue(i, static_cast<int32_t>(i));
+    cells->SetData(1, itself);
     return cells;
 }
 
-void add_all(vtkDataSet *data, const struct vtk_mesh *mesh)
+void fill(vtkPointSet *data, const struct vtk_mesh *mesh)
 {
+    vtkNew<vtkPoints> points;
+    points->SetData(borrow<vtkDoubleArray>(mesh->position, mesh->point_count, 3));
+    data->SetPoints(points);
     add_arrays(data->GetPointData(), mesh->point_arrays, mesh->point_array_count, mesh->point_count);
     if (mesh->cell_count)
         add_arrays(data->GetCellData(), mesh->cell_arrays, mesh->cell_array_count, mesh->cell_count);
     for (size_t i = 0; i < mesh->text_count; i++) {
         vtkNew<vtkStringArray> text;
         text->SetName(mesh->texts[i].name);
-        text->InsertNextValue(mesh->texts[i].value);
+        for (size_t k = 0; k < mesh->texts[i].line_count; k++)
+            text->InsertNextValue(mesh->texts[i].lines[k]);
         data->GetFieldData()->AddArray(text);
     }
 }
 
 void add_quality(vtkUnstructuredGrid *grid, const char *name, int measure)
 {
+    if (grid->GetCellData()->HasArray(name))
+        return;
+    vtkNew<vtkUnstructuredGrid> bare; // the filter would pass all arrays on
+    bare->CopyStructure(grid);
     vtkNew<vtkMeshQuality> quality;
-    quality->SetInputData(grid);
+    quality->SetInputData(bare);
     quality->SetTetQualityMeasure(measure);
     quality->Update();
-    vtkDataArray *result = quality->GetOutput()->GetCellData()->GetArray("Quality");
+    auto *result = vtkDoubleArray::SafeDownCast(quality->GetOutput()->GetCellData()->GetArray("Quality"));
     if (!result)
-        return;
-    auto array = vtkSmartPointer<vtkDataArray>::Take(result->NewInstance());
-    array->DeepCopy(result);
-    array->SetName(name);
-    grid->GetCellData()->AddArray(array);
+        throw std::runtime_error(std::string("no quality ") + name);
+    for (vtkIdType i = 0; i < result->GetNumberOfValues(); i++)
+        if (!std::isfinite(result->GetValue(i))) // of a cell without volume
+            result->SetValue(i, 0);
+    result->SetName(name);
+    grid->GetCellData()->AddArray(result);
 }
 
-struct error *write_bytes(const char *path, const std::string &bytes)
+// -- files ---------------------------------------------------------------------------------------------
+
+class output {
+public:
+    ~output() { output_abandon(&out); }
+    struct stream_output out = {};
+};
+
+// A file that never fails in the eyes of its writer, as VTK's writers crash on a full disk: what does not fit is dropped, and the
+// first error kept.
+class patient_file : public std::filebuf {
+public:
+    int number = 0; // errno of the first failure
+
+    void finish()
+    {
+        if (!close())
+            failed();
+    }
+
+protected:
+    int_type overflow(int_type c) override
+    {
+        if (!number && std::filebuf::overflow(c) == traits_type::eof())
+            failed();
+        return traits_type::not_eof(c);
+    }
+    std::streamsize xsputn(const char *bytes, std::streamsize count) override
+    {
+        if (!number && std::filebuf::xsputn(bytes, count) != count)
+            failed();
+        return count;
+    }
+    int sync() override
+    {
+        if (!number && std::filebuf::sync())
+            failed();
+        return 0;
+    }
+    pos_type seekoff(off_type offset, std::ios::seekdir from, std::ios::openmode mode) override
+    {
+        return number ? pos_type(0) : sought(std::filebuf::seekoff(offset, from, mode));
+    }
+    pos_type seekpos(pos_type to, std::ios::openmode mode) override
+    {
+        return number ? to : sought(std::filebuf::seekpos(to, mode));
+    }
+
+private:
+    void failed()
+    {
+        if (!number)
+            number = errno ? errno : EIO;
+    }
+    pos_type sought(pos_type at)
+    {
+        if (at != pos_type(off_type(-1)))
+            return at;
+        failed();
+        return 0;
+    }
+};
+
+// A writer of VTK's that writes into a buffer of ours. VTK knows only files and strings; this takes the place of the string.
+template <class Writer> class into_buffer : public Writer {
+public:
+    static into_buffer *New() { VTK_STANDARD_NEW_BODY(into_buffer); }
+    std::streambuf *buffer = nullptr;
+
+protected:
+    int StartFile() override
+    {
+        this->Stream->rdbuf(buffer);
+        return Writer::StartFile();
+    }
+};
+
+template <class Writer>
+struct error *write_into(std::streambuf *buffer, vtkDataSet *data, const char *path, enum vtk_encoding encoding,
+                         const message_catcher &messages)
 {
-    struct stream_output out;
-    struct error *err = output_open(&out, path, false);
+    vtkNew<into_buffer<Writer>> writer;
+    writer->buffer = buffer;
+    writer->WriteToOutputStringOn();
+    writer->SetInputDataObject(data);
+    writer->SetHeaderTypeToUInt64(); // arrays may have more than 4 GB
+    writer->SetDataMode(encoding == VTK_EXPORT_TEXT ? vtkXMLWriter::Ascii : vtkXMLWriter::Binary);
+    if (encoding == VTK_EXPORT_COMPRESSED)
+        writer->SetCompressorTypeToZLib();
+    else
+        writer->SetCompressorTypeToNone();
+    if (writer->Write() && writer->GetErrorCode() == vtkErrorCode::NoError && messages.error().empty())
+        return nullptr;
+    return error_new("%s: VTK could not write it (code %lu): %.200s", path, writer->GetErrorCode(), messages.error().c_str());
+}
+
+// The file itself takes the bytes where there is one; a pipe or device, in which VTK could not go back, gets them from memory.
+template <class Writer>
+struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encoding, const message_catcher &messages)
+{
+    output file;
+    struct error *err = output_open(&file.out, path, false);
     if (err)
         return err;
-    char *room;
-    err = output_room(&out, bytes.size(), &room);
-    if (err) {
-        output_abandon(&out);
-        return err;
+    if (!file.out.target) {
+        std::stringbuf memory(std::ios::in | std::ios::out | std::ios::binary);
+        err = write_into<Writer>(&memory, data, path, encoding, messages);
+        char *room;
+        const auto count = static_cast<size_t>(memory.pubseekoff(0, std::ios::end, std::ios::out));
+        if (!err)
+            err = output_room(&file.out, count, &room);
+        if (err)
+            return err;
+        memory.pubseekpos(0, std::ios::in);
+        memory.sgetn(room, static_cast<std::streamsize>(count));
+        file.out.count += count;
+        return output_finish(&file.out);
     }
-    std::memcpy(room, bytes.data(), bytes.size());
-    out.count += bytes.size();
-    return output_finish(&out);
-}
-
-struct error *write(vtkXMLWriter *writer, vtkDataSet *data, const char *path, int ascii)
-{
-    writer->SetInputDataObject(data);
-    writer->WriteToOutputStringOn();
-    writer->SetCompressorType(vtkXMLWriter::NONE);
-    if (ascii)
-        writer->SetDataModeToAscii();
-    else
-        writer->SetDataModeToAppended();
-    writer->EncodeAppendedDataOff();
-    if (!writer->Write() || writer->GetErrorCode()) {
-        auto *window = quiet_window::SafeDownCast(vtkOutputWindow::GetInstance());
-        return error_new("%s: VTK could not write the mesh: %.200s", path, window ? window->message.c_str() : "");
-    }
-    return write_bytes(path, writer->GetOutputString());
+    const std::string name = file.out.temporary ? file.out.temporary : "/proc/self/fd/" + std::to_string(file.out.fd);
+    patient_file disk;
+    if (!disk.open(name, std::ios::out | std::ios::binary))
+        return error_system(errno, "%s", path);
+    errno = 0;
+    err = write_into<Writer>(&disk, data, path, encoding, messages);
+    disk.finish();
+    if (!err && disk.number)
+        err = error_system(disk.number, "%s", path);
+    return err ? err : output_finish(&file.out);
 }
 
 // Runs f with VTK's messages taken in, and turns exceptions into errors.
 template <class Function> struct error *guard(const Function &f) noexcept
 {
     try {
-        vtkNew<quiet_window> window;
-        vtkOutputWindow::SetInstance(window);
-        struct error *err = f();
-        vtkOutputWindow::SetInstance(nullptr);
-        return err;
+        const message_catcher messages;
+        return f(messages);
     } catch (const std::bad_alloc &) {
         return error_memory();
     } catch (const std::exception &e) {
@@ -184,31 +309,31 @@ template <class Function> struct error *guard(const Function &f) noexcept
 
 } // namespace
 
-extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh, int ascii)
+extern "C" size_t vtk_type_size(enum vtk_type type)
 {
-    return guard([=] {
+    return type == VTK_EXPORT_U8 ? 1 : type == VTK_EXPORT_F64 ? 8 : 4;
+}
+
+extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding)
+{
+    return guard([=](const message_catcher &messages) {
         vtkNew<vtkUnstructuredGrid> grid;
-        grid->SetPoints(make_points(mesh));
+        fill(grid, mesh);
         grid->SetCells(mesh->cell_count ? VTK_TETRA : VTK_VERTEX, make_cells(mesh, 4));
         if (mesh->cell_count) {
-            add_quality(grid, "min_dihedral", VTK_QUALITY_MIN_ANGLE);
             add_quality(grid, "aspect_ratio", VTK_QUALITY_ASPECT_RATIO);
             add_quality(grid, "volume", VTK_QUALITY_VOLUME);
         }
-        add_all(grid, mesh);
-        vtkNew<vtkXMLUnstructuredGridWriter> writer;
-        return write(writer, grid, path, ascii);
+        return write<vtkXMLUnstructuredGridWriter>(grid, path, encoding, messages);
     });
 }
 
-extern "C" struct error *vtk_write_surface(const char *path, const struct vtk_mesh *mesh, int ascii)
+extern "C" struct error *vtk_write_surface(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding)
 {
-    return guard([=] {
+    return guard([=](const message_catcher &messages) {
         vtkNew<vtkPolyData> surface;
-        surface->SetPoints(make_points(mesh));
+        fill(surface, mesh);
         surface->SetPolys(make_cells(mesh, 3));
-        add_all(surface, mesh);
-        vtkNew<vtkXMLPolyDataWriter> writer;
-        return write(writer, surface, path, ascii);
+        return write<vtkXMLPolyDataWriter>(surface, path, encoding, messages);
     });
 }

@@ -1,0 +1,274 @@
+#include "grid.h"
+#include "derive.h"
+#include "error.h"
+#include "sh.h"
+#include "stream.h"
+#include "warning.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { NAME_ROOM = 24 };
+
+/* -- columns ------------------------------------------------------------------------------------- */
+
+/* Names of the components of an SH column, L00.r, L00.g, ..., L1-1.r, ...; of a gradient's, L00.r.x. */
+static struct error *sh_names(struct fields *fields, size_t width, bool gradient, const char *const **names)
+{
+    char **list = NULL, *text = NULL;
+    struct error *err = fields_own(fields, width, sizeof *list, &list);
+    if (!err)
+        err = fields_own(fields, width, NAME_ROOM, &text);
+    const size_t one = gradient ? width / 3 : width; /* values of one direction */
+    for (size_t i = 0; i < width && !err; i++) {
+        const size_t coefficient = i % one / 3;
+        int l = 0;
+        while ((size_t)((l + 1) * (l + 1)) <= coefficient)
+            l++;
+        list[i] = text + i * NAME_ROOM;
+        const int length = snprintf(list[i], NAME_ROOM, "L%d%d.%c", l, (int)coefficient - l * (l + 1), "rgb"[i % 3]);
+        if (gradient)
+            snprintf(list[i] + length, NAME_ROOM - (size_t)length, ".%c", "xyz"[i / one]);
+    }
+    *names = (const char *const *)list;
+    return err;
+}
+
+static struct error *component_names(struct fields *fields, const struct column *c, const char *const **names)
+{
+    static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03", "12", "13", "23"};
+    if (!strcmp(c->name, "sh") || !strcmp(c->name, "sh_error"))
+        return sh_names(fields, c->width, false, names);
+    if (!strcmp(c->name, "sh_gradient"))
+        return sh_names(fields, c->width, true, names);
+    if (c->width == 3 && c->type != COLUMN_I32)
+        *names = vector;
+    if (!strcmp(c->name, "occlusion") && c->width == 6)
+        *names = edges;
+    return NULL;
+}
+
+static bool is_missing(const struct column *c, size_t i)
+{
+    return c->type == COLUMN_F32 ? isnan(column_f32(c)[i]) : c->type == COLUMN_F64 && isnan(column_f64(c)[i]);
+}
+
+/* The column's data; where values are missing a copy in which they are 0. */
+static struct error *present(struct fields *fields, const struct table *table, const struct column *c, const void **data,
+                             struct warnings *warnings)
+{
+    *data = c->data;
+    size_t missing = 0; /* a row misses all its values or none */
+    for (size_t row = 0; row < table->rows; row++)
+        missing += is_missing(c, row * c->width);
+    if (!missing)
+        return NULL;
+    warnings_add(warnings, "missing", "table %s: column %s: %zu of %zu values are missing: 0 is written", table->name, c->name,
+                 missing, table->rows);
+    const size_t size = column_type_size(c->type), bytes = c->width * size;
+    char *copy = NULL;
+    struct error *err = fields_own(fields, table->rows * c->width, size, &copy);
+    for (size_t row = 0; row < table->rows && !err; row++)
+        if (!is_missing(c, row * c->width))
+            memcpy(copy + row * bytes, (const char *)c->data + row * bytes, bytes);
+    *data = copy;
+    return err;
+}
+
+static struct error *add_columns(struct fields *fields, const struct table *table, struct warnings *warnings)
+{
+    static const enum vtk_type types[] = {
+        [COLUMN_F32] = VTK_EXPORT_F32, [COLUMN_F64] = VTK_EXPORT_F64, [COLUMN_I32] = VTK_EXPORT_I32};
+    struct error *err = NULL;
+    for (size_t i = 0; i < table->column_count && !err; i++) {
+        const struct column *c = &table->columns[i];
+        struct vtk_array array = {.name = c->name, .type = types[c->type], .width = c->width};
+        err = component_names(fields, c, &array.components);
+        if (!err)
+            err = present(fields, table, c, &array.data, warnings);
+        if (!err)
+            err = fields_add(fields, array);
+    }
+    return err;
+}
+
+/* -- derived arrays -------------------------------------------------------------------------------- */
+
+/* What the light at each probe looks like. *luminance, for gradients, lives as long as the grid. */
+static struct error *add_light(struct grid *grid, const struct table *probes, const struct column *sh, bool convolved,
+                               double *exposure, float **luminance)
+{
+    const size_t n = probes->rows;
+    const int order = sh_order_of(sh->width);
+    const struct column *sh_gradient = table_column(probes, "sh_gradient");
+    float *irradiance = NULL, *brightest = NULL, *gradient = NULL;
+    uint8_t *colour = NULL;
+    int32_t *captured = NULL;
+    struct error *err = fields_add_new(&grid->points, "irradiance", VTK_EXPORT_F32, 3, n, &irradiance);
+    if (!err)
+        err = fields_add_new(&grid->points, "luminance", VTK_EXPORT_F32, 1, n, luminance);
+    if (!err)
+        err = fields_add_new(&grid->points, "colour", VTK_EXPORT_U8, 3, n, &colour);
+    if (!err)
+        err = fields_add_new(&grid->points, "brightest", VTK_EXPORT_F32, 3, n, &brightest);
+    if (!err)
+        err = fields_add_new(&grid->points, "captured", VTK_EXPORT_I32, 1, n, &captured);
+    if (!err && sh_gradient)
+        err = fields_add_new(&grid->points, "sh_luminance_gradient", VTK_EXPORT_F32, 3, n, &gradient);
+    if (err)
+        return err;
+    derive_irradiance(n, order, convolved, column_f32(sh), irradiance);
+    derive_luminance(n, irradiance, *luminance);
+    derive_brightest(n, order, column_f32(sh), brightest);
+    if (sh_gradient)
+        derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved, column_f32(sh_gradient), gradient);
+    for (size_t i = 0; i < n; i++)
+        captured[i] = !is_missing(sh, i * sh->width);
+    if (*exposure <= 0)
+        err = derive_exposure(n, *luminance, exposure);
+    if (!err)
+        derive_codes(n, irradiance, *exposure, colour);
+    return err;
+}
+
+static struct error *add_gradients(struct grid *grid, const float *luminance)
+{
+    const struct vtk_mesh *mesh = &grid->mesh;
+    float *of_points = NULL, *of_cells = NULL;
+    struct error *err = fields_add_new(&grid->points, "luminance_gradient", VTK_EXPORT_F32, 3, mesh->point_count, &of_points);
+    if (!err)
+        err = fields_add_new(&grid->cells, "luminance_gradient", VTK_EXPORT_F32, 3, mesh->cell_count, &of_cells);
+    if (err)
+        return err;
+    derive_cell_gradient(mesh->cell_count, mesh->vertex, mesh->position, luminance, of_cells);
+    return derive_point_gradient(mesh->point_count, mesh->cell_count, mesh->vertex, mesh->position, of_cells, of_points);
+}
+
+/* Where the hull is: a face is on it where there is no neighbour, and so are its probes. */
+static struct error *add_hull(struct grid *grid, const struct column *neighbour)
+{
+    const struct vtk_mesh *mesh = &grid->mesh;
+    int32_t *faces = NULL, *probes = NULL;
+    struct error *err = fields_add_new(&grid->cells, "hull_faces", VTK_EXPORT_I32, 1, mesh->cell_count, &faces);
+    if (!err)
+        err = fields_add_new(&grid->points, "hull", VTK_EXPORT_I32, 1, mesh->point_count, &probes);
+    for (size_t i = 0; i < 4 * mesh->cell_count && !err; i++) {
+        if (column_i32(neighbour)[i] >= 0)
+            continue;
+        const size_t cell = i / 4;
+        faces[cell]++;
+        for (size_t corner = 4 * cell; corner < 4 * cell + 4; corner++)
+            if (corner != i)
+                probes[mesh->vertex[corner]] = 1;
+    }
+    return err;
+}
+
+/* How many edges of each cell pass through a surface, and how many of these leak (man probe-leakfix). */
+static struct error *add_leaks(struct grid *grid, const struct column *occlusion)
+{
+    int32_t *crossed = NULL, *leaking = NULL;
+    struct error *err = fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, grid->mesh.cell_count, &crossed);
+    if (!err)
+        err = fields_add_new(&grid->cells, "leaking_edges", VTK_EXPORT_I32, 1, grid->mesh.cell_count, &leaking);
+    for (size_t i = 0; i < 6 * grid->mesh.cell_count && !err; i++) {
+        crossed[i / 6] += column_i32(occlusion)[i] > 0;
+        leaking[i / 6] += column_i32(occlusion)[i] == 2;
+    }
+    return err;
+}
+
+/* Keys under their names, the command lines as Provenance: a name that no key can have. */
+static struct error *add_texts(struct grid *grid, const struct stream_header *header, double exposure)
+{
+    struct vtk_text *texts = NULL;
+    char *number = NULL;
+    const char **lines = NULL;
+    struct error *err = fields_own(&grid->points, header->key_count + 2, sizeof *texts, &texts);
+    if (!err)
+        err = fields_own(&grid->points, 1, NAME_ROOM, &number);
+    if (!err)
+        err = fields_own(&grid->points, header->key_count + 1, sizeof *lines, &lines);
+    if (err)
+        return err;
+    size_t count = 0;
+    for (size_t i = 0; i < header->key_count; i++) {
+        lines[i] = header->keys[i].value;
+        texts[count++] = (struct vtk_text){.name = header->keys[i].name, .lines = &lines[i], .line_count = 1};
+    }
+    if (exposure > 0) {
+        snprintf(number, NAME_ROOM, "%.9g", exposure);
+        lines[header->key_count] = number;
+        texts[count++] = (struct vtk_text){.name = "Exposure", .lines = &lines[header->key_count], .line_count = 1};
+    }
+    if (header->provenance_count)
+        texts[count++] = (struct vtk_text){.name = "Provenance", .lines = (const char *const *)header->provenance,
+                                           .line_count = header->provenance_count};
+    grid->mesh.texts = texts;
+    grid->mesh.text_count = count;
+    return NULL;
+}
+
+static struct error *add_cells(struct grid *grid, const struct table *tets, struct warnings *warnings)
+{
+    struct column *vertex = NULL, *occlusion = table_column(tets, "occlusion");
+    const struct column *neighbour = table_column(tets, "neighbour");
+    struct error *err = table_require(tets, "vertex", COLUMN_I32, 4, &vertex);
+    if (err)
+        return err;
+    grid->mesh.cell_count = tets->rows;
+    grid->mesh.vertex = column_i32(vertex);
+    float *angle = NULL;
+    err = add_columns(&grid->cells, tets, warnings);
+    if (!err)
+        err = fields_add_new(&grid->cells, "min_dihedral", VTK_EXPORT_F32, 1, tets->rows, &angle);
+    if (!err)
+        derive_min_dihedral(tets->rows, grid->mesh.vertex, grid->mesh.position, angle);
+    if (!err && neighbour)
+        err = add_hull(grid, neighbour);
+    if (!err && occlusion && occlusion->type == COLUMN_I32 && occlusion->width == 6)
+        err = add_leaks(grid, occlusion);
+    return err;
+}
+
+struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure, struct warnings *warnings)
+{
+    *grid = (struct grid){0};
+    const struct table *probes = stream_table(stream, "probe"), *tets = stream_table(stream, "tet");
+    if (!probes || !probes->rows)
+        return error_new("there are no probes to show");
+    for (size_t i = 0; i < stream->table_count; i++)
+        if (&stream->tables[i] != probes && &stream->tables[i] != tets)
+            warnings_add(warnings, "table", "table %s has no shape: it is left out", stream->tables[i].name);
+    const struct column *sh = table_column(probes, "sh");
+    const char *content = header_key(&stream->header, "sh-content");
+    float *luminance = NULL;
+    grid->mesh.point_count = probes->rows;
+    grid->mesh.position = column_f64(table_column(probes, "position"));
+    struct error *err = add_columns(&grid->points, probes, warnings);
+    if (!err && tets && tets->rows)
+        err = add_cells(grid, tets, warnings);
+    if (!err && sh)
+        err = add_light(grid, probes, sh, content && !strcmp(content, "irradiance"), &exposure, &luminance);
+    else if (!err)
+        warnings_add(warnings, "no light", "the probes have no light (no column sh): nothing is derived from it");
+    if (!err && sh && grid->mesh.cell_count)
+        err = add_gradients(grid, luminance);
+    if (!err)
+        err = add_texts(grid, &stream->header, sh ? exposure : 0);
+    grid->mesh.point_arrays = grid->points.list;
+    grid->mesh.point_array_count = grid->points.count;
+    grid->mesh.cell_arrays = grid->cells.list;
+    grid->mesh.cell_array_count = grid->cells.count;
+    if (err)
+        grid_clear(grid);
+    return err;
+}
+
+void grid_clear(struct grid *grid)
+{
+    fields_clear(&grid->points);
+    fields_clear(&grid->cells);
+    *grid = (struct grid){0};
+}
