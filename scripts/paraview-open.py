@@ -3,18 +3,20 @@
     paraview --script=scripts/paraview-open.py
     pvpython scripts/paraview-open.py [BAKED.vtu [SCENE.vtp]] [OUT.png | OUT.pvsm]
 
-Without names: the environment's BAKED and SCENE, or out/baked.vtu as scripts/demo leaves it. The scene is looked for as
-probe-vtk and the demo name it: BAKED.scene.vtp, then scene.vtp beside it. OUT.png is a picture, OUT.pvsm a state to open.
+Without names: the environment's BAKED and SCENE, or out/baked.vtu as scripts/demo leaves it. The scene is looked for
+as probe-vtk and the demo name it: BAKED.scene.vtp, then scene.vtp beside it. OUT.png is a picture, OUT.pvsm a state to
+open.
 
 Shown: the scene's surface, without what faces away; the probes as spheres in their colour; the edges of the tetrahedra;
-in red those of cells that leak. Made and hidden (the eye in the pipeline browser): arrows towards the light and along the
-gradient of luminance, a level slice through the tetrahedra.
+in red those of cells that leak. Made and hidden (the eye in the pipeline browser): the scene's back half, for scenes
+that cannot be looked into; arrows towards the light and along the gradient of luminance; a level slice through the
+tetrahedra.
 """
 import os
 import sys
 
-from paraview.simple import (ColorBy, ExtractEdges, GetActiveViewOrCreate, Glyph, Hide, OpenDataFile, RenameSource, Render,
-                             ResetCamera, SaveScreenshot, SaveState, Show, Slice, Threshold)
+from paraview.simple import (Clip, ColorBy, ExtractEdges, GetActiveViewOrCreate, Glyph, Hide, OpenDataFile,
+                             RenameSource, Render, ResetCamera, SaveScreenshot, SaveState, Show, Slice, Threshold)
 
 
 def spacing(data):
@@ -44,6 +46,11 @@ def show_scene(path, view):
     shown = Show(scene, view)
     in_own_colour(shown, "CELLS")
     shown.BackfaceRepresentation = "Cull Backface"
+    half = Clip(Input=scene)
+    RenameSource("scene, back half", half)
+    half.ClipType.Normal = [0, 0, 1]
+    in_own_colour(Show(half, view), "CELLS")
+    Hide(half, view)
 
 
 def arrows(name, data, vectors, length, colour, view):

@@ -125,14 +125,18 @@ void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double 
         for (int k = 0; k < 3; k++)
             normal[k + 1] = vec3_cross(edge[(k + 2) % 3], edge[(k + 1) % 3]);
         double least = ANGLE_PI;
-        for (int i = 0; i < 4; i++)
-            for (int j = i + 1; j < 4; j++)
-                least = fmin(least, angle_atan2(vec3_length(vec3_cross(normal[i], normal[j])), -vec3_dot(normal[i], normal[j])));
+        for (int i = 0; i < 4; i++) {
+            for (int j = i + 1; j < 4; j++) {
+                const double sine = vec3_length(vec3_cross(normal[i], normal[j]));
+                least = fmin(least, angle_atan2(sine, -vec3_dot(normal[i], normal[j])));
+            }
+        }
         angle[cell] = (float)(least * (180 / ANGLE_PI));
     }
 }
 
-void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value, float *gradient)
+void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value,
+                          float *gradient)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         const int32_t *v = vertex + 4 * cell;
@@ -162,8 +166,8 @@ struct error *derive_point_gradient(size_t count, size_t cell_count, const int32
         }
     }
     for (size_t i = 0; i < count && !err; i++) {
-        const double *at = sum + 4 * i;
-        store(gradient + 3 * i, at[3] > 0 ? (const double[3]){at[0] / at[3], at[1] / at[3], at[2] / at[3]} : (const double[3]){0});
+        const double *at = sum + 4 * i, weight = at[3] > 0 ? 1 / at[3] : 0;
+        store(gradient + 3 * i, (const double[3]){weight * at[0], weight * at[1], weight * at[2]});
     }
     free(sum);
     return err;

@@ -11,8 +11,8 @@
 
 struct error;
 
-/* Irradiance, averaged over all normals: the bands above 0 average out, so E = pi Y00 L00 (Y00 L00 where the coefficients are
- * convolved). rgb: 3 * count; sh: 3 * order^2 * count. */
+/* Irradiance, averaged over all normals: the bands above 0 average out, so E = pi Y00 L00 (Y00 L00 where the
+ * coefficients are convolved). rgb: 3 * count; sh: 3 * order^2 * count. */
 void derive_irradiance(size_t count, int order, bool convolved, const float *sh, float *rgb);
 
 /* Rec. 709 luminance of 3 * count colours. */
@@ -21,7 +21,7 @@ void derive_luminance(size_t count, const float *rgb, float *luminance);
 /* The direction that light comes from (sh_dominant), 3 * count: its length is the amplitude of the band. */
 void derive_brightest(size_t count, int order, const float *sh, float *direction);
 
-/* Gradient of the luminance of the mean irradiance, 3 * count, from column sh_gradient: 9 * order^2 * count, missing: 0. */
+/* Gradient of the luminance of the mean irradiance, 3 * count, from column sh_gradient: 9 * order^2 * count. */
 void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient, float *gradient);
 
 /* The factor that brings the 95th percentile of the luminances above 0 to 0.7; 1 where there are none. */
@@ -30,15 +30,16 @@ struct error *derive_exposure(size_t count, const float *luminance, double *expo
 /* sRGB codes of exposed colours: of all codes the one whose light is nearest. rgb: 3 * count, code: 3 * count. */
 void derive_codes(size_t count, const float *rgb, double exposure, uint8_t *code);
 
-/* Least dihedral angle of each cell, degrees: 70.5288 in a regular one, 0 in a flat one. (vtkMeshQuality's minimum angle of a tetrahedron,
- * as of VTK 9.1, is another one in three cells of ten.) */
+/* Least dihedral angle of each cell, degrees: 70.5288 in a regular one, 0 in a flat one. (vtkMeshQuality's minimum
+ * angle of a tetrahedron, as of VTK 9.1, is another one in three cells of ten.) */
 void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position, float *angle);
 
-/* Gradient of what is interpolated linearly in each cell: 3 * cell_count, units of value per scene unit. Exact for linear fields; 0 in
- * a cell without volume. */
-void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value, float *gradient);
+/* Gradient of what is interpolated linearly in each cell: 3 * cell_count, units of value per scene unit. Exact for
+ * linear fields; 0 in a cell without volume. */
+void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value,
+                          float *gradient);
 
-/* Mean of the gradients of the cells around each probe, weighted with their volume: 3 * count; 0 where there are no cells. */
+/* Mean of the gradients of the cells around each probe, weighted with their volume: 3 * count; 0 without cells. */
 struct error *derive_point_gradient(size_t count, size_t cell_count, const int32_t *vertex, const double *position,
                                     const float *cell_gradient, float *gradient);
 

@@ -55,8 +55,8 @@ static bool is_missing(const struct column *c, size_t i)
 }
 
 /* The column's data; where values are missing a copy in which they are 0. */
-static struct error *present(struct fields *fields, const struct table *table, const struct column *c, const void **data,
-                             struct warnings *warnings)
+static struct error *present(struct fields *fields, const struct table *table, const struct column *c,
+                             const void **data, struct warnings *warnings)
 {
     *data = c->data;
     size_t missing = 0; /* a row misses all its values or none */
@@ -64,8 +64,8 @@ static struct error *present(struct fields *fields, const struct table *table, c
         missing += is_missing(c, row * c->width);
     if (!missing)
         return NULL;
-    warnings_add(warnings, "missing", "table %s: column %s: %zu of %zu values are missing: 0 is written", table->name, c->name,
-                 missing, table->rows);
+    warnings_add(warnings, "missing", "table %s: column %s: %zu of %zu values are missing: 0 is written", table->name,
+                 c->name, missing, table->rows);
     const size_t size = column_type_size(c->type), bytes = c->width * size;
     char *copy = NULL;
     struct error *err = fields_own(fields, table->rows * c->width, size, &copy);
@@ -122,7 +122,8 @@ static struct error *add_light(struct grid *grid, const struct table *probes, co
     derive_luminance(n, irradiance, *luminance);
     derive_brightest(n, order, column_f32(sh), brightest);
     if (sh_gradient)
-        derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved, column_f32(sh_gradient), gradient);
+        derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved, column_f32(sh_gradient),
+                                     gradient);
     for (size_t i = 0; i < n; i++)
         captured[i] = !is_missing(sh, i * sh->width);
     if (*exposure <= 0)
@@ -134,15 +135,16 @@ static struct error *add_light(struct grid *grid, const struct table *probes, co
 
 static struct error *add_gradients(struct grid *grid, const float *luminance)
 {
-    const struct vtk_mesh *mesh = &grid->mesh;
+    const struct vtk_mesh *m = &grid->mesh;
     float *of_points = NULL, *of_cells = NULL;
-    struct error *err = fields_add_new(&grid->points, "luminance_gradient", VTK_EXPORT_F32, 3, mesh->point_count, &of_points);
+    static const char name[] = "luminance_gradient";
+    struct error *err = fields_add_new(&grid->points, name, VTK_EXPORT_F32, 3, m->point_count, &of_points);
     if (!err)
-        err = fields_add_new(&grid->cells, "luminance_gradient", VTK_EXPORT_F32, 3, mesh->cell_count, &of_cells);
+        err = fields_add_new(&grid->cells, name, VTK_EXPORT_F32, 3, m->cell_count, &of_cells);
     if (err)
         return err;
-    derive_cell_gradient(mesh->cell_count, mesh->vertex, mesh->position, luminance, of_cells);
-    return derive_point_gradient(mesh->point_count, mesh->cell_count, mesh->vertex, mesh->position, of_cells, of_points);
+    derive_cell_gradient(m->cell_count, m->vertex, m->position, luminance, of_cells);
+    return derive_point_gradient(m->point_count, m->cell_count, m->vertex, m->position, of_cells, of_points);
 }
 
 /* Where the hull is: a face is on it where there is no neighbour, and so are its probes. */
@@ -168,11 +170,12 @@ static struct error *add_hull(struct grid *grid, const struct column *neighbour)
 /* How many edges of each cell pass through a surface, and how many of these leak (man probe-leakfix). */
 static struct error *add_leaks(struct grid *grid, const struct column *occlusion)
 {
+    const size_t count = grid->mesh.cell_count;
     int32_t *crossed = NULL, *leaking = NULL;
-    struct error *err = fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, grid->mesh.cell_count, &crossed);
+    struct error *err = fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, count, &crossed);
     if (!err)
-        err = fields_add_new(&grid->cells, "leaking_edges", VTK_EXPORT_I32, 1, grid->mesh.cell_count, &leaking);
-    for (size_t i = 0; i < 6 * grid->mesh.cell_count && !err; i++) {
+        err = fields_add_new(&grid->cells, "leaking_edges", VTK_EXPORT_I32, 1, count, &leaking);
+    for (size_t i = 0; i < 6 * count && !err; i++) {
         crossed[i / 6] += column_i32(occlusion)[i] > 0;
         leaking[i / 6] += column_i32(occlusion)[i] == 2;
     }

@@ -21,7 +21,8 @@ struct vtk_options {
 };
 
 /* The scene with the settings of the bake; its sky is no surface. */
-static struct error *read_scene(struct scene **scene, const char *path, const struct stream_header *header, struct warnings *warnings)
+static struct error *read_scene(struct scene **scene, const char *path, const struct stream_header *header,
+                                struct warnings *warnings)
 {
     struct scene_settings settings = scene_settings_default();
     struct error *err = scene_settings_from_header(&settings, header);
@@ -36,7 +37,8 @@ static struct error *read_scene(struct scene **scene, const char *path, const st
 /* FILE.vtu gives FILE.scene.vtp. */
 static struct error *scene_name(const char *output, char **name)
 {
-    const size_t length = strlen(output), stem = length > 4 && !strcmp(output + length - 4, ".vtu") ? length - 4 : length;
+    const size_t length = strlen(output);
+    const size_t stem = length > 4 && !strcmp(output + length - 4, ".vtu") ? length - 4 : length;
     if (asprintf(name, "%.*s.scene.vtp", (int)stem, output) >= 0)
         return NULL;
     *name = NULL;
@@ -91,17 +93,19 @@ int main(int argc, char **argv)
     struct vtk_options options = {.encoding = VTK_EXPORT_BASE64};
     const struct option_row rows[] = {
         {.name = "output", .letter = 'o', .argument = "FILE.vtu", .kind = OPTION_TEXT, .value = &options.output,
-         .help = "write the probes and tetrahedra to FILE.vtu, which appears only when it is\nwhole (required); - is standard output"},
+         .help = "write the probes and tetrahedra to FILE.vtu, which appears only when it is\n"
+                 "whole (required); - is standard output"},
         {.name = "scene", .argument = "SCENE", .kind = OPTION_TEXT, .value = &options.scene, .shown = "",
          .help = "write the scene's surface as well"},
-        {.name = "scene-output", .argument = "FILE.vtp", .kind = OPTION_TEXT, .value = &options.scene_output, .shown = "FILE.scene.vtp",
-         .help = "where the surface goes"},
-        {.name = "exposure", .argument = "FACTOR", .kind = OPTION_REAL, .value = &options.exposure, .least = 0, .least_open = true,
-         .most = INFINITY, .shown = "automatic",
+        {.name = "scene-output", .argument = "FILE.vtp", .kind = OPTION_TEXT, .value = &options.scene_output,
+         .shown = "FILE.scene.vtp", .help = "where the surface goes"},
+        {.name = "exposure", .argument = "FACTOR", .kind = OPTION_REAL, .value = &options.exposure, .least = 0,
+         .least_open = true, .most = INFINITY, .shown = "automatic",
          .help = "from irradiance to display colour; automatic brings the 95th percentile of\nluminance to 0.7"},
         {.name = "compress", .kind = OPTION_SET, .value = &options.encoding, .count = VTK_EXPORT_COMPRESSED,
          .help = "compress the arrays with zlib"},
-        {.name = "text", .kind = OPTION_SET, .value = &options.encoding, .count = VTK_EXPORT_TEXT, .help = "write numbers as text"},
+        {.name = "text", .kind = OPTION_SET, .value = &options.encoding, .count = VTK_EXPORT_TEXT,
+         .help = "write numbers as text"},
         {.name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .value = &options.quiet, .help = "no warnings"},
         {0}};
     struct program program = {

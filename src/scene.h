@@ -12,7 +12,7 @@
  * sides (scene_settings.emit_front_only confines emission to the front).
  *
  * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_import.c (which importer;
- * textures), scene_obj.cc (tinyobjloader), scene_gltf.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
+ * textures), scene_obj.cc (tinyobjloader), scene_gltf.cc and scene_gltf_file.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
  * scene_faces.c and polygon.c (polygons to triangles), scene_finish.c (what makes a scene legal), scene_shade.c (maps,
  * sky, lights), scene_openmesh.cc (closed pieces), image.c (stb_image, libwebp).
  */

@@ -1,53 +1,34 @@
-// glTF 2.0 and GLB through tinygltf, which parses; accessors, transforms and textures are read here, with every bound checked.
-//
-// Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake does not use (metalness, normal
-// maps, cameras, animations) is left alone; skins and morph targets are left alone with a warning.
-
-#include "scene_private.h"
+/* glTF 2.0 and GLB: from the structures that tinygltf made of the file (scene_gltf_file.cc) to the scene, with every
+ * bound checked.
+ *
+ * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake does not use
+ * (metalness, normal maps, cameras, animations) is left alone; what it would use and cannot (skins, morph targets,
+ * vertex colours) is left alone with a warning.
+ */
+#include "scene_gltf.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <map>
-#include <string>
-#include <vector>
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#pragma GCC diagnostic ignored "-Wpedantic"
-#include <tiny_gltf.h>
-#pragma GCC diagnostic pop
 
 namespace {
 
+using std::string;
+using std::vector;
 using tinygltf::Value;
 
-// Extensions that are honoured, or that change nothing that a diffuse bake sees.
-const char *const known_extensions[] = {"KHR_lights_punctual", "KHR_texture_transform", "EXT_texture_webp",
-                                        "KHR_materials_emissive_strength", "KHR_materials_unlit", "KHR_mesh_quantization",
-                                        "KHR_materials_pbrSpecularGlossiness", "KHR_materials_ior", "KHR_materials_specular",
-                                        "KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_anisotropy",
-                                        "KHR_materials_iridescence", "KHR_materials_dispersion", "KHR_materials_variants",
-                                        "KHR_animation_pointer", "KHR_node_visibility", "KHR_xmp_json_ld"};
-
-struct gltf_error { // carries one of our errors through C++
-    struct error *err;
+struct importer {
+    struct scene_import *import;
+    gltf_file file;
+    vector<int> uv_set;                    /* by material: the texture coordinates that it reads, or -1 */
+    int32_t default_material = SCENE_NONE; /* for primitives without one */
+    vector<long> mesh_index;               /* by glTF mesh: the scene's, no_triangles or not_read */
 };
 
-[[noreturn]] void fail(struct error *err)
-{
-    throw gltf_error{err};
-}
+const long no_triangles = -1, not_read = -2;
 
-void check(struct error *err)
-{
-    if (err)
-        fail(err);
-}
-
-// -- values of extensions ----------------------------------------------------------------------
+/* -- values of extensions --------------------------------------------------------------------- */
 
 const Value *extension(const tinygltf::ExtensionMap &extensions, const char *name)
 {
@@ -60,52 +41,58 @@ const Value *member(const Value *object, const char *name)
     return object && object->IsObject() && object->Has(name) ? &object->Get(name) : nullptr;
 }
 
-double number(const Value *object, const char *name, double otherwise)
+double number_of(const Value *object, const char *name, double otherwise)
 {
-    const Value *value = member(object, name);
+    const Value *const value = member(object, name);
     return value && value->IsNumber() ? value->GetNumberAsDouble() : otherwise;
 }
 
-// Component i of an array member.
-double component(const Value *object, const char *name, int i, double otherwise)
+/* Number i of a list. */
+double number_of(const Value *object, const char *name, size_t i, double otherwise)
 {
-    const Value *value = member(object, name);
-    if (!value || !value->IsArray() || value->ArrayLen() <= static_cast<size_t>(i) || !value->Get(i).IsNumber())
-        return otherwise;
-    return value->Get(i).GetNumberAsDouble();
+    const Value *const value = member(object, name);
+    const bool there = value && value->IsArray() && i < value->ArrayLen();
+    const Value *const element = there ? &value->Get(static_cast<int>(i)) : nullptr;
+    return element && element->IsNumber() ? element->GetNumberAsDouble() : otherwise;
 }
 
-double at(const std::vector<double> &values, size_t i, double otherwise)
+int index_of(const Value *object, const char *name, int otherwise = -1)
+{
+    const double value = number_of(object, name, -1);
+    return value >= 0 && value < 1e9 ? static_cast<int>(value) : otherwise;
+}
+
+double at(const vector<double> &values, size_t i, double otherwise)
 {
     return i < values.size() ? values[i] : otherwise;
 }
 
-int index_of(const Value *object, const char *name)
+/* -- accessors -------------------------------------------------------------------------------- */
+
+/* The bytes of a buffer view. */
+gltf_bytes view_of(const gltf_file &file, int index)
 {
-    const double value = number(object, name, -1);
-    return value >= 0 && value < 1e9 ? static_cast<int>(value) : -1;
+    if (index < 0 || static_cast<size_t>(index) >= file.model.bufferViews.size())
+        gltf_fail(error_new("buffer view %d does not exist", index));
+    const tinygltf::BufferView &view = file.model.bufferViews[static_cast<size_t>(index)];
+    if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= file.buffers.size())
+        gltf_fail(error_new("buffer view %d: buffer %d does not exist", index, view.buffer));
+    const gltf_bytes &buffer = file.buffers[static_cast<size_t>(view.buffer)];
+    if (view.byteOffset > buffer.size || view.byteLength > buffer.size - view.byteOffset)
+        gltf_fail(error_new("buffer view %d reaches beyond its buffer of %zu bytes", index, buffer.size));
+    return {buffer.owner, buffer.data + view.byteOffset, view.byteLength};
 }
 
-// -- accessors ---------------------------------------------------------------------------------
-
-// `size` bytes at an offset of a buffer view, `count` times with a stride; throws when they are not there.
-const unsigned char *bytes_of(const tinygltf::Model &model, int view_index, size_t offset, size_t stride, size_t size, size_t count,
-                              const char *what)
+/* The first of `count` elements of `size` bytes, each `stride` bytes behind the one before. */
+const unsigned char *elements_of(const gltf_file &file, int view, size_t offset, size_t stride, size_t size,
+                                 size_t count)
 {
-    if (view_index < 0 || static_cast<size_t>(view_index) >= model.bufferViews.size())
-        fail(error_new("%s: buffer view %d does not exist", what, view_index));
-    const tinygltf::BufferView &view = model.bufferViews[static_cast<size_t>(view_index)];
-    if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= model.buffers.size())
-        fail(error_new("%s: buffer %d does not exist", what, view.buffer));
-    const std::vector<unsigned char> &data = model.buffers[static_cast<size_t>(view.buffer)].data;
-    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
-        fail(error_new("%s: buffer view %d reaches beyond its buffer of %zu bytes", what, view_index, data.size()));
-    const size_t room = view.byteLength;
-    const bool fits = count == 0 || (offset <= room && size <= room - offset &&
-                                     (count - 1 == 0 || stride <= (room - offset - size) / (count - 1)));
+    const gltf_bytes bytes = view_of(file, view);
+    const bool fits = count == 0 || (offset <= bytes.size && size <= bytes.size - offset &&
+                                     (count == 1 || stride <= (bytes.size - offset - size) / (count - 1)));
     if (!fits)
-        fail(error_new("%s: %zu elements do not fit into buffer view %d of %zu bytes", what, count, view_index, room));
-    return data.data() + view.byteOffset + offset;
+        gltf_fail(error_new("%zu elements do not fit into buffer view %d of %zu bytes", count, view, bytes.size));
+    return count == 0 ? bytes.data : bytes.data + offset;
 }
 
 double read_component(const unsigned char *from, int type, bool normalized)
@@ -114,7 +101,7 @@ double read_component(const unsigned char *from, int type, bool normalized)
         std::memcpy(&value, from, sizeof value);
         return static_cast<double>(value);
     };
-    switch (type) { // normalized: glTF 2.0, 3.11
+    switch (type) { /* normalized: glTF 2.0, 3.11 */
     case TINYGLTF_COMPONENT_TYPE_BYTE:
         return normalized ? std::max(get(int8_t{}) / 127, -1.0) : get(int8_t{});
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
@@ -125,105 +112,95 @@ double read_component(const unsigned char *from, int type, bool normalized)
         return normalized ? get(uint16_t{}) / 65535 : get(uint16_t{});
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
         return get(uint32_t{});
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-        return get(float{});
-    case TINYGLTF_COMPONENT_TYPE_DOUBLE:
-        return get(double{});
     default:
-        return 0;
+        return get(float{});
     }
 }
 
-size_t component_size(int type, const char *what)
+size_t component_size(int type)
 {
-    const int size = tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(type));
-    if (size <= 0 || type == TINYGLTF_COMPONENT_TYPE_INT)
-        fail(error_new("%s: component type %d is not known", what, type));
-    return static_cast<size_t>(size);
+    switch (type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return 1;
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+        return 4;
+    default:
+        gltf_fail(error_new("component type %d is not known", type));
+    }
 }
 
-// The elements that a sparse accessor replaces.
-void read_sparse(const tinygltf::Model &model, const tinygltf::Accessor &accessor, size_t components, const char *what,
-                 std::vector<double> &values)
+/* Puts in the elements that a sparse accessor replaces. */
+void read_sparse(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components, vector<double> &values)
 {
     const auto &sparse = accessor.sparse;
     if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
-        fail(error_new("%s: a sparse accessor with negative numbers", what));
-    const size_t count = static_cast<size_t>(sparse.count), size = component_size(accessor.componentType, what),
-                 index_size = component_size(sparse.indices.componentType, what);
-    const unsigned char *index = bytes_of(model, sparse.indices.bufferView, static_cast<size_t>(sparse.indices.byteOffset),
-                                          index_size, index_size, count, what);
-    const unsigned char *value = bytes_of(model, sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset),
-                                          size * components, size * components, count, what);
+        gltf_fail(error_new("a sparse accessor with negative numbers"));
+    const int index_type = sparse.indices.componentType;
+    const size_t count = static_cast<size_t>(sparse.count);
+    const size_t size = component_size(accessor.componentType), index_size = component_size(index_type);
+    const unsigned char *const index = elements_of(
+        file, sparse.indices.bufferView, static_cast<size_t>(sparse.indices.byteOffset), index_size, index_size, count);
+    const unsigned char *const value =
+        elements_of(file, sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset), size * components,
+                    size * components, count);
     for (size_t i = 0; i < count; i++) {
-        const double element = read_component(index + i * index_size, sparse.indices.componentType, false);
+        const double element = read_component(index + i * index_size, index_type, false);
         if (!(element >= 0 && element < static_cast<double>(accessor.count)))
-            fail(error_new("%s: sparse index %.0f is out of range", what, element));
+            gltf_fail(error_new("sparse index %.0f is out of range", element));
         for (size_t k = 0; k < components; k++)
             values[static_cast<size_t>(element) * components + k] =
                 read_component(value + (i * components + k) * size, accessor.componentType, accessor.normalized);
     }
 }
 
-// All numbers of an accessor, `components` an element.
-std::vector<double> read_accessor(const tinygltf::Model &model, int index, size_t components, const char *what)
+vector<double> read_accessor(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components)
 {
-    if (index < 0 || static_cast<size_t>(index) >= model.accessors.size())
-        fail(error_new("%s: accessor %d does not exist", what, index));
-    const tinygltf::Accessor &accessor = model.accessors[static_cast<size_t>(index)];
+    /* What an accessor without data claims is bounded by nothing else. */
+    const size_t most_zeros = size_t{1} << 22;
     const int has = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor.type));
     if (has != static_cast<int>(components))
-        fail(error_new("%s: expected %zu numbers an element, accessor %d has %d", what, components, index, has));
-    const size_t size = component_size(accessor.componentType, what);
-    // What an accessor without data claims is bounded by nothing else.
-    if (accessor.count > (size_t{1} << 31))
-        fail(error_new("%s: accessor %d has too many elements: %zu", what, index, accessor.count));
-    std::vector<double> values;
+        gltf_fail(error_new("expected %zu numbers an element, got %d", components, has));
+    const size_t size = component_size(accessor.componentType), whole = size * components;
+    vector<double> values;
     if (accessor.bufferView >= 0) {
         const size_t view = static_cast<size_t>(accessor.bufferView);
-        size_t stride = view < model.bufferViews.size() ? model.bufferViews[view].byteStride : 0;
-        stride = stride ? stride : size * components;
-        const unsigned char *from = bytes_of(model, accessor.bufferView, accessor.byteOffset, stride, size * components,
-                                             accessor.count, what);
-        values.resize(accessor.count * components);
+        const size_t stated = view < file.model.bufferViews.size() ? file.model.bufferViews[view].byteStride : 0;
+        const size_t stride = stated ? stated : whole;
+        const unsigned char *from =
+            elements_of(file, accessor.bufferView, accessor.byteOffset, stride, whole, accessor.count);
+        values.reserve(accessor.count * components);
         for (size_t i = 0; i < accessor.count; i++)
             for (size_t k = 0; k < components; k++)
-                values[i * components + k] = read_component(from + i * stride + k * size, accessor.componentType, accessor.normalized);
+                values.push_back(
+                    read_component(from + i * stride + k * size, accessor.componentType, accessor.normalized));
+    } else if (accessor.count > most_zeros) {
+        gltf_fail(error_new("%zu elements without data", accessor.count));
     } else {
-        if (accessor.count > (size_t{1} << 26))
-            fail(error_new("%s: accessor %d has %zu elements and no data", what, index, accessor.count));
         values.resize(accessor.count * components);
     }
     if (accessor.sparse.isSparse)
-        read_sparse(model, accessor, components, what, values);
+        read_sparse(file, accessor, components, values);
     return values;
 }
 
-// -- textures and materials --------------------------------------------------------------------
-
-struct importer {
-    struct scene_import *import;
-    tinygltf::Model model;
-    std::vector<std::vector<unsigned char>> pictures; // by image: what was embedded
-    std::vector<int> uv_set;                          // by material: the texture coordinates that it reads
-    int32_t default_material = SCENE_NONE;            // for primitives without one
-    std::vector<long> mesh_index;                     // by glTF mesh: the scene's, or -1 without triangles
-};
-
-std::string url_decode(const std::string &text)
+/* All numbers of an accessor, `components` an element. */
+vector<double> read_accessor(const gltf_file &file, int index, size_t components)
 {
-    std::string out;
-    for (size_t i = 0; i < text.size(); i++) {
-        const auto hex = [&](size_t at) { return std::string("0123456789abcdef").find(static_cast<char>(std::tolower(text[at]))); };
-        if (text[i] == '%' && i + 2 < text.size() && hex(i + 1) < 16 && hex(i + 2) < 16) {
-            out += static_cast<char>(16 * hex(i + 1) + hex(i + 2));
-            i += 2;
-        } else {
-            out += text[i];
-        }
+    if (index < 0 || static_cast<size_t>(index) >= file.model.accessors.size())
+        gltf_fail(error_new("accessor %d does not exist", index));
+    try {
+        return read_accessor(file, file.model.accessors[static_cast<size_t>(index)], components);
+    } catch (const gltf_error &e) {
+        gltf_fail(error_wrap(e.err, "accessor %d", index));
     }
-    return out;
 }
+
+/* -- textures --------------------------------------------------------------------------------- */
 
 enum scene_wrap wrap_of(int wrap)
 {
@@ -232,69 +209,54 @@ enum scene_wrap wrap_of(int wrap)
                                                            : SCENE_REPEAT;
 }
 
-int32_t read_texture(importer &g, int index)
+int32_t read_picture(const importer &g, size_t index, struct scene_sampler sampler)
 {
-    if (index < 0 || static_cast<size_t>(index) >= g.model.textures.size()) {
-        warnings_add(g.import->warnings, "texture missing", "texture %d does not exist: the material's factor alone is used", index);
-        return SCENE_NONE;
+    const gltf_picture &picture = g.file.pictures[index];
+    int32_t result = SCENE_NONE;
+    if (!picture.uri.empty() && !gltf_is_data(picture.uri)) {
+        const string name = gltf_file_name(g.import, picture.uri);
+        gltf_check(scene_import_texture(g.import, name.c_str(), IMAGE_COLOUR, sampler, &result));
+        return result;
     }
-    const tinygltf::Texture &texture = g.model.textures[static_cast<size_t>(index)];
-    const Value *webp = extension(texture.extensions, "EXT_texture_webp");
-    const int source = webp ? index_of(webp, "source") : texture.source;
-    if (source < 0 || static_cast<size_t>(source) >= g.model.images.size()) {
-        warnings_add(g.import->warnings, "texture missing", "texture %d has no picture that is understood: the material's factor alone is used", index);
+    const string name = "image " + std::to_string(index);
+    try {
+        const gltf_bytes bytes = picture.uri.empty() ? view_of(g.file, picture.view) : gltf_data(picture.uri);
+        gltf_check(scene_import_picture(g.import, name.c_str(), bytes.data, bytes.size, IMAGE_COLOUR, sampler,
+                                        &result));
+        return result;
+    } catch (const gltf_error &e) {
+        gltf_fail(error_wrap(e.err, "%s", name.c_str()));
+    }
+}
+
+int32_t read_texture(const importer &g, int index)
+{
+    const bool there = index >= 0 && static_cast<size_t>(index) < g.file.model.textures.size();
+    const tinygltf::Texture texture = there ? g.file.model.textures[static_cast<size_t>(index)] : tinygltf::Texture();
+    const int source = index_of(extension(texture.extensions, "EXT_texture_webp"), "source", texture.source);
+    if (source < 0 || static_cast<size_t>(source) >= g.file.pictures.size()) {
+        warnings_add(g.import->warnings, "texture missing",
+                     "%s: texture %d has no picture that is understood: the material's factor alone is used",
+                     g.import->path, index);
         return SCENE_NONE;
     }
     struct scene_sampler sampler = {SCENE_REPEAT, SCENE_REPEAT, false};
-    if (texture.sampler >= 0 && static_cast<size_t>(texture.sampler) < g.model.samplers.size()) {
-        const tinygltf::Sampler &s = g.model.samplers[static_cast<size_t>(texture.sampler)];
+    if (texture.sampler >= 0 && static_cast<size_t>(texture.sampler) < g.file.model.samplers.size()) {
+        const tinygltf::Sampler &s = g.file.model.samplers[static_cast<size_t>(texture.sampler)];
         sampler = {wrap_of(s.wrapS), wrap_of(s.wrapT), s.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST};
     }
-    const tinygltf::Image &image = g.model.images[static_cast<size_t>(source)];
-    const std::vector<unsigned char> &picture = g.pictures[static_cast<size_t>(source)];
-    const std::string name = "image " + std::to_string(source);
-    int32_t result = SCENE_NONE;
-    if (image.uri.empty())
-        check(scene_import_picture(g.import, name.c_str(), picture.data(), picture.size(), IMAGE_COLOUR, sampler, &result));
-    else
-        check(scene_import_texture(g.import, url_decode(image.uri).c_str(), IMAGE_COLOUR, sampler, &result));
-    return result;
+    return read_picture(g, static_cast<size_t>(source), sampler);
 }
 
-// A texture with its KHR_texture_transform. That maps (u, v) with v down, ours with v up: F T F, where F turns v over.
-struct scene_map make_map(importer &g, int texture, const Value *transform)
-{
-    struct scene_map map = scene_map_of(texture < 0 ? SCENE_NONE : read_texture(g, texture));
-    if (map.texture == SCENE_NONE || !transform)
-        return map;
-    const double rotation = number(transform, "rotation", 0);
-    if (!(std::fabs(rotation) < 1e4)) {
-        warnings_add(g.import->warnings, "texture transform", "a texture is rotated by %g radians: left as it is", rotation);
-        return map;
-    }
-    const double c = angle_cos(rotation), s = angle_sin(rotation), su = component(transform, "scale", 0, 1),
-                 sv = component(transform, "scale", 1, 1);
-    const double a = c * su, b = s * sv, x = component(transform, "offset", 0, 0);
-    const double d = -s * su, e = c * sv, y = component(transform, "offset", 1, 0);
-    const double turned[6] = {a, -b, b + x, -d, e, 1 - e - y};
-    for (int i = 0; i < 6; i++)
-        map.transform[i] = static_cast<float>(turned[i]);
-    return map;
-}
-
-// What a texture slot of a material says, from whichever place the file keeps it.
+/* A texture as a material names it. */
 struct slot {
-    int texture = -1, uv_set = 0;
-    const Value *transform = nullptr;
+    int texture, uv_set;
+    const Value *transform; /* KHR_texture_transform, or nullptr */
 };
 
 slot slot_of(int texture, int uv_set, const Value *transform)
 {
-    slot s{texture, uv_set, transform};
-    const int other = index_of(transform, "texCoord");
-    if (other >= 0)
-        s.uv_set = other;
-    return s;
+    return {texture, index_of(transform, "texCoord", uv_set), transform};
 }
 
 slot slot_of(const tinygltf::TextureInfo &info)
@@ -302,195 +264,271 @@ slot slot_of(const tinygltf::TextureInfo &info)
     return slot_of(info.index, info.texCoord, extension(info.extensions, "KHR_texture_transform"));
 }
 
-slot slot_of(const Value *info)
+slot slot_of(const Value *info) /* of an extension */
 {
-    return slot_of(index_of(info, "index"), static_cast<int>(number(info, "texCoord", 0)),
+    return slot_of(index_of(info, "index"), index_of(info, "texCoord", 0),
                    member(member(info, "extensions"), "KHR_texture_transform"));
+}
+
+/* KHR_texture_transform maps (u, v) with v down, by T; a scene's map has v up: F T F, where F turns v over. */
+struct scene_map read_map(const importer &g, const slot &from)
+{
+    struct scene_map map = scene_map_of(from.texture < 0 ? SCENE_NONE : read_texture(g, from.texture));
+    const double rotation = number_of(from.transform, "rotation", 0);
+    if (map.texture == SCENE_NONE || !from.transform)
+        return map;
+    if (!(std::fabs(rotation) < 1e4)) { /* as far as angle_sin goes */
+        warnings_add(g.import->warnings, "texture transform", "%s: a texture is rotated by %g radians: left as it is",
+                     g.import->path, rotation);
+        return map;
+    }
+    const double c = angle_cos(rotation), s = angle_sin(rotation);
+    const double scale_u = number_of(from.transform, "scale", 0, 1), scale_v = number_of(from.transform, "scale", 1, 1);
+    const double u_u = c * scale_u, u_v = s * scale_v, u_1 = number_of(from.transform, "offset", 0, 0);
+    const double v_u = -s * scale_u, v_v = c * scale_v, v_1 = number_of(from.transform, "offset", 1, 0);
+    const double turned[6] = {u_u, -u_v, u_1 + u_v, -v_u, v_v, 1 - v_1 - v_v};
+    std::transform(turned, turned + 6, map.transform, [](double x) { return static_cast<float>(x); });
+    return map;
+}
+
+/* -- materials -------------------------------------------------------------------------------- */
+
+void warn_material(const importer &g, const tinygltf::Material &from)
+{
+    const Value *const transmission = extension(from.extensions, "KHR_materials_transmission");
+    if (number_of(transmission, "transmissionFactor", 0) > 0)
+        warnings_add(g.import->warnings, "transmission", "%s: material '%.60s' lets light through: it is opaque here",
+                     g.import->path, from.name.c_str());
+    if (extension(from.extensions, "KHR_materials_unlit"))
+        warnings_add(g.import->warnings, "unlit", "%s: material '%.60s' is unlit: its colour is used as its albedo",
+                     g.import->path, from.name.c_str());
+}
+
+/* The texture coordinates that a material reads; both its maps must read the same. */
+int uv_set_of(const importer &g, const struct scene_material &m, const slot &base, const slot &glow, const string &name)
+{
+    const bool reads_base = m.albedo_map.texture != SCENE_NONE, reads_glow = m.emission_map.texture != SCENE_NONE;
+    if (reads_base && reads_glow && base.uv_set != glow.uv_set)
+        warnings_add(g.import->warnings, "texture coordinates",
+                     "%s: material '%.60s' reads its textures with different texture coordinates: those of its colour "
+                     "are used for both", g.import->path, name.c_str());
+    return reads_base ? base.uv_set : reads_glow ? glow.uv_set : -1;
 }
 
 void read_material(importer &g, const tinygltf::Material &from)
 {
     struct scene_material m = scene_material_default();
-    const auto &pbr = from.pbrMetallicRoughness;
-    double factor[4];
+    double factor[4], glow_factor[3];
     for (size_t k = 0; k < 4; k++)
-        factor[k] = at(pbr.baseColorFactor, k, 1);
-    slot base = slot_of(pbr.baseColorTexture);
-    if (const Value *glossy = extension(from.extensions, "KHR_materials_pbrSpecularGlossiness")) {
-        for (int k = 0; k < 4; k++)
-            factor[k] = component(glossy, "diffuseFactor", k, 1);
+        factor[k] = at(from.pbrMetallicRoughness.baseColorFactor, k, 1);
+    slot base = slot_of(from.pbrMetallicRoughness.baseColorTexture);
+    const slot glow = slot_of(from.emissiveTexture);
+    if (const Value *const glossy = extension(from.extensions, "KHR_materials_pbrSpecularGlossiness")) {
+        for (size_t k = 0; k < 4; k++)
+            factor[k] = number_of(glossy, "diffuseFactor", k, 1);
         base = slot_of(member(glossy, "diffuseTexture"));
     }
-    const double strength = number(extension(from.extensions, "KHR_materials_emissive_strength"), "emissiveStrength", 1);
-    const slot glow = slot_of(from.emissiveTexture);
+    const Value *const strong = extension(from.extensions, "KHR_materials_emissive_strength");
+    for (size_t k = 0; k < 3; k++)
+        glow_factor[k] = at(from.emissiveFactor, k, 0) * number_of(strong, "emissiveStrength", 1);
     m.albedo = {static_cast<float>(factor[0]), static_cast<float>(factor[1]), static_cast<float>(factor[2])};
-    m.albedo_map = make_map(g, base.texture, base.transform);
-    m.emission = {static_cast<float>(at(from.emissiveFactor, 0, 0) * strength), static_cast<float>(at(from.emissiveFactor, 1, 0) * strength),
-                  static_cast<float>(at(from.emissiveFactor, 2, 0) * strength)};
-    if (m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0)
-        m.emission_map = make_map(g, glow.texture, glow.transform);
+    m.albedo_map = read_map(g, base);
+    m.emission = {static_cast<float>(glow_factor[0]), static_cast<float>(glow_factor[1]),
+                  static_cast<float>(glow_factor[2])};
+    if (scene_emits(&m))
+        m.emission_map = read_map(g, glow);
     if (from.alphaMode == "MASK" || from.alphaMode == "BLEND") {
         m.alpha = from.alphaMode == "MASK" ? SCENE_CUTOUT : SCENE_BLEND;
         m.opacity = static_cast<float>(factor[3]);
         m.cutoff = static_cast<float>(from.alphaCutoff);
         m.alpha_map = m.albedo_map;
     }
+    warn_material(g, from);
+    g.uv_set.push_back(uv_set_of(g, m, base, glow, from.name));
     m.name = strdup(from.name.c_str());
-    if (!m.name)
-        fail(error_memory());
-    check(scene_push_material(g.import->scene, m, nullptr));
-    const bool reads_base = m.albedo_map.texture != SCENE_NONE, reads_glow = m.emission_map.texture != SCENE_NONE;
-    if (reads_base && reads_glow && base.uv_set != glow.uv_set)
-        warnings_add(g.import->warnings, "texture coordinates", "material '%s' reads its textures with different texture coordinates: those of its "
-                     "colour are used for both", from.name.c_str());
-    g.uv_set.push_back(reads_base ? base.uv_set : reads_glow ? glow.uv_set : -1);
+    gltf_check(m.name ? scene_push_material(g.import->scene, m, nullptr) : error_memory());
 }
 
 int32_t material_of(importer &g, int index)
 {
-    if (index >= 0 && static_cast<size_t>(index) < g.model.materials.size())
+    if (index >= 0 && static_cast<size_t>(index) < g.file.model.materials.size())
         return index;
     if (index >= 0)
-        warnings_add(g.import->warnings, "material missing", "material %d does not exist: white is used", index);
+        warnings_add(g.import->warnings, "material missing", "%s: material %d does not exist: white is used",
+                     g.import->path, index);
     if (g.default_material == SCENE_NONE) {
-        check(scene_push_material(g.import->scene, scene_material_default(), &g.default_material));
         g.uv_set.push_back(-1);
+        gltf_check(scene_push_material(g.import->scene, scene_material_default(), &g.default_material));
     }
     return g.default_material;
 }
 
-// -- meshes ------------------------------------------------------------------------------------
+/* -- meshes ----------------------------------------------------------------------------------- */
 
 struct triangles {
-    std::vector<double> position;
-    std::vector<uint32_t> index;
-    std::vector<float> uv; // two a corner, where any material reads a texture
-    std::vector<int32_t> material;
-    bool textured = false;
+    vector<double> position;
+    vector<uint32_t> index;
+    vector<float> uv; /* two a corner, v up; those of the last corners may lack */
+    vector<int32_t> material;
 };
 
-// Corners of the triangles of a list, a strip or a fan (glTF 2.0, 3.7.2.1).
-std::vector<uint32_t> corners_of(const std::vector<uint32_t> &index, int mode)
+const uint32_t no_vertex = std::numeric_limits<uint32_t>::max();
+
+/* The vertices that a primitive names one after the other; without indices, all. */
+vector<uint32_t> indices_of(const gltf_file &file, const tinygltf::Primitive &primitive, uint32_t vertices)
 {
-    std::vector<uint32_t> corner;
-    if (mode == TINYGLTF_MODE_TRIANGLES) {
-        corner.assign(index.begin(), index.begin() + static_cast<std::ptrdiff_t>(index.size() / 3 * 3));
-        return corner;
+    vector<uint32_t> index;
+    if (primitive.indices < 0) {
+        for (uint32_t i = 0; i < vertices; i++)
+            index.push_back(i);
+        return index;
     }
-    for (size_t i = 0; i + 2 < index.size(); i++) {
-        const bool strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
-        corner.push_back(index[strip ? i : i + 1]);
-        corner.push_back(index[strip ? i + 1 + i % 2 : i + 2]);
-        corner.push_back(index[strip ? i + 2 - i % 2 : 0]);
+    const vector<double> numbers = read_accessor(file, primitive.indices, 1);
+    index.reserve(numbers.size());
+    for (const double i : numbers)
+        index.push_back(i >= 0 && i < vertices ? static_cast<uint32_t>(i) : no_vertex);
+    return index;
+}
+
+/* The corners of the triangles of a list, a strip or a fan (glTF 2.0, 3.7.2.1), without the triangles of which a corner
+ * is no vertex. */
+vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, int mode)
+{
+    const bool list = mode == TINYGLTF_MODE_TRIANGLES, strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+    vector<uint32_t> corner;
+    corner.reserve(list ? index.size() : 3 * index.size());
+    for (size_t i = 0; i + 2 < index.size(); i += list ? 3 : 1) {
+        const uint32_t fan[3] = {index[i + 1], index[i + 2], index[0]};
+        const uint32_t turned[3] = {index[i], index[i + 2], index[i + 1]};
+        const uint32_t *const three = list ? &index[i] : !strip ? fan : i % 2 ? turned : &index[i];
+        if (three[0] != no_vertex && three[1] != no_vertex && three[2] != no_vertex)
+            corner.insert(corner.end(), three, three + 3);
+        else
+            warnings_add(g.import->warnings, "index out of range",
+                         "%s: a triangle has a corner that is not among its primitive's vertices: left out",
+                         g.import->path);
     }
     return corner;
 }
 
-std::vector<uint32_t> indices_of(const importer &g, const tinygltf::Primitive &primitive, size_t vertices, const char *what)
+/* Adds the triangles and, in order, the vertices that are their corners: primitives may share one long list. */
+void add_corners(const vector<double> &vertex, const vector<uint32_t> &corner, triangles &to)
 {
-    std::vector<uint32_t> index;
-    if (primitive.indices < 0) {
-        for (size_t i = 0; i < vertices; i++)
-            index.push_back(static_cast<uint32_t>(i));
-        return index;
+    vector<uint32_t> place(vertex.size() / 3, no_vertex); /* in to.position */
+    for (const uint32_t c : corner)
+        place[c] = 0;
+    for (size_t v = 0; v < place.size(); v++) {
+        if (place[v] == no_vertex)
+            continue;
+        if (to.position.size() / 3 >= no_vertex)
+            gltf_fail(error_new("its mesh has 2^32 vertices or more"));
+        place[v] = static_cast<uint32_t>(to.position.size() / 3);
+        to.position.insert(to.position.end(), &vertex[3 * v], &vertex[3 * v] + 3);
     }
-    for (const double value : read_accessor(g.model, primitive.indices, 1, what)) {
-        if (!(value >= 0 && value < static_cast<double>(vertices)))
-            fail(error_new("%s: index %.0f is out of range: there are %zu vertices", what, value, vertices));
-        index.push_back(static_cast<uint32_t>(value));
-    }
-    return index;
+    for (const uint32_t c : corner)
+        to.index.push_back(place[c]);
 }
 
-// Texture coordinates of each corner, v up; zeros where the primitive has none.
-void add_uv(const importer &g, const tinygltf::Primitive &primitive, int set, const std::vector<uint32_t> &corner, size_t vertices,
-            const char *what, triangles &to)
+/* Adds the texture coordinates of the newest corners, if any; zeros for those before that have none. */
+void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set, const vector<uint32_t> &corner,
+            size_t vertices, triangles &to)
 {
-    const size_t first = to.uv.size();
-    to.uv.resize(first + 2 * corner.size());
     const auto attribute = primitive.attributes.find("TEXCOORD_" + std::to_string(set));
-    if (set < 0 || attribute == primitive.attributes.end())
+    if (attribute == primitive.attributes.end())
         return;
-    const std::vector<double> uv = read_accessor(g.model, attribute->second, 2, what);
+    const vector<double> uv = read_accessor(file, attribute->second, 2);
     if (uv.size() < 2 * vertices)
-        fail(error_new("%s: %zu texture coordinates for %zu vertices", what, uv.size() / 2, vertices));
-    for (size_t i = 0; i < corner.size(); i++) {
-        to.uv[first + 2 * i] = static_cast<float>(uv[2 * static_cast<size_t>(corner[i])]);
-        to.uv[first + 2 * i + 1] = static_cast<float>(1 - uv[2 * static_cast<size_t>(corner[i]) + 1]);
-    }
-    to.textured = true;
+        gltf_fail(error_new("%zu texture coordinates for %zu vertices", uv.size() / 2, vertices));
+    to.uv.resize(2 * (to.index.size() - corner.size()));
+    for (const size_t c : corner)
+        to.uv.insert(to.uv.end(), {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
 }
 
-void add_primitive(importer &g, const tinygltf::Primitive &primitive, const char *what, triangles &to)
+void warn_primitive(const importer &g, const tinygltf::Primitive &primitive)
 {
-    const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+    if (!primitive.targets.empty())
+        warnings_add(g.import->warnings, "morph targets", "%s: morph targets are left out", g.import->path);
+    if (primitive.attributes.count("COLOR_0"))
+        warnings_add(g.import->warnings, "vertex colours", "%s: colours of vertices are left out", g.import->path);
+}
+
+void add_primitive(importer &g, const tinygltf::Primitive &primitive, triangles &to)
+{
+    const int mode = primitive.mode;
     if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP && mode != TINYGLTF_MODE_TRIANGLE_FAN) {
-        warnings_add(g.import->warnings, "points and lines", "%s: points and lines are left out", what);
+        warnings_add(g.import->warnings, "points and lines", "%s: points and lines are left out", g.import->path);
         return;
     }
-    if (!primitive.targets.empty())
-        warnings_add(g.import->warnings, "morph targets", "%s: morph targets are left out", what);
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end())
-        return; // nothing to be drawn: glTF 2.0, 3.7.2.1
-    const std::vector<double> vertex = read_accessor(g.model, position->second, 3, what);
-    const size_t vertices = vertex.size() / 3, first = to.position.size() / 3;
-    if (first + vertices > std::numeric_limits<uint32_t>::max())
-        fail(error_new("%s: too many vertices", what));
-    const std::vector<uint32_t> corner = corners_of(indices_of(g, primitive, vertices, what), mode);
+        return; /* nothing to be drawn: glTF 2.0, 3.7.2.1 */
+    warn_primitive(g, primitive);
+    const vector<double> vertex = read_accessor(g.file, position->second, 3);
+    const size_t vertices = vertex.size() / 3;
+    if (vertices >= no_vertex)
+        gltf_fail(error_new("%zu vertices, expected fewer than 2^32", vertices));
+    const vector<uint32_t> index = indices_of(g.file, primitive, static_cast<uint32_t>(vertices));
+    const vector<uint32_t> corner = corners_of(g, index, mode);
     const int32_t material = material_of(g, primitive.material);
-    to.position.insert(to.position.end(), vertex.begin(), vertex.end());
-    for (const uint32_t c : corner)
-        to.index.push_back(static_cast<uint32_t>(first) + c);
+    add_corners(vertex, corner, to);
+    add_uv(g.file, primitive, g.uv_set[static_cast<size_t>(material)], corner, vertices, to);
     to.material.insert(to.material.end(), corner.size() / 3, material);
-    add_uv(g, primitive, g.uv_set[static_cast<size_t>(material)], corner, vertices, what, to);
 }
 
-template <typename T> T *copy_array(const std::vector<T> &from)
+template <typename T> T *copy_array(const vector<T> &from)
 {
     T *to = nullptr;
-    check(array_create(&to, from.size(), sizeof(T)));
-    if (!from.empty())
-        std::memcpy(to, from.data(), from.size() * sizeof(T));
+    gltf_check(array_create(&to, from.size(), sizeof(T)));
+    std::copy(from.begin(), from.end(), to);
     return to;
 }
 
-// Pushes a glTF mesh when it is placed for the first time.
-long mesh_of(importer &g, int index)
+long push_mesh(const importer &g, triangles &t)
 {
-    const size_t i = static_cast<size_t>(index);
-    if (index < 0 || i >= g.model.meshes.size())
-        fail(error_new("mesh %d does not exist", index));
-    if (g.mesh_index[i] != -2)
-        return g.mesh_index[i];
-    triangles t;
-    for (size_t p = 0; p < g.model.meshes[i].primitives.size(); p++) {
-        const std::string what = "mesh " + std::to_string(index) + ", primitive " + std::to_string(p);
-        add_primitive(g, g.model.meshes[i].primitives[p], what.c_str(), t);
-    }
-    g.mesh_index[i] = -1;
-    if (t.index.empty())
-        return -1;
     struct scene_mesh mesh = {};
+    size_t pushed = 0;
     try {
         mesh.position = copy_array(t.position);
         mesh.index = copy_array(t.index);
         mesh.material = copy_array(t.material);
-        mesh.uv = t.textured ? copy_array(t.uv) : nullptr;
+        if (!t.uv.empty()) {
+            t.uv.resize(2 * t.index.size());
+            mesh.uv = copy_array(t.uv);
+        }
     } catch (...) {
         scene_mesh_clear(&mesh);
         throw;
     }
     mesh.vertex_count = t.position.size() / 3;
     mesh.triangle_count = t.index.size() / 3;
-    size_t pushed = 0;
-    check(scene_push_mesh(g.import->scene, mesh, &pushed));
-    return g.mesh_index[i] = static_cast<long>(pushed);
+    gltf_check(scene_push_mesh(g.import->scene, mesh, &pushed));
+    return static_cast<long>(pushed);
 }
 
-// -- nodes -------------------------------------------------------------------------------------
+/* The scene's mesh for a glTF mesh, which is read when it is placed for the first time. */
+long mesh_of(importer &g, int index)
+{
+    const size_t i = static_cast<size_t>(index);
+    if (index < 0 || i >= g.mesh_index.size())
+        gltf_fail(error_new("mesh %d does not exist", index));
+    if (g.mesh_index[i] != not_read)
+        return g.mesh_index[i];
+    const vector<tinygltf::Primitive> &primitives = g.file.model.meshes[i].primitives;
+    triangles t;
+    for (size_t p = 0; p < primitives.size(); p++) {
+        try {
+            add_primitive(g, primitives[p], t);
+        } catch (const gltf_error &e) {
+            gltf_fail(error_wrap(e.err, "mesh %d, primitive %zu", index, p));
+        }
+    }
+    g.mesh_index[i] = t.index.empty() ? no_triangles : push_mesh(g, t);
+    return g.mesh_index[i];
+}
 
-using matrix = std::array<double, 12>; // rows of a 3x4 matrix
+/* -- nodes ------------------------------------------------------------------------------------ */
+
+using matrix = std::array<double, 12>; /* rows of a 3x4 matrix */
 
 matrix multiply(const matrix &a, const matrix &b)
 {
@@ -505,202 +543,184 @@ matrix multiply(const matrix &a, const matrix &b)
     return c;
 }
 
-matrix matrix_of(const tinygltf::Node &node)
+/* Translation times rotation (a quaternion x, y, z, w of any length) times scale; glTF 2.0, 3.5.3. */
+matrix place(const double t[3], const double q[4], const double scale[3])
 {
-    matrix m;
-    if (node.matrix.size() == 16) { // column-major
-        for (size_t row = 0; row < 3; row++)
-            for (size_t k = 0; k < 4; k++)
-                m[4 * row + k] = node.matrix[4 * k + row];
-        return m;
-    }
-    double q[4];
-    for (size_t k = 0; k < 4; k++)
-        q[k] = at(node.rotation, k, k == 3 ? 1 : 0);
     const double norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], s = norm > 0 ? 2 / norm : 0;
     const double x = q[0], y = q[1], z = q[2], w = q[3];
     const double rotation[9] = {1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w),
                                 s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w),
                                 s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)};
+    matrix m;
     for (size_t row = 0; row < 3; row++) {
         for (size_t k = 0; k < 3; k++)
-            m[4 * row + k] = rotation[3 * row + k] * at(node.scale, k, 1);
-        m[4 * row + 3] = at(node.translation, row, 0);
+            m[4 * row + k] = rotation[3 * row + k] * scale[k];
+        m[4 * row + 3] = t[row];
     }
     return m;
 }
 
-// KHR_lights_punctual: the light shines along the node's -Z; its intensity is not scaled by the node.
-void add_light(importer &g, int index, const matrix &m)
+matrix matrix_of(const tinygltf::Node &node)
 {
-    if (index < 0 || static_cast<size_t>(index) >= g.model.lights.size())
-        fail(error_new("light %d does not exist", index));
-    const tinygltf::Light &from = g.model.lights[static_cast<size_t>(index)];
-    struct scene_light light = {};
-    if (from.type == "point") {
-        light.kind = SCENE_POINT;
-    } else if (from.type == "spot") {
-        light.kind = SCENE_SPOT;
-    } else if (from.type == "directional") {
-        light.kind = SCENE_SUN;
-    } else {
-        fail(error_new("light %d: expected point, spot or directional, got '%.40s'", index, from.type.c_str()));
+    if (node.matrix.size() == 16) { /* column-major */
+        matrix m;
+        for (size_t row = 0; row < 3; row++)
+            for (size_t k = 0; k < 4; k++)
+                m[4 * row + k] = node.matrix[4 * k + row];
+        return m;
     }
+    if (!node.matrix.empty())
+        gltf_fail(error_new("expected a matrix of 16 numbers, got %zu", node.matrix.size()));
+    double t[3], q[4], s[3];
+    for (size_t k = 0; k < 4; k++)
+        q[k] = at(node.rotation, k, k == 3 ? 1 : 0);
+    for (size_t k = 0; k < 3; k++) {
+        t[k] = at(node.translation, k, 0);
+        s[k] = at(node.scale, k, 1);
+    }
+    return place(t, q, s);
+}
+
+/* KHR_lights_punctual: the light shines along the node's -Z; its intensity is not scaled by the node. */
+void add_light(const importer &g, int index, const matrix &m)
+{
+    if (static_cast<size_t>(index) >= g.file.model.lights.size())
+        gltf_fail(error_new("light %d does not exist", index));
+    const tinygltf::Light &from = g.file.model.lights[static_cast<size_t>(index)];
+    struct scene_light light = {};
+    if (from.type == "point")
+        light.kind = SCENE_POINT;
+    else if (from.type == "spot")
+        light.kind = SCENE_SPOT;
+    else if (from.type == "directional")
+        light.kind = SCENE_SUN;
+    else
+        gltf_fail(error_new("light %d: expected point, spot or directional, got '%.40s'", index, from.type.c_str()));
     light.position = {m[3], m[7], m[11]};
     light.direction = vec3_normalize({-m[2], -m[6], -m[10]});
     for (size_t k = 0; k < 3; k++)
         light.intensity[k] = at(from.color, k, 1) * from.intensity;
     light.range = from.range;
-    light.cos_inner = angle_cos(std::min(std::max(from.spot.innerConeAngle, 0.0), ANGLE_PI));
-    light.cos_outer = angle_cos(std::min(std::max(from.spot.outerConeAngle, 0.0), ANGLE_PI));
-    if (light.cos_outer > light.cos_inner)
-        light.cos_outer = light.cos_inner;
-    check(scene_push_light(g.import->scene, light));
+    light.cos_inner = angle_cos(std::clamp(from.spot.innerConeAngle, 0.0, ANGLE_PI));
+    light.cos_outer = std::min(angle_cos(std::clamp(from.spot.outerConeAngle, 0.0, ANGLE_PI)), light.cos_inner);
+    gltf_check(scene_push_light(g.import->scene, light));
+}
+
+/* The numbers of an attribute of EXT_mesh_gpu_instancing, `components` an instance; none where it is not stated. */
+vector<double> instance_numbers(const importer &g, const Value *attributes, const char *name, size_t components)
+{
+    const int accessor = index_of(attributes, name);
+    return accessor < 0 ? vector<double>() : read_accessor(g.file, accessor, components);
+}
+
+/* EXT_mesh_gpu_instancing: the mesh once for each of the attributes' elements, instead of once. */
+void add_instances(const importer &g, size_t mesh, const Value *attributes, const matrix &m)
+{
+    const vector<double> t = instance_numbers(g, attributes, "TRANSLATION", 3);
+    const vector<double> q = instance_numbers(g, attributes, "ROTATION", 4);
+    const vector<double> s = instance_numbers(g, attributes, "SCALE", 3);
+    const size_t count = std::max({t.size() / 3, q.size() / 4, s.size() / 3});
+    if ((!t.empty() && t.size() < 3 * count) || (!q.empty() && q.size() < 4 * count) ||
+        (!s.empty() && s.size() < 3 * count))
+        gltf_fail(error_new("the attributes of its instances differ in number"));
+    const double no_t[3] = {0, 0, 0}, no_q[4] = {0, 0, 0, 1}, no_s[3] = {1, 1, 1};
+    for (size_t i = 0; i < count; i++) {
+        const matrix here = multiply(m, place(t.empty() ? no_t : &t[3 * i], q.empty() ? no_q : &q[4 * i],
+                                              s.empty() ? no_s : &s[3 * i]));
+        gltf_check(scene_push_instance(g.import->scene, mesh, here.data()));
+    }
 }
 
 void add_node(importer &g, const tinygltf::Node &node, const matrix &m)
 {
     if (node.skin >= 0)
-        warnings_add(g.import->warnings, "skins", "skins are left out: skinned meshes stand in their bind pose");
-    const long mesh = node.mesh >= 0 ? mesh_of(g, node.mesh) : -1;
-    if (mesh >= 0)
-        check(scene_push_instance(g.import->scene, static_cast<size_t>(mesh), m.data()));
+        warnings_add(g.import->warnings, "skins", "%s: skins are left out: skinned meshes stand as they were modelled",
+                     g.import->path);
+    const long mesh = node.mesh >= 0 ? mesh_of(g, node.mesh) : no_triangles;
+    const Value *const many = member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
+    if (mesh >= 0 && many)
+        add_instances(g, static_cast<size_t>(mesh), many, m);
+    else if (mesh >= 0)
+        gltf_check(scene_push_instance(g.import->scene, static_cast<size_t>(mesh), m.data()));
     const int light = index_of(extension(node.extensions, "KHR_lights_punctual"), "light");
     if (light >= 0)
         add_light(g, light, m);
 }
 
-std::vector<int> roots_of(const tinygltf::Model &model)
+/* KHR_node_visibility: what is not visible is not there, nor what hangs below it. */
+bool is_visible(const tinygltf::Node &node)
+{
+    const Value *const visible = member(extension(node.extensions, "KHR_node_visibility"), "visible");
+    return !visible || !visible->IsBool() || visible->Get<bool>();
+}
+
+/* The nodes of the default scene, or of the first; where there is no scene, the nodes that nobody has as a child. */
+vector<int> roots_of(const tinygltf::Model &model)
 {
     if (!model.scenes.empty()) {
         const size_t scene = model.defaultScene >= 0 ? static_cast<size_t>(model.defaultScene) : 0;
         if (scene >= model.scenes.size())
-            fail(error_new("scene %zu does not exist", scene));
+            gltf_fail(error_new("scene %zu does not exist", scene));
         return model.scenes[scene].nodes;
     }
-    std::vector<bool> is_child(model.nodes.size());
+    vector<bool> is_child(model.nodes.size());
     for (const tinygltf::Node &node : model.nodes)
         for (const int child : node.children)
             if (child >= 0 && static_cast<size_t>(child) < is_child.size())
                 is_child[static_cast<size_t>(child)] = true;
-    std::vector<int> roots;
+    vector<int> roots;
     for (size_t i = 0; i < is_child.size(); i++)
         if (!is_child[i])
             roots.push_back(static_cast<int>(i));
     return roots;
 }
 
-// Walks the nodes without recursion, so that no depth is too deep. Each node has one place, as glTF demands: a second is an error,
-// which ends cycles too.
+/* Walks the nodes without recursion, so that no depth is too deep. Each node has one place, as glTF demands: a second
+ * is an error, which ends cycles too. */
 void add_nodes(importer &g)
 {
     struct placed {
         int node;
-        matrix m;
+        matrix m; /* of the parent */
     };
+    const vector<tinygltf::Node> &nodes = g.file.model.nodes;
+    const vector<int> roots = roots_of(g.file.model);
     matrix identity;
     std::copy(scene_identity, scene_identity + 12, identity.begin());
-    std::vector<placed> left;
-    std::vector<bool> seen(g.model.nodes.size());
-    const std::vector<int> roots = roots_of(g.model);
-    for (size_t i = roots.size(); i-- > 0;)
-        left.push_back({roots[i], identity});
+    vector<placed> left;
+    vector<bool> seen(nodes.size());
+    for (auto root = roots.rbegin(); root != roots.rend(); ++root)
+        left.push_back({*root, identity});
     while (!left.empty()) {
         const placed next = left.back();
         left.pop_back();
         const size_t i = static_cast<size_t>(next.node);
-        if (next.node < 0 || i >= g.model.nodes.size())
-            fail(error_new("node %d does not exist", next.node));
+        if (next.node < 0 || i >= nodes.size())
+            gltf_fail(error_new("node %d does not exist", next.node));
         if (seen[i])
-            fail(error_new("node %d has two parents, or is its own ancestor", next.node));
+            gltf_fail(error_new("node %d has two parents, or is its own ancestor", next.node));
         seen[i] = true;
-        const tinygltf::Node &node = g.model.nodes[i];
-        const matrix m = multiply(next.m, matrix_of(node));
-        add_node(g, node, m);
-        for (size_t c = node.children.size(); c-- > 0;)
-            left.push_back({node.children[c], m});
+        if (!is_visible(nodes[i]))
+            continue;
+        try {
+            const matrix m = multiply(next.m, matrix_of(nodes[i]));
+            add_node(g, nodes[i], m);
+            for (auto child = nodes[i].children.rbegin(); child != nodes[i].children.rend(); ++child)
+                left.push_back({*child, m});
+        } catch (const gltf_error &e) {
+            gltf_fail(error_wrap(e.err, "node %zu", i));
+        }
     }
-}
-
-// -- the file ----------------------------------------------------------------------------------
-
-// Keeps an embedded picture as it is: image.c decodes those that a material uses.
-bool keep_picture(tinygltf::Image *, const int index, std::string *, std::string *, int, int, const unsigned char *bytes, int size, void *user)
-{
-    auto &pictures = *static_cast<std::vector<std::vector<unsigned char>> *>(user);
-    if (index < 0 || size < 0)
-        return false;
-    if (pictures.size() <= static_cast<size_t>(index))
-        pictures.resize(static_cast<size_t>(index) + 1);
-    pictures[static_cast<size_t>(index)].assign(bytes, bytes + size);
-    return true;
-}
-
-bool is_picture(const std::string &path)
-{
-    const size_t dot = path.rfind('.');
-    std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    static const char *const endings[] = {"png", "jpg", "jpeg", "webp", "ktx2", "dds", "basis", "gif", "bmp", "tga", "hdr"};
-    return std::any_of(std::begin(endings), std::end(endings), [&](const char *e) { return ending == e; });
-}
-
-// tinygltf looks for every picture beside the file; they are read later, by their use, so here there are none.
-bool file_exists(const std::string &path, void *)
-{
-    return !is_picture(path) && tinygltf::FileExists(path, nullptr);
-}
-
-std::string same_path(const std::string &path, void *)
-{
-    return path; // tinygltf's own would expand ~ and $
-}
-
-// The first line of a message, without its newline.
-std::string first_line(const std::string &text)
-{
-    return text.substr(0, text.find('\n'));
-}
-
-void parse(importer &g)
-{
-    char *data = nullptr;
-    size_t size = 0;
-    check(scene_file_read(g.import->path, &data, &size));
-    std::string error, warning, directory = g.import->directory;
-    bool good = false;
-    try {
-        if (size > std::numeric_limits<unsigned>::max())
-            fail(error_new("the file is larger than 4 GB"));
-        tinygltf::TinyGLTF loader;
-        loader.SetImageLoader(keep_picture, &g.pictures);
-        loader.SetFsCallbacks({file_exists, same_path, tinygltf::ReadWholeFile, tinygltf::WriteWholeFile, nullptr});
-        const unsigned length = static_cast<unsigned>(size);
-        if (size >= 4 && !std::memcmp(data, "glTF", 4))
-            good = loader.LoadBinaryFromMemory(&g.model, &error, &warning, reinterpret_cast<unsigned char *>(data), length, directory);
-        else
-            good = loader.LoadASCIIFromString(&g.model, &error, &warning, data, length, directory);
-    } catch (...) {
-        std::free(data);
-        throw;
-    }
-    std::free(data);
-    if (!good)
-        fail(error_new("%s", error.empty() ? "not a glTF file that can be read" : first_line(error).c_str()));
-    g.pictures.resize(g.model.images.size());
-    g.mesh_index.assign(g.model.meshes.size(), -2);
-    for (const std::string &name : g.model.extensionsRequired)
-        if (std::none_of(std::begin(known_extensions), std::end(known_extensions), [&](const char *known) { return name == known; }))
-            fail(error_new("the file requires the extension %.60s, which is not supported", name.c_str()));
 }
 
 struct error *read(struct scene_import *import)
 {
     try {
-        importer g;
+        importer g = {};
         g.import = import;
-        parse(g);
-        for (const tinygltf::Material &material : g.model.materials)
+        g.file = gltf_open(import);
+        g.mesh_index.assign(g.file.model.meshes.size(), not_read);
+        for (const tinygltf::Material &material : g.file.model.materials)
             read_material(g, material);
         add_nodes(g);
         return nullptr;

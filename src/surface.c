@@ -19,19 +19,27 @@ static void add_to(float sum[3], float weight, struct vec3f c)
     sum[2] += weight * c.z;
 }
 
-/* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16 triangles that it falls into when its
- * edges are quartered. */
-static void shade(const struct scene *scene, const struct scene_mesh *mesh, size_t t, float albedo[3], float emission[3], float *opacity)
+/* Whether a material looks the same all over. */
+static bool is_plain(const struct scene_material *m)
+{
+    return m->albedo_map.texture == SCENE_NONE && m->emission_map.texture == SCENE_NONE &&
+           m->alpha_map.texture == SCENE_NONE;
+}
+
+/* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16 triangles that it falls
+ * into when its edges are quartered: strips, in which triangles stand on their base and on their tip in turn. */
+static void shade(const struct scene *scene, const struct scene_mesh *mesh, size_t t, float albedo[3],
+                  float emission[3], float *opacity)
 {
     const struct scene_material *m = &scene->materials[mesh->material[t]];
-    const bool plain = m->albedo_map.texture == SCENE_NONE && m->emission_map.texture == SCENE_NONE && m->alpha_map.texture == SCENE_NONE;
     const float *uv = mesh->uv ? mesh->uv + 6 * t : (const float[6]){0};
-    const int parts = plain || !mesh->uv ? 1 : 4;
+    const int parts = is_plain(m) || !mesh->uv ? 1 : 4;
     float weight = 0;
     for (int i = 0; i < parts; i++) {
-        for (int j = 0; j < 2 * (parts - i) - 1; j++) { /* along a strip triangles stand on their base and on their tip, in turn */
+        for (int j = 0; j < 2 * (parts - i) - 1; j++) {
             const float third = (float)(1 + j % 2) / 3;
-            const float b = ((float)i + third) / (float)parts, c = ((float)(j / 2) + third) / (float)parts, a = 1 - b - c;
+            const float b = ((float)i + third) / (float)parts, c = ((float)(j / 2) + third) / (float)parts;
+            const float a = 1 - b - c;
             const float u = a * uv[0] + b * uv[2] + c * uv[4], v = a * uv[1] + b * uv[3] + c * uv[5];
             const float opaque = 1 - scene_transparency(scene, m, u, v);
             add_to(albedo, opaque, scene_albedo(scene, m, u, v));
@@ -48,18 +56,21 @@ static void shade(const struct scene *scene, const struct scene_mesh *mesh, size
 
 static double determinant(const double *m)
 {
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+    const struct vec3 x = {m[0], m[1], m[2]}, y = {m[4], m[5], m[6]}, z = {m[8], m[9], m[10]};
+    return vec3_dot(x, vec3_cross(y, z));
 }
 
-static void add_instance(struct vtk_mesh *to, const struct arrays *a, const struct scene *scene, const struct scene_instance *instance)
+static void add_instance(struct vtk_mesh *to, const struct arrays *a, const struct scene *scene,
+                         const struct scene_instance *instance)
 {
     const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
     const double *m = instance->transform;
     const bool mirrored = determinant(m) < 0; /* turns the winding round, not the front */
     for (size_t i = 0; i < mesh->vertex_count; i++) {
         const double *p = mesh->position + 3 * i;
+        double *placed = a->position + 3 * (to->point_count + i);
         for (size_t k = 0; k < 3; k++)
-            a->position[3 * (to->point_count + i) + k] = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
+            placed[k] = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
     }
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const size_t at = to->cell_count + t;

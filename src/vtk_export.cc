@@ -114,7 +114,8 @@ vtkSmartPointer<vtkCellArray> make_cells(const struct vtk_mesh *mesh, int corner
 {
     auto cells = vtkSmartPointer<vtkCellArray>::New();
     if (mesh->cell_count) {
-        cells->SetData(corners, borrow<vtkTypeInt32Array>(mesh->vertex, mesh->cell_count * static_cast<size_t>(corners), 1));
+        const size_t count = mesh->cell_count * static_cast<size_t>(corners);
+        cells->SetData(corners, borrow<vtkTypeInt32Array>(mesh->vertex, count, 1));
         return cells;
     }
     vtkNew<vtkTypeInt32Array> itself;
@@ -170,8 +171,8 @@ public:
     struct stream_output out = {};
 };
 
-// A file that never fails in the eyes of its writer, as VTK's writers crash on a full disk: what does not fit is dropped, and the
-// first error kept.
+// A file that never fails in the eyes of its writer, as VTK's writers crash on a full disk: what does not fit is
+// dropped, and the first error kept.
 class patient_file : public std::filebuf {
 public:
     int number = 0; // errno of the first failure
@@ -225,7 +226,7 @@ private:
     }
 };
 
-// A writer of VTK's that writes into a buffer of ours. VTK knows only files and strings; this takes the place of the string.
+// A writer of VTK's that writes into a buffer of ours. VTK knows only files and strings; this takes the string's place.
 template <class Writer> class into_buffer : public Writer {
 public:
     static into_buffer *New() { VTK_STANDARD_NEW_BODY(into_buffer); }
@@ -255,10 +256,11 @@ struct error *write_into(std::streambuf *buffer, vtkDataSet *data, const char *p
         writer->SetCompressorTypeToNone();
     if (writer->Write() && writer->GetErrorCode() == vtkErrorCode::NoError && messages.error().empty())
         return nullptr;
-    return error_new("%s: VTK could not write it (code %lu): %.200s", path, writer->GetErrorCode(), messages.error().c_str());
+    return error_new("%s: VTK could not write it (code %lu): %.200s", path, writer->GetErrorCode(),
+                     messages.error().c_str());
 }
 
-// The file itself takes the bytes where there is one; a pipe or device, in which VTK could not go back, gets them from memory.
+// The file itself takes the bytes where there is one; a pipe or device, where VTK cannot seek, gets them from memory.
 template <class Writer>
 struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encoding, const message_catcher &messages)
 {

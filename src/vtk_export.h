@@ -50,17 +50,17 @@ struct vtk_mesh {
     size_t text_count;
 };
 
-/* How numbers stand in the file. Not as raw bytes appended to the XML, VTK's other way: ParaView 5.11 of Debian 12 (whose expat defers
- * its parsing since a security update) does not read them. */
+/* How numbers stand in the file. Not as raw bytes appended to the XML, VTK's other way: ParaView 5.11 of Debian 12
+ * (whose expat defers its parsing since a security update) does not read them. */
 enum vtk_encoding {
     VTK_EXPORT_TEXT,
     VTK_EXPORT_BASE64,
     VTK_EXPORT_COMPRESSED, /* zlib, then base64 */
 };
 
-/* Writes tetrahedra (or points, where there are no cells) as .vtu. Cells get their quality by vtkMeshQuality: aspect_ratio
- * (1 for a regular one, 1e30 for a flat one) and volume; cell_arrays of these names go before them. path "-": standard output. What is not
- * a file is written from memory, so it takes that much. */
+/* Writes tetrahedra (or points, where there are no cells) as .vtu. Cells get their quality by vtkMeshQuality:
+ * aspect_ratio (1 for a regular one, 1e30 for a flat one) and volume; cell_arrays of these names go before them. path
+ * "-": standard output. What is not a file is written from memory, so it takes that much. */
 struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding);
 
 /* Writes triangles as .vtp. */

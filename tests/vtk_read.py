@@ -1,41 +1,287 @@
-"""Reads a .vtu or .vtp and prints what is in it, an array a line, for probe-vtk.t.
+"""vtk_read: looks at .vtu, .vtp and .png files with VTK's own readers, for tests/probe-vtk.t.
 
-    vtk_read.py FILE          points, cells, and each array: where, name, components, first component's name, range
-    vtk_read.py FILE ARRAY    the numbers of one point array, a tuple a line
+    vtk_read.py columns FILE.vtu STREAM       every column, key and command line of the text stream is there, unchanged
+    vtk_read.py derived FILE.vtu              derived arrays are what their formulas say, computed here anew
+    vtk_read.py gradient FILE.vtu X,Y,Z       luminance_gradient of points and cells is this vector everywhere
+    vtk_read.py value FILE ARRAY X,..         ARRAY of points or cells is this everywhere
+    vtk_read.py same A.vtu B.vtu              equal geometry, arrays and keys
+    vtk_read.py solid FILE.vtp AREA VOLUME    area, and volume inside of the fronts
+    vtk_read.py picture FILE.png WxH          a picture of this size with something in it
 """
 import sys
 
+import numpy as np
 import vtk
+from vtk.util.numpy_support import vtk_to_numpy
 
-reader = vtk.vtkXMLUnstructuredGridReader() if sys.argv[1].endswith(".vtu") else vtk.vtkXMLPolyDataReader()
-reader.SetFileName(sys.argv[1])
-reader.Update()
-data = reader.GetOutput()
-if len(sys.argv) > 2:
-    array = data.GetPointData().GetArray(sys.argv[2]) or data.GetCellData().GetArray(sys.argv[2])
-    for i in range(array.GetNumberOfTuples()):
-        print(*(repr(x) for x in array.GetTuple(i)))
-    sys.exit()
-print("points", data.GetNumberOfPoints())
-print("cells", data.GetNumberOfCells(), data.GetCellType(0) if data.GetNumberOfCells() else "-")
-for where, attributes in (("point", data.GetPointData()), ("cell", data.GetCellData())):
+FAILED = []
+
+
+def check(holds, what):
+    if not np.all(holds):
+        FAILED.append(what)
+
+
+def close(a, b, tolerance, what):
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    check(a.shape == b.shape, f"{what}: shape {a.shape}, expected {b.shape}")
+    if a.shape == b.shape and a.size:
+        error = np.abs(a - b) / np.maximum(np.abs(b).max(), 1e-30)
+        worst = error.argmax()
+        check(error.max() <= tolerance, f"{what}: {a.flat[worst]!r} instead of {b.flat[worst]!r}")
+
+
+def read(path):
+    reader = vtk.vtkXMLPolyDataReader() if path.endswith(".vtp") else vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    if reader.GetErrorCode():
+        sys.exit(f"{path}: not readable: {vtk.vtkErrorCode.GetStringFromErrorCode(reader.GetErrorCode())}")
+    return reader.GetOutput()
+
+
+def arrays(attributes):
+    found = {}
     for i in range(attributes.GetNumberOfArrays()):
-        array = attributes.GetArray(i)
-        print(where, array.GetName(), array.GetNumberOfComponents(), array.GetComponentName(0), *array.GetRange())
-for i in range(data.GetFieldData().GetNumberOfArrays()):
-    array = data.GetFieldData().GetAbstractArray(i)
-    print("field", array.GetName(), array.GetValue(0))
-volume = 0.0
-area = 0.0
-for i in range(data.GetNumberOfCells()):
-    cell = data.GetCell(i)
-    p = [cell.GetPoints().GetPoint(k) for k in range(cell.GetNumberOfPoints())]
-    if cell.GetCellType() == vtk.VTK_TETRA:
-        a, b, c = ([p[k][m] - p[0][m] for m in range(3)] for k in (1, 2, 3))
-        six = (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]))
-        if six <= 0:
-            print("inverted", i)
-        volume += six / 6
-    elif cell.GetCellType() == vtk.VTK_TRIANGLE:
-        area += vtk.vtkTriangle.TriangleArea(*p)
-print("volume %.9g area %.9g" % (volume, area))
+        a = attributes.GetArray(i)
+        found[a.GetName()] = vtk_to_numpy(a).reshape(a.GetNumberOfTuples(), -1)
+    return found
+
+
+def component_names(attributes, name):
+    a = attributes.GetArray(name)
+    return [a.GetComponentName(k) for k in range(a.GetNumberOfComponents())]
+
+
+def texts(data):
+    field = data.GetFieldData()
+    found = {}
+    for i in range(field.GetNumberOfArrays()):
+        a = field.GetAbstractArray(i)
+        found[a.GetName()] = [a.GetValue(k) for k in range(a.GetNumberOfValues())]
+    return found
+
+
+def geometry(data):
+    cells = data.GetPolys() if isinstance(data, vtk.vtkPolyData) else data.GetCells()
+    count = max(cells.GetNumberOfCells(), 1)
+    return vtk_to_numpy(data.GetPoints().GetData()), vtk_to_numpy(cells.GetConnectivityArray()).reshape(count, -1)
+
+
+def read_stream(path):
+    keys, commands, tables = {}, [], {}
+    with open(path, encoding="utf-8") as file:
+        lines = file.read().split("\n")
+    columns = None
+    for line in lines[1:]:
+        words = line.split()
+        if not words or words[0] == "end":
+            continue
+        if words[0] == "table":
+            columns = [(c.split(":")[0], c.split(":")[1], int(c.split(":")[2])) for c in words[2:]]
+            tables[words[1]] = (columns, [])
+            rows = tables[words[1]][1]
+        elif columns:
+            rows.append(words)
+        elif words[0] == "#":
+            commands.append(line[2:])
+        else:
+            keys[words[0]] = line[len(words[0]) + 1:]
+    types = {"f32": np.float32, "f64": np.float64, "i32": np.int32}
+    result = {}
+    for name, (columns, rows) in tables.items():
+        at, result[name] = 0, {}
+        for column, kind, width in columns:
+            result[name][column] = np.array([row[at:at + width] for row in rows]).astype(np.float64).astype(types[kind])
+            at += width
+    return keys, commands, result
+
+
+def check_columns(path, stream):
+    data = read(path)
+    keys, commands, tables = read_stream(stream)
+    for table, attributes in (("probe", data.GetPointData()), ("tet", data.GetCellData())):
+        found = arrays(attributes)
+        for name, values in tables.get(table, {}).items():
+            if name not in found:
+                check(False, f"{table}: there is no array {name}")
+                continue
+            check(found[name].dtype == values.dtype, f"{table}: {name} is {found[name].dtype}")
+            check(np.array_equal(found[name], np.nan_to_num(values, nan=0)), f"{table}: {name} has other values")
+        for name, values in found.items():
+            check(np.isfinite(values).all(), f"{table}: {name} is not finite everywhere")
+    points, cells = geometry(data)
+    check(np.array_equal(points, tables["probe"]["position"]), "points are not the positions")
+    if "tet" in tables:
+        check(np.array_equal(cells, tables["tet"]["vertex"]), "cells are not the vertices")
+        check(np.array([data.GetCellType(i) for i in range(len(cells))]) == vtk.VTK_TETRA, "cells are not tetrahedra")
+        edge = points[cells[:, 1:]] - points[cells[:, :1]]
+        check(np.linalg.det(edge) > 0, "cells are turned inside out")
+    else:
+        check(np.array_equal(cells[:, 0], np.arange(len(points))), "cells are not the points")
+        check(np.array([data.GetCellType(i) for i in range(len(cells))]) == vtk.VTK_VERTEX, "cells are not vertices")
+    if "sh" in tables["probe"]:
+        width = tables["probe"]["sh"].shape[1]
+        expected = [f"L{l}{m}.{c}" for l in range(6) for m in range(-l, l + 1) for c in "rgb"][:width]
+        check(component_names(data.GetPointData(), "sh") == expected, "names of the components of sh")
+    if "sh_gradient" in tables["probe"]:
+        names = component_names(data.GetPointData(), "sh_gradient")
+        check(names[:4] == ["L00.r.x", "L00.g.x", "L00.b.x", "L1-1.r.x"] and names[-1].endswith(".b.z"),
+              f"names of the components of sh_gradient: {names[:4]}")
+    field = texts(data)
+    for key, value in keys.items():
+        check(field.get(key) == [value], f"key {key} is {field.get(key)}, expected {value}")
+    check(field.get("Provenance", []) == commands, f"provenance is {field.get('Provenance')}")
+
+
+def least_dihedral(p):
+    """By the angle, in the plane across each edge, of the directions to the two other corners."""
+    angles = []
+    for i in range(4):
+        for j in range(i + 1, 4):
+            k, l = (x for x in range(4) if x not in (i, j))
+            e = p[:, j] - p[:, i]
+            e /= np.linalg.norm(e, axis=1, keepdims=True)
+            a, b = p[:, k] - p[:, i], p[:, l] - p[:, i]
+            a -= e * (a * e).sum(1, keepdims=True)
+            b -= e * (b * e).sum(1, keepdims=True)
+            cosine = (a * b).sum(1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
+            angles.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+    return np.min(angles, axis=0)
+
+
+def check_derived(path):
+    data = read(path)
+    at_points, at_cells, field = arrays(data.GetPointData()), arrays(data.GetCellData()), texts(data)
+    points, cells = geometry(data)
+    sh = at_points["sh"].astype(float).reshape(len(points), -1, 3)
+    factor = 0.28209479177387814 * (1 if field.get("sh-content") == ["irradiance"] else np.pi)
+    irradiance = factor * sh[:, 0]
+    luminance = irradiance @ [0.2126, 0.7152, 0.0722]
+    close(at_points["irradiance"], irradiance, 1e-6, "irradiance")
+    close(at_points["luminance"][:, 0], luminance, 1e-6, "luminance")
+    if sh.shape[1] > 1:
+        close(at_points["brightest"], (sh[:, [3, 1, 2]] @ [0.2126, 0.7152, 0.0722]), 1e-5, "brightest")
+    exposure = float(field["Exposure"][0])
+    lit = np.sort(luminance[luminance > 0])
+    close(exposure * lit[(len(lit) - 1) * 95 // 100], 0.7, 1e-6, "exposure")
+    x = np.clip(exposure * irradiance, 0, 1)
+    code = 255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+    check(np.abs(at_points["colour"] - code) <= 0.51, "colour is not the sRGB code of exposed irradiance")
+    edge = points[cells[:, 1:]] - points[cells[:, :1]]
+    difference = luminance[cells[:, 1:]] - luminance[cells[:, :1]]
+    gradient = np.linalg.solve(edge, difference)
+    volume = np.linalg.det(edge) / 6
+    close(at_cells["volume"][:, 0], volume, 1e-12, "volume")
+    scale = np.abs(difference).max(axis=1) * np.linalg.norm(np.linalg.inv(edge), axis=(1, 2))
+    of_cells = at_cells["luminance_gradient"]
+    check(np.abs(of_cells - gradient).max(axis=1) <= 1e-5 * scale + 1e-30, "luminance_gradient of cells")
+    total, weight = np.zeros((len(points), 3)), np.zeros(len(points))
+    for corner in cells.T:
+        np.add.at(total, corner, volume[:, None] * of_cells)
+        np.add.at(weight, corner, volume)
+    total /= np.maximum(weight, 1e-300)[:, None]
+    close(at_points["luminance_gradient"], total, 1e-5, "luminance_gradient of points")
+    close(at_cells["min_dihedral"][:, 0], least_dihedral(points[cells]), 1e-6, "min_dihedral")
+    p = points[cells]
+    longest = np.max([np.linalg.norm(p[:, i] - p[:, j], axis=1) for i in range(4) for j in range(i)], axis=0)
+    face = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]
+    area = sum(np.linalg.norm(np.cross(p[:, b] - p[:, a], p[:, c] - p[:, a]), axis=1) / 2 for a, b, c in face)
+    aspect = longest * area / (6 * np.sqrt(6) * volume)
+    close(np.log(at_cells["aspect_ratio"][:, 0]), np.log(aspect), 1e-6, "aspect_ratio")
+    outside = at_cells["neighbour"] < 0
+    check(np.array_equal(at_cells["hull_faces"][:, 0], outside.sum(axis=1)), "hull_faces")
+    hull = np.zeros(len(points), int)
+    for i in range(4):
+        hull[cells[outside[:, i]][:, face[i]]] = 1
+    check(np.array_equal(at_points["hull"][:, 0], hull), "hull")
+    if "occlusion" in at_cells:
+        occlusion = at_cells["occlusion"]
+        check(np.array_equal(at_cells["crossed_edges"][:, 0], (occlusion > 0).sum(axis=1)), "crossed_edges")
+        check(np.array_equal(at_cells["leaking_edges"][:, 0], (occlusion == 2).sum(axis=1)), "leaking_edges")
+
+
+def check_gradient(path, vector):
+    """To the rounding of the luminances, which a thin cell magnifies."""
+    data = read(path)
+    points, cells = geometry(data)
+    edge = points[cells[:, 1:]] - points[cells[:, :1]]
+    rounding = 2e-7 * np.abs(arrays(data.GetPointData())["luminance"]).max()
+    flat = np.abs(np.linalg.det(edge)) < 1e-12
+    allowed = rounding * np.linalg.norm(np.linalg.inv(np.where(flat[:, None, None], np.eye(3), edge)), axis=(1, 2))
+    of_cells, of_points = (arrays(a)["luminance_gradient"] for a in (data.GetCellData(), data.GetPointData()))
+    check(np.abs(of_cells - vector).max(axis=1) <= allowed, f"gradient of cells: {of_cells[:3]}")
+    around = np.zeros(len(points))
+    for corner in cells.T:
+        np.maximum.at(around, corner, allowed)
+    check(np.abs(of_points - vector).max(axis=1) <= around, f"gradient of points: {of_points[:3]}")
+
+
+def check_value(path, name, values):
+    data = read(path)
+    found = {**arrays(data.GetCellData()), **arrays(data.GetPointData())}.get(name)
+    if found is None:
+        sys.exit(f"there is no array {name}")
+    close(found, np.tile(values, (len(found), 1)), 1e-7, name)
+
+
+def check_same(one, other):
+    a, b = read(one), read(other)
+    check(all(np.array_equal(x, y) for x, y in zip(geometry(a), geometry(b))), "other geometry")
+    one_field, other_field = texts(a), texts(b)
+    check(bool(one_field.pop("Provenance") and other_field.pop("Provenance")), "no provenance")
+    check(one_field == other_field, "other keys")
+    for x, y in ((a.GetPointData(), b.GetPointData()), (a.GetCellData(), b.GetCellData())):
+        x, y = arrays(x), arrays(y)
+        check(list(x) == list(y) and len(x) > 0, f"other arrays: {list(x)}, {list(y)}")
+        check(all(np.array_equal(x[name], y[name]) for name in x), "other values")
+
+
+def check_solid(path, area, volume):
+    points, cells = geometry(read(path))
+    p = points[cells]
+    close(np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2, area, 1e-6, "area")
+    close(np.linalg.det(p - points.mean(axis=0)).sum() / 6, volume, 1e-6, "volume")
+
+
+def check_picture(path, size):
+    reader = vtk.vtkPNGReader()
+    reader.SetFileName(path)
+    reader.Update()
+    image = reader.GetOutput()
+    check("x".join(str(n) for n in image.GetDimensions()[:2]) == size, f"size {image.GetDimensions()}")
+    pixels = vtk_to_numpy(image.GetPointData().GetScalars())[:, :3]
+    width = image.GetDimensions()[0]
+    rows = pixels.reshape(-1, width, 3).astype(int)
+    drawn = (np.ptp(rows, axis=1).max(axis=1) > 8).mean()  # the background alone changes from row to row only
+    check(drawn > 0.4, f"only {100 * drawn:.0f} % of the rows show anything")
+    check(len(np.unique(pixels, axis=0)) > 500, "fewer than 500 colours")
+
+
+def main():
+    what, arguments = sys.argv[1], sys.argv[2:]
+
+    def number_list(text):
+        return [float(x) for x in text.split(",")]
+
+    if what == "columns":
+        check_columns(*arguments)
+    elif what == "derived":
+        check_derived(*arguments)
+    elif what == "gradient":
+        check_gradient(arguments[0], number_list(arguments[1]))
+    elif what == "value":
+        check_value(arguments[0], arguments[1], number_list(arguments[2]))
+    elif what == "same":
+        check_same(*arguments)
+    elif what == "solid":
+        check_solid(arguments[0], float(arguments[1]), float(arguments[2]))
+    elif what == "picture":
+        check_picture(*arguments)
+    else:
+        sys.exit(f"vtk_read: unknown check {what}")
+    if FAILED:
+        sys.exit("\n".join(FAILED))
+
+
+main()
