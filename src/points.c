@@ -102,9 +102,8 @@ static struct error *read_text(struct points *p, size_t most, double *value, siz
     while (!err && *got < most) {
         const char *line;
         size_t length, bytes, count;
-        const bool whole_line = memchr(p->in.data + p->in.start, '\n', p->in.end - p->in.start);
-        if (*got && !whole_line) /* what is here is answered before waiting for more */
-            break;
+        if (*got && !memchr(p->in.data + p->in.start, '\n', p->in.end - p->in.start))
+            break; /* what is here is answered before waiting for more */
         err = input_line(&p->in, &line, &length, &bytes);
         if (err || !line)
             break;
