@@ -1,6 +1,6 @@
 #include "derive.h"
-#include "angle.h"
 #include "array.h"
+#include "cell.h"
 #include "error.h"
 #include "image.h"
 #include "sh.h"
@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Mean irradiance of a coefficient L00 of 1. */
 static double mean_factor(bool convolved)
@@ -119,19 +120,14 @@ static double cell_volume(const int32_t *v, const double *position, struct vec3 
 void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position, float *angle)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
-        struct vec3 edge[3], normal[4]; /* of the faces, outward */
-        cell_volume(vertex + 4 * cell, position, edge);
-        normal[0] = vec3_cross(vec3_sub(edge[1], edge[0]), vec3_sub(edge[2], edge[0]));
-        for (int k = 0; k < 3; k++)
-            normal[k + 1] = vec3_cross(edge[(k + 2) % 3], edge[(k + 1) % 3]);
-        double least = ANGLE_PI;
-        for (int i = 0; i < 4; i++) {
-            for (int j = i + 1; j < 4; j++) {
-                const double sine = vec3_length(vec3_cross(normal[i], normal[j]));
-                least = fmin(least, angle_atan2(sine, -vec3_dot(normal[i], normal[j])));
-            }
-        }
-        angle[cell] = (float)(least * (180 / ANGLE_PI));
+        double p[4][3], all[6];
+        for (size_t i = 0; i < 4; i++)
+            memcpy(p[i], position + 3 * (size_t)vertex[4 * cell + i], sizeof p[i]);
+        cell_dihedral((const double(*)[3])p, all);
+        double least = all[0];
+        for (int k = 1; k < 6; k++)
+            least = fmin(least, all[k]);
+        angle[cell] = (float)least;
     }
 }
 

@@ -1,6 +1,7 @@
 /* Based on: Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: barycentric walk from the last cell. */
 #include "locate.h"
 #include "array.h"
+#include "cell.h"
 #include "error.h"
 #include "lattice.h"
 #include "vec.h"
@@ -8,9 +9,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* The corners of the face opposite each vertex, outward. */
-static const int face_corner[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 enum { STARTS_MOST = 4096 }; /* cells that a cold search compares */
 enum { LEAF_FACES = 4, STACK_MOST = 64 };
@@ -70,7 +68,7 @@ static struct error *check_cells(const struct locate *l)
 static void face_points(const struct locate *l, const struct hull_face *face, struct vec3 p[3])
 {
     for (int k = 0; k < 3; k++)
-        p[k] = corner(l, (size_t)face->cell, face_corner[face->opposite][k]);
+        p[k] = corner(l, (size_t)face->cell, cell_face[face->opposite][k]);
 }
 
 static double component(struct vec3 p, int axis)
@@ -324,7 +322,7 @@ static double nearest_on_triangle(struct vec3 p, struct vec3 a, struct vec3 b, s
 static void try_face(const struct locate *l, size_t cell, int i, struct vec3 p, double *square, struct locate_weights *w)
 {
     double weight[3];
-    const int *f = face_corner[i];
+    const int *f = cell_face[i];
     const double d = nearest_on_triangle(p, corner(l, cell, f[0]), corner(l, cell, f[1]), corner(l, cell, f[2]), weight);
     if (!(d < *square))
         return;

@@ -1,6 +1,7 @@
 #include "tetra.h"
 #include "angle.h"
 #include "array.h"
+#include "cell.h"
 #include "error.h"
 #include "lattice.h"
 #include "vec.h"
@@ -16,8 +17,6 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-const int tetra_face[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 /* -- canonical points ------------------------------------------------------------------------- */
 
@@ -229,7 +228,7 @@ static struct error *hull_normals(struct tetra *tetra, size_t count, const doubl
         struct vec3 p[3];
         for (int k = 0; k < 3; k++) {
             double coordinates[3];
-            row[k] = tetra->vertex[4 * cell + (size_t)tetra_face[i][k]];
+            row[k] = tetra->vertex[4 * cell + (size_t)cell_face[i][k]];
             lattice_snap(&lattice, position + 3 * (size_t)row[k], coordinates);
             p[k] = vec3_scale(0x1p-40, vec3_load(coordinates));
         }
@@ -309,7 +308,7 @@ static int face_back(const int32_t *vertex, const int32_t *neighbour, size_t cel
         int shared = 0;
         for (int k = 0; k < 3; k++)
             for (int m = 0; m < 3; m++)
-                shared += vertex[4 * cell + (size_t)tetra_face[j][k]] == vertex[4 * from + (size_t)tetra_face[from_face][m]];
+                shared += vertex[4 * cell + (size_t)cell_face[j][k]] == vertex[4 * from + (size_t)cell_face[from_face][m]];
         if (shared == 3)
             return j;
     }
@@ -375,7 +374,7 @@ static struct error *check_hull(size_t cell_count, const int32_t *vertex, const 
     FOR_HULL_FACES(cell, i, cell_count, neighbour) {
         int32_t c[3];
         for (int k = 0; k < 3; k++)
-            c[k] = vertex[4 * cell + (size_t)tetra_face[i][k]];
+            c[k] = vertex[4 * cell + (size_t)cell_face[i][k]];
         hull += (wrapping_volume)lattice_orient(reference, site + 3 * (size_t)c[0], site + 3 * (size_t)c[1],
                                                 site + 3 * (size_t)c[2]);
         for (int k = 0; k < 3; k++) {
@@ -428,23 +427,6 @@ struct error *tetra_check(size_t cell_count, const int32_t *vertex, const int32_
 
 /* -- measuring -------------------------------------------------------------------------------- */
 
-void tetra_dihedral(const double p[4][3], double angle[6])
-{
-    struct vec3 normal[4]; /* outward */
-    for (int i = 0; i < 4; i++) {
-        const struct vec3 a = vec3_load(p[tetra_face[i][0]]), b = vec3_load(p[tetra_face[i][1]]),
-                          c = vec3_load(p[tetra_face[i][2]]);
-        normal[i] = vec3_cross(vec3_sub(b, a), vec3_sub(c, a));
-    }
-    int n = 0;
-    for (int i = 0; i < 4; i++) {
-        for (int j = i + 1; j < 4; j++) {
-            const double s = vec3_length(vec3_cross(normal[i], normal[j])), c = -vec3_dot(normal[i], normal[j]);
-            angle[n++] = angle_atan2(s, c) * (180 / ANGLE_PI);
-        }
-    }
-}
-
 static int compare_doubles(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
@@ -474,7 +456,7 @@ struct error *tetra_measure(size_t cell_count, const int32_t *vertex, const int3
         }
         volume[cell] = (double)lattice_orient(p[0], p[1], p[2], p[3]) * unit;
         report->volume += volume[cell];
-        tetra_dihedral((const double(*)[3])p, angle);
+        cell_dihedral((const double(*)[3])p, angle);
         for (int k = 0; k < 6; k++) {
             least = fmin(least, angle[k]);
             report->angle_most = fmax(report->angle_most, angle[k]);
@@ -485,7 +467,7 @@ struct error *tetra_measure(size_t cell_count, const int32_t *vertex, const int3
     FOR_HULL_FACES(cell, i, cell_count, neighbour) {
         int32_t c[3];
         for (int k = 0; k < 3; k++) {
-            c[k] = vertex[4 * cell + (size_t)tetra_face[i][k]];
+            c[k] = vertex[4 * cell + (size_t)cell_face[i][k]];
             seen[c[k]] |= 2;
         }
         report->hull_volume += (double)lattice_orient(site + 3 * (size_t)vertex[0], site + 3 * (size_t)c[0],

@@ -4,9 +4,8 @@
  * put into a canonical order, and brought near 1, before TetGen sees them. TetGen runs in a child process,
  * whose death for any reason becomes one clear error.
  *
- * A cell is four probes with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice; neighbour[i] is the cell across the face
- * opposite vertex i, or -1 on the hull. The face opposite vertex i, seen from outside the cell, is
- * tetra_face[i], counter-clockwise.
+ * A cell is four probes with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice (cell.h); neighbour[i] is the cell across the
+ * face opposite vertex i, or -1 on the hull.
  */
 #ifndef TETRA_H
 #define TETRA_H
@@ -30,9 +29,6 @@ struct tetra {
     float *hull_normal; /* 3 * point_count, owned: unit outward normal (angle-weighted mean of its hull faces) of a hull vertex, 0 inside */
 };
 
-/* The corners of the face opposite each vertex, outward. */
-extern const int tetra_face[4][3];
-
 /* Tetrahedralises `count` points (3 * count finite doubles). Errors: fewer than 4 distinct points, all on a line
  * or in a plane (each says which), TetGen's death. Duplicates are a warning. */
 struct error *tetra_build(struct tetra *tetra, size_t count, const double *position, struct warnings *warnings);
@@ -52,9 +48,6 @@ struct tetra_report {
 };
 struct error *tetra_measure(size_t cell_count, const int32_t *vertex, const int32_t *neighbour, size_t point_count,
                             const double *position, struct tetra_report *report);
-
-/* Six dihedral angles (degrees) of one cell; p: 4 corners. */
-void tetra_dihedral(const double p[4][3], double angle[6]);
 
 /* The shim around TetGen (tetra_tetgen.cc), for tetra.c alone. Runs in this process: it may print, abort or crash. Points are distinct,
  * finite, of rank 3, near 1. Returns the cell count or -1; *vertex and *neighbour are never freed: the process is to end. */

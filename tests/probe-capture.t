@@ -20,7 +20,7 @@ check "order 1 and no columns leave sh of 3 alone" grep -qx 'table probe positio
 
 # Slices give what the whole gives.
 probe-cat --rows 0:10 placed.probe | capture "$scene" >s1.probe
-probe-cat --rows 10: placed.probe | capture "$scene" >s2.probe 2>err || probe-cat --rows 10:1000 placed.probe | capture "$scene" >s2.probe
+probe-cat --rows 10: placed.probe | capture "$scene" >s2.probe
 probe-cat --no-provenance s1.probe s2.probe >slices.probe
 probe-cat --no-provenance --text slices.probe | grep '^[0-9-]' >slices.txt
 probe-cat --no-provenance --text a.probe | grep '^[0-9-]' >whole.txt

@@ -36,7 +36,9 @@ grid="probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 --text"
 $grid cube.obj >dropped.probe 2>err
 check "8 of 64 probes inside a cube are dropped" sh -c "[ \$(grep -c '^[0-9]' dropped.probe) -eq 56 ] && grep -q '8 of 64' err"
 check "or kept" sh -c "[ \$($grid --inside keep cube.obj | grep -c '^[0-9]') -eq 64 ]"
-check "or marked" sh -c "[ \$($grid -q --inside mark cube.obj | grep -c '^1 \\|  *1\$\\| 1 \$') -ge 8 ]"
+$grid -q --inside mark cube.obj | probe-cat --columns position,inside >marked.probe
+check "or marked: 1 for the 8, 0 for the others" sh -c "grep -q '^table probe inside:i32:1 position:f64:3' marked.probe &&
+    [ \$(grep -c '^1 [12].5 [12].5 [12].5\$' marked.probe) -eq 8 ] && [ \$(grep -c '^0 ' marked.probe) -eq 56 ]"
 probe-place grid -q --spacing 1 --bounds 0,0,0,4,4,4 --threads 1 cube.obj >one.probe
 probe-place grid -q --spacing 1 --bounds 0,0,0,4,4,4 --threads 3 cube.obj >three.probe
 check "any number of threads gives the same bytes" cmp one.probe three.probe

@@ -1,6 +1,7 @@
 /* Tetrahedra and location: every mesh passes the exact checker, and the checker finds each kind of damage; cells are Delaunay;
  * the order of the points does not matter; weights reproduce linear fields, sum to 1, and go over continuously into those of
  * the hull's nearest point, which is found exactly; what cannot be meshed is refused. */
+#include "cell.h"
 #include "error.h"
 #include "lattice.h"
 #include "locate.h"
@@ -285,7 +286,7 @@ static void test_measure(void)
 {
     const double s = 1 / sqrt(2), regular[4][3] = {{1, 0, -s}, {-1, 0, -s}, {0, 1, s}, {0, -1, s}};
     double angle[6];
-    tetra_dihedral(regular, angle);
+    cell_dihedral(regular, angle);
     double worst = 0;
     for (int k = 0; k < 6; k++)
         worst = fmax(worst, fabs(angle[k] - acos(1.0 / 3) * 180 / 3.14159265358979323846));
@@ -322,7 +323,7 @@ static double raster_distance(const struct tetra *t, const double *p, const doub
             continue;
         const double *c[3];
         for (int k = 0; k < 3; k++)
-            c[k] = p + 3 * (size_t)t->vertex[i / 4 * 4 + (size_t)tetra_face[i % 4][k]];
+            c[k] = p + 3 * (size_t)t->vertex[i / 4 * 4 + (size_t)cell_face[i % 4][k]];
         for (int a = 0; a <= STEPS; a++)
             for (int b = 0; a + b <= STEPS; b++) {
                 double square = 0;
