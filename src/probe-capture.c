@@ -35,7 +35,7 @@ static struct error *parse_columns(void *value, const char *text)
     static const struct {
         const char *name;
         unsigned flag;
-    } known[] = {{"sh_error", CAPTURE_SH_ERROR}, {"validity", CAPTURE_VALIDITY}, {"depth", CAPTURE_DEPTH}, {"sky", CAPTURE_SKY},
+    } known[] = {{"sh_error", CAPTURE_ERROR}, {"validity", CAPTURE_VALIDITY}, {"depth", CAPTURE_DEPTH}, {"sky", CAPTURE_SKY},
                  {"none", 0}};
     unsigned columns = 0;
     for (const char *at = text;;) {

@@ -80,6 +80,7 @@ struct scene_material {
     enum scene_alpha alpha;  /* CUTOUT: a ray passes where alpha < cutoff; BLEND: passes with probability 1-alpha */
     float opacity, cutoff;   /* factor of alpha */
     struct scene_map alpha_map; /* reads the texture's alpha (channels 4) or its single channel (channels 1) */
+    bool textured;              /* some map has a texture; set by scene_finish */
 };
 
 enum scene_light_kind { SCENE_POINT, SCENE_SPOT, SCENE_SUN };

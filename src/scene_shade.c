@@ -103,7 +103,7 @@ struct vec3f scene_albedo(const struct scene *scene, const struct scene_material
 {
     const struct vec3f a = colour(scene, m->albedo, &m->albedo_map, u, v);
     const float most = scene->max_albedo;
-    return (struct vec3f){fminf(a.x, most), fminf(a.y, most), fminf(a.z, most)};
+    return (struct vec3f){float_least(a.x, most), float_least(a.y, most), float_least(a.z, most)};
 }
 
 struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u, float v)

@@ -49,13 +49,17 @@ static bool mesh_has_alpha(const struct scene *scene, const struct scene_mesh *m
     return false;
 }
 
-/* What an Embree query carries for the filters below. */
-struct query {
-    struct RTCIntersectContext context; /* first: Embree hands its address on */
-    const struct tracer *tracer;
-    uint32_t salt;
-    float opaque; /* blended surfaces count where their transparency is below this; NaN: by chance, with the salt */
-};
+/* Material and texture coordinates at barycentric (b, c) of point->triangle. */
+static void set_texture(const struct trace_geometry *g, float b, float c, struct trace_point *point)
+{
+    point->material = g->materials + g->material[point->triangle];
+    point->u = point->v = 0;
+    if (g->uv && point->material->textured) {
+        const float a = 1 - b - c, *uv = g->uv + 6 * (size_t)point->triangle;
+        point->u = a * uv[0] + b * uv[2] + c * uv[4];
+        point->v = a * uv[1] + b * uv[3] + c * uv[5];
+    }
+}
 
 /* A number in [0, 1) for a ray and a triangle: the same however often and in whatever order Embree asks. */
 static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
@@ -70,11 +74,11 @@ static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
 /* Rejects a hit where the surface lets the ray through. */
 static void filter(const struct RTCFilterFunctionNArguments *args)
 {
-    const struct query *query = (const struct query *)args->context;
+    const struct trace_query *query = (const struct trace_query *)args->context;
     const struct RTCHit *hit = (const struct RTCHit *)args->hit; /* N is 1: single rays alone are traced */
     const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0] : hit->geomID;
-    struct trace_point point;
-    trace_point_at(query->tracer, instance, hit->primID, hit->u, hit->v, &point);
+    struct trace_point point = {.triangle = hit->primID};
+    set_texture(&query->tracer->geometry[instance], hit->u, hit->v, &point);
     const float through = scene_transparency(query->tracer->scene, point.material, point.u, point.v);
     const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID) : query->opaque;
     if (through >= limit)
@@ -199,6 +203,9 @@ static struct error *build(struct tracer *t)
     for (size_t i = 0; i < scene->instance_count && !err; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         t->geometry[i].index = mesh->index;
+        t->geometry[i].uv = mesh->uv;
+        t->geometry[i].material = mesh->material;
+        t->geometry[i].materials = scene->materials;
         t->geometry[i].mirrored = determinant(scene->instances[i].transform) < 0;
         t->has_alpha = t->has_alpha || mesh_has_alpha(scene, mesh);
         if (mesh->triangle_count)
@@ -289,7 +296,6 @@ void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle,
 
 void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point)
 {
-    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
     const float a = 1 - b - c;
     struct vec3f p[3];
     trace_corners(t, instance, triangle, p);
@@ -299,27 +305,21 @@ void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle
     point->normal = vec3f_normalize(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
     point->instance = instance;
     point->triangle = triangle;
-    point->material = &t->scene->materials[mesh->material[triangle]];
-    point->u = point->v = 0;
-    if (mesh->uv) {
-        const float *uv = mesh->uv + 6 * (size_t)triangle;
-        point->u = a * uv[0] + b * uv[2] + c * uv[4];
-        point->v = a * uv[1] + b * uv[3] + c * uv[5];
-    }
+    set_texture(&t->geometry[instance], b, c, point);
 }
 
 struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal)
 {
     const struct vec3f p = point->position;
-    const float size = fmaxf(fmaxf(fabsf(p.x), fabsf(p.y)), fmaxf(fabsf(p.z), point->distance));
+    const float size = float_most(float_most(fabsf(p.x), fabsf(p.y)), float_most(fabsf(p.z), point->distance));
     return vec3f_fma(p, 4 * FLT_EPSILON * size, normal);
 }
 
 /* -- rays ------------------------------------------------------------------------------------- */
 
-static struct query start_query(const struct tracer *t, uint32_t salt, float opaque)
+static struct trace_query start_query(const struct tracer *t, uint32_t salt, float opaque)
 {
-    struct query query = {.tracer = t, .salt = salt, .opaque = opaque};
+    struct trace_query query = {.tracer = t, .salt = salt, .opaque = opaque};
     rtcInitIntersectContext(&query.context);
     return query;
 }
@@ -331,29 +331,48 @@ static struct RTCRay embree_ray(const struct trace_ray *ray)
                            .tfar = ray->most, .mask = UINT32_MAX};
 }
 
-static bool nearest(struct query *query, const struct trace_ray *ray, struct trace_point *point)
+/* What a hit met. The point is reckoned along the ray: its error of a few ulps of max(|p|, t) is what trace_leave steps over. */
+static void met(const struct tracer *t, const struct trace_ray *ray, const struct RTCRayHit *rh, struct trace_point *point)
+{
+    const uint32_t instance = rh->hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? rh->hit.instID[0] : rh->hit.geomID;
+    const struct trace_geometry *g = &t->geometry[instance];
+    struct vec3f normal = {rh->hit.Ng_x, rh->hit.Ng_y, rh->hit.Ng_z};
+    if (g->placed) { /* Embree's is in the mesh's own coordinates */
+        struct vec3f corner[3];
+        trace_corners(t, instance, rh->hit.primID, corner);
+        normal = vec3f_cross(vec3f_sub(corner[1], corner[0]), vec3f_sub(corner[2], corner[0]));
+    } else if (g->mirrored) {
+        normal = vec3f_scale(-1, normal);
+    }
+    point->normal = vec3f_normalize(normal);
+    point->distance = rh->ray.tfar;
+    point->position = vec3f_fma(ray->origin, rh->ray.tfar, ray->direction);
+    point->front = vec3f_dot(point->normal, ray->direction) < 0;
+    point->instance = instance;
+    point->triangle = rh->hit.primID;
+    set_texture(g, rh->hit.u, rh->hit.v, point);
+}
+
+static bool nearest(struct trace_query *query, const struct trace_ray *ray, struct trace_point *point)
 {
     struct RTCRayHit rh = {.ray = embree_ray(ray)};
     rh.hit.geomID = rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(query->tracer->embree, &query->context, &rh);
     if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return false;
-    const uint32_t instance = rh.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? rh.hit.instID[0] : rh.hit.geomID;
-    trace_point_at(query->tracer, instance, rh.hit.primID, rh.hit.u, rh.hit.v, point);
-    point->distance = rh.ray.tfar;
-    point->front = vec3f_dot(point->normal, ray->direction) < 0;
+    met(query->tracer, ray, &rh, point);
     return true;
 }
 
 bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point)
 {
-    struct query query = start_query(tracer, ray->salt, NAN);
+    struct trace_query query = start_query(tracer, ray->salt, NAN);
     return nearest(&query, ray, point);
 }
 
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray)
 {
-    struct query query = start_query(tracer, ray->salt, NAN);
+    struct trace_query query = start_query(tracer, ray->salt, NAN);
     struct RTCRay r = embree_ray(ray);
     rtcOccluded1(tracer->embree, &query.context, &r);
     return r.tfar < 0; /* Embree's mark of an occluded ray */
@@ -366,7 +385,7 @@ struct trace_hit trace_nearest(const struct tracer *t, const double origin[3], c
     const struct trace_ray ray = {.origin = trace_to_local(t, origin),
                                   .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
                                   .most = reach < (double)FLT_MAX ? (float)reach : INFINITY};
-    struct query query = start_query(t, 0, 0.5f);
+    struct trace_query query = start_query(t, 0, 0.5f);
     struct trace_point point;
     if (!nearest(&query, &ray, &point))
         return hit;
@@ -384,7 +403,7 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
         return trace_local_occluded(t, &ray) ? 0 : 1;
     float through = 1;
     struct trace_point point;
-    for (struct query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
+    for (struct trace_query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
         through *= scene_transparency(t->scene, point.material, point.u, point.v);
         const struct vec3f behind = point.front ? vec3f_scale(-1, point.normal) : point.normal;
         ray.origin = trace_leave(&point, behind);

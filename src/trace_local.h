@@ -11,6 +11,9 @@
 struct trace_geometry {
     const float *vertex; /* 3 a vertex: local coordinates, or the mesh's own where `placed` */
     const uint32_t *index;
+    const float *uv;         /* the mesh's, or NULL */
+    const int32_t *material; /* by triangle, into: */
+    const struct scene_material *materials;
     bool placed;         /* by an Embree instance, with: */
     float transform[12]; /* the mesh's own coordinates to local, rows of a 3x4 matrix */
     bool mirrored;       /* the front side is clockwise in local coordinates */
@@ -26,6 +29,14 @@ struct tracer {
     float **vertices;                /* owned buffers: by instance, then by mesh */
     RTCScene *parts;                 /* by mesh: scenes of meshes that are placed many times, or NULL */
     bool has_alpha;                  /* some surface lets rays through */
+};
+
+/* What an Embree query carries for the filters of trace.c. */
+struct trace_query {
+    struct RTCIntersectContext context; /* first: Embree hands its address on */
+    const struct tracer *tracer;
+    uint32_t salt;
+    float opaque; /* blended surfaces count where their transparency is below this; NaN: by chance, with the salt */
 };
 
 /* A ray in local coordinates. salt: which rays a blended surface lets through: another number, another choice. */

@@ -82,7 +82,7 @@ static void add_cube(struct bench *b, double half, struct scene_material m)
 static struct capture_probe capture(const struct bench *b, const struct capture_settings *s, double x, double y, double z)
 {
     struct capture_probe probe;
-    capture_probe(&b->path, s, (const double[3]){x, y, z}, &probe);
+    must(capture_probe(&b->path, s, (const double[3]){x, y, z}, NULL, &probe));
     return probe;
 }
 
