@@ -9,7 +9,9 @@ enum { PUNCTUAL = UINT32_MAX }; /* as a light's instance: `triangle` is its numb
 
 struct light {
     uint32_t instance, triangle;
-    struct light_node *leaf; /* what is known of it before the tree is made */
+    struct vec3f corner, along, across; /* of a triangle: corner 0, and from it to the mesh's corners 1 and 2; or where it stands */
+    struct vec3f axis;                  /* unit: its normal, or the spot's direction */
+    float area, strength;               /* strength: as a node's */
 };
 
 /* A box of lights, the cone of the directions that they face, and their strength. Children stand together. */
@@ -19,8 +21,8 @@ struct light_node {
     float cosine;      /* of the cone's half angle: normals are no farther from the axis; -1 for lights that shine all round */
     float strength;    /* emissive: radiance times area; point and spot: intensity, in local units; luminance */
     uint32_t parent;
-    uint32_t child; /* the first of two; 0: a leaf, of: */
-    uint32_t light;
+    uint32_t child;        /* the first of two; 0: a leaf, of: */
+    uint32_t light, count; /* one light; or two triangles that make a flat quadrilateral, chosen by strength alone */
 };
 
 /* -- bounds ------------------------------------------------------------------------------------ */
@@ -121,47 +123,33 @@ static float emission(const struct tracer *t, uint32_t instance, uint32_t triang
     return 0.95f * sum / (float)points + 0.05f * vec3f_luminance(m->emission);
 }
 
-static float triangle_area(const struct vec3f p[3])
+static struct error *add_light(struct lights *lights, size_t *capacity, struct light light)
 {
-    return 0.5f * vec3f_length(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
-}
-
-/* A leaf for what gives light; its place in the tree comes later. */
-static struct error *add_leaf(struct lights *lights, size_t *capacity, struct light light, struct light_node leaf)
-{
-    struct error *err = array_reserve(&lights->light, capacity, lights->count + 1, sizeof *lights->light);
-    if (!err)
-        err = array_create(&light.leaf, 1, sizeof *light.leaf);
-    if (err)
-        return err;
-    *light.leaf = leaf;
-    lights->light[lights->count++] = light;
-    return NULL;
+    struct error *err = light.strength > 0 ? array_reserve(&lights->light, capacity, lights->count + 1, sizeof *lights->light) : NULL;
+    if (!err && light.strength > 0)
+        lights->light[lights->count++] = light;
+    return err;
 }
 
 static struct error *add_triangle(struct lights *lights, const struct tracer *t, uint32_t instance, uint32_t triangle,
                                   float brightness, size_t *capacity)
 {
-    struct vec3f p[3];
-    trace_corners(t, instance, triangle, p);
-    struct light_node leaf = {.low = p[0], .high = p[0], .strength = brightness * triangle_area(p), .cosine = 1};
-    if (!(leaf.strength > 0))
-        return NULL;
-    for (int i = 1; i < 3; i++) {
-        const struct light_node corner = {.low = p[i], .high = p[i]};
-        struct light_node both = leaf;
-        join(&leaf, &corner, true, &both);
-        leaf.low = both.low, leaf.high = both.high;
-    }
-    leaf.axis = vec3f_normalize(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
+    struct trace_point corner[3];
+    for (int i = 0; i < 3; i++)
+        trace_point_at(t, instance, triangle, i == 1, i == 2, &corner[i]);
+    struct light light = {.instance = instance, .triangle = triangle, .corner = corner[0].position, .axis = corner[0].normal,
+                          .along = vec3f_sub(corner[1].position, corner[0].position),
+                          .across = vec3f_sub(corner[2].position, corner[0].position)};
+    light.area = 0.5f * vec3f_length(vec3f_cross(light.along, light.across));
+    light.strength = brightness * light.area;
     struct error *err = NULL;
-    if (!lights->leaf[instance]) {
+    if (!lights->number[instance]) {
         const size_t triangles = t->scene->meshes[t->scene->instances[instance].mesh].triangle_count;
-        err = array_create(&lights->leaf[instance], triangles, sizeof **lights->leaf);
+        err = array_create(&lights->number[instance], triangles, sizeof **lights->number);
         if (!err)
-            memset(lights->leaf[instance], 0xff, triangles * sizeof **lights->leaf);
+            memset(lights->number[instance], 0xff, triangles * sizeof **lights->number);
     }
-    return err ? err : add_leaf(lights, capacity, (struct light){.instance = instance, .triangle = triangle}, leaf);
+    return err ? err : add_light(lights, capacity, light);
 }
 
 static struct error *add_punctual(struct lights *lights, const struct tracer *t, uint32_t index, size_t *capacity)
@@ -170,11 +158,10 @@ static struct error *add_punctual(struct lights *lights, const struct tracer *t,
     if (light->kind == SCENE_SUN)
         return NULL;
     const double position[3] = {light->position.x, light->position.y, light->position.z}, scale2 = t->scale * t->scale;
-    const struct vec3f at = trace_to_local(t, position);
     const struct vec3f intensity = {(float)(light->intensity[0] * scale2), (float)(light->intensity[1] * scale2),
                                     (float)(light->intensity[2] * scale2)};
-    struct light_node leaf = {.low = at, .high = at, .strength = vec3f_luminance(intensity), .cosine = -1};
-    return leaf.strength > 0 ? add_leaf(lights, capacity, (struct light){.instance = PUNCTUAL, .triangle = index}, leaf) : NULL;
+    return add_light(lights, capacity, (struct light){.instance = PUNCTUAL, .triangle = index, .corner = trace_to_local(t, position),
+                                                      .strength = vec3f_luminance(intensity)});
 }
 
 static struct error *add_leaves(struct lights *lights, const struct tracer *t)
@@ -196,10 +183,12 @@ static struct error *add_leaves(struct lights *lights, const struct tracer *t)
 
 /* -- tree -------------------------------------------------------------------------------------- */
 
-static float middle_on(const struct light *light, int axis)
+/* Three times the middle's coordinate. */
+static float middle_on(const struct light *l, int axis)
 {
-    const struct light_node *n = light->leaf;
-    return axis == 0 ? n->low.x + n->high.x : axis == 1 ? n->low.y + n->high.y : n->low.z + n->high.z;
+    return axis == 0   ? 3 * l->corner.x + l->along.x + l->across.x
+           : axis == 1 ? 3 * l->corner.y + l->along.y + l->across.y
+                       : 3 * l->corner.z + l->along.z + l->across.z;
 }
 
 /* A strict order, so that equal middles make no other tree. */
@@ -255,22 +244,51 @@ static int widest_axis(const struct light *light, size_t count)
     return axis;
 }
 
+static struct light_node node_of(const struct light *l)
+{
+    const struct vec3f p = l->corner, q = vec3f_add(p, l->along), r = vec3f_add(p, l->across);
+    return (struct light_node){
+        .low = {float_least(p.x, float_least(q.x, r.x)), float_least(p.y, float_least(q.y, r.y)), float_least(p.z, float_least(q.z, r.z))},
+        .high = {float_most(p.x, float_most(q.x, r.x)), float_most(p.y, float_most(q.y, r.y)), float_most(p.z, float_most(q.z, r.z))},
+        .axis = l->axis, .cosine = l->instance == PUNCTUAL ? -1 : 1, .strength = l->strength, .count = 1};
+}
+
+/* Whether two triangles are the halves of a flat quadrilateral: the same normal, and two corners that are the same. */
+static bool make_quadrilateral(const struct light *a, const struct light *b)
+{
+    if (a->instance != b->instance || a->instance == PUNCTUAL || !(vec3f_dot(a->axis, b->axis) > 0.99999f))
+        return false;
+    const struct vec3f p[3] = {a->corner, vec3f_add(a->corner, a->along), vec3f_add(a->corner, a->across)};
+    const struct vec3f q[3] = {b->corner, vec3f_add(b->corner, b->along), vec3f_add(b->corner, b->across)};
+    const float near = 1e-5f * (vec3f_length(a->along) + vec3f_length(b->along));
+    int same = 0;
+    for (int i = 0; i < 9; i++)
+        same += vec3f_length(vec3f_sub(p[i / 3], q[i % 3])) < near;
+    return same == 2;
+}
+
 /* Makes node `at` of `count` lights from `first`: halves them along the axis on which they spread most. */
 static void grow(struct lights *lights, uint32_t at, uint32_t first, uint32_t count, uint32_t *used)
 {
     struct light_node *node = &lights->node[at];
-    if (count == 1) {
-        const struct light *light = &lights->light[first];
-        const uint32_t parent = node->parent;
-        *node = *light->leaf;
+    struct light *light = &lights->light[first];
+    const uint32_t parent = node->parent;
+    if (count == 1 || (count == 2 && make_quadrilateral(&light[0], &light[1]))) {
+        *node = node_of(&light[0]);
+        if (count == 2) {
+            const struct light_node a = *node, b = node_of(&light[1]);
+            join(&a, &b, lights->front_only, node);
+        }
         node->parent = parent;
         node->light = first;
-        if (light->instance != PUNCTUAL)
-            lights->leaf[light->instance][light->triangle] = at;
+        node->count = count;
+        for (uint32_t i = 0; i < count; i++)
+            if (light[i].instance != PUNCTUAL)
+                lights->number[light[i].instance][light[i].triangle] = first + i;
         return;
     }
     const uint32_t half = count / 2, child = *used;
-    split(lights->light + first, count, half, widest_axis(lights->light + first, count));
+    split(light, count, half, widest_axis(light, count));
     *used += 2;
     node->child = child;
     for (uint32_t i = 0; i < 2; i++) {
@@ -280,10 +298,20 @@ static void grow(struct lights *lights, uint32_t at, uint32_t first, uint32_t co
     join(&lights->node[child], &lights->node[child + 1], lights->front_only, node);
 }
 
+/* Tells every light which leaf holds it. */
+static struct error *number_leaves(struct lights *lights, uint32_t nodes)
+{
+    struct error *err = array_create(&lights->node_of_light, lights->count, sizeof *lights->node_of_light);
+    for (uint32_t i = 0; i < nodes && !err; i++)
+        for (uint32_t k = 0; k < lights->node[i].count; k++)
+            lights->node_of_light[lights->node[i].light + k] = i;
+    return err;
+}
+
 struct error *lights_create(struct lights *lights, const struct tracer *t)
 {
     *lights = (struct lights){.instance_count = t->scene->instance_count, .front_only = t->scene->emit_front_only};
-    struct error *err = array_create(&lights->leaf, t->scene->instance_count, sizeof *lights->leaf);
+    struct error *err = array_create(&lights->number, t->scene->instance_count, sizeof *lights->number);
     if (!err)
         err = add_leaves(lights, t);
     if (!err && lights->count > UINT32_MAX / 2)
@@ -293,10 +321,7 @@ struct error *lights_create(struct lights *lights, const struct tracer *t)
     if (!err && lights->count) {
         uint32_t used = 1;
         grow(lights, 0, 0, (uint32_t)lights->count, &used);
-    }
-    for (size_t i = 0; i < lights->count; i++) {
-        free(lights->light[i].leaf);
-        lights->light[i].leaf = NULL;
+        err = number_leaves(lights, used);
     }
     if (err)
         lights_clear(lights);
@@ -305,15 +330,24 @@ struct error *lights_create(struct lights *lights, const struct tracer *t)
 
 void lights_clear(struct lights *lights)
 {
-    for (size_t i = 0; lights->leaf && i < lights->instance_count; i++)
-        free(lights->leaf[i]);
-    free(lights->leaf);
+    for (size_t i = 0; lights->number && i < lights->instance_count; i++)
+        free(lights->number[i]);
+    free(lights->number);
     free(lights->light);
     free(lights->node);
+    free(lights->node_of_light);
     *lights = (struct lights){0};
 }
 
 /* -- drawing ----------------------------------------------------------------------------------- */
+
+/* The share of a node's draws that go to its first child; NaN: its lights cannot reach the receiver. */
+static float first_share(const struct lights *lights, const struct light_node *node, const struct lights_receiver *receiver)
+{
+    const struct light_node *child = lights->node + node->child;
+    const float first = importance(child, receiver, lights->front_only), second = importance(child + 1, receiver, lights->front_only);
+    return first / (first + second);
+}
 
 bool lights_sample(const struct lights *lights, const struct tracer *t, const struct lights_receiver *receiver, double x, float y,
                    struct lights_choice *choice)
@@ -321,49 +355,59 @@ bool lights_sample(const struct lights *lights, const struct tracer *t, const st
     const struct light_node *node = lights->node;
     float probability = 1;
     while (node->child) {
-        const struct light_node *child = lights->node + node->child;
-        const float first = importance(child, receiver, lights->front_only), second = importance(child + 1, receiver, lights->front_only);
-        if (!(first + second > 0))
+        const float share = first_share(lights, node, receiver);
+        if (isnan(share))
             return false;
-        const float share = first / (first + second);
-        const bool right = x >= (double)share;
-        x = right ? (x - (double)share) / (1 - (double)share) : x / (double)share;
-        probability *= right ? 1 - share : share;
-        node = child + right;
+        const bool second = x >= (double)share;
+        x = second ? (x - (double)share) / (1 - (double)share) : x / (double)share;
+        probability *= second ? 1 - share : share;
+        node = lights->node + node->child + second;
     }
-    const struct light light = lights->light[node->light];
+    const struct light *light = &lights->light[node->light];
+    if (node->count == 2) {
+        const float share = light->strength / node->strength;
+        const bool second = x >= (double)share;
+        x = second ? (x - (double)share) / (1 - (double)share) : x / (double)share;
+        probability *= second ? 1 - share : share;
+        light += second;
+    }
     choice->probability = probability;
     choice->punctual = NULL;
-    if (light.instance == PUNCTUAL) {
-        choice->punctual = &t->scene->lights[light.triangle];
+    if (light->instance == PUNCTUAL) {
+        choice->punctual = &t->scene->lights[light->triangle];
         return true;
     }
     /* Uniform in the triangle (Turk, "Generating random points in triangles", Graphics Gems, 1990). */
-    const float r = sqrtf((float)x);
-    struct vec3f p[3];
-    trace_corners(t, light.instance, light.triangle, p);
-    trace_point_at(t, light.instance, light.triangle, r * (1 - y), r * y, &choice->point);
-    choice->density = probability / triangle_area(p);
+    const float r = sqrtf((float)x), b = r * (1 - y), c = r * y;
+    choice->point.position = vec3f_fma(vec3f_fma(light->corner, b, light->along), c, light->across);
+    choice->point.normal = light->axis;
+    choice->point.instance = light->instance;
+    choice->point.triangle = light->triangle;
+    choice->point.b = b;
+    choice->point.c = c;
+    trace_point_shade(t, &choice->point);
+    choice->density = probability / light->area;
     return true;
 }
 
-float lights_density(const struct lights *lights, const struct tracer *t, const struct lights_receiver *receiver,
-                     const struct trace_point *point)
+float lights_density(const struct lights *lights, const struct lights_receiver *receiver, const struct trace_point *point)
 {
-    const uint32_t *leaf = lights->leaf[point->instance];
-    uint32_t at = leaf ? leaf[point->triangle] : UINT32_MAX;
-    if (at == UINT32_MAX)
+    const uint32_t *numbers = lights->number[point->instance];
+    const uint32_t number = numbers ? numbers[point->triangle] : UINT32_MAX;
+    if (number == UINT32_MAX)
         return 0;
-    struct vec3f p[3];
-    trace_corners(t, point->instance, point->triangle, p);
-    float density = 1 / triangle_area(p);
+    const struct light *light = &lights->light[number];
+    uint32_t at = lights->node_of_light[number];
+    float density = 1 / light->area;
+    if (lights->node[at].count == 2) {
+        const float share = lights->light[lights->node[at].light].strength / lights->node[at].strength;
+        density *= number == lights->node[at].light ? share : 1 - share;
+    }
     for (uint32_t parent; at; at = parent) {
         parent = lights->node[at].parent;
-        const struct light_node *child = lights->node + lights->node[parent].child;
-        const float first = importance(child, receiver, lights->front_only), second = importance(child + 1, receiver, lights->front_only);
-        if (!(first + second > 0))
+        const float share = first_share(lights, &lights->node[parent], receiver);
+        if (isnan(share))
             return 0;
-        const float share = first / (first + second);
         density *= at == lights->node[parent].child ? share : 1 - share;
     }
     return density;

@@ -17,10 +17,11 @@ struct error;
 struct random;
 
 struct lights {
-    size_t count;             /* leaves of the tree */
+    size_t count;             /* emissive triangles, points and spots */
     struct light *light;      /* owned, and so are: */
     struct light_node *node;  /* the root first; none when count is 0 */
-    uint32_t **leaf;          /* by instance: NULL, or by triangle the node that holds it alone, UINT32_MAX for none */
+    uint32_t *node_of_light;  /* the leaf that holds each */
+    uint32_t **number;        /* by instance: NULL, or by triangle its number among the lights, UINT32_MAX for none */
     size_t instance_count;
     bool front_only;          /* surfaces emit from their front side alone */
 };
@@ -47,7 +48,6 @@ bool lights_sample(const struct lights *lights, const struct tracer *tracer, con
                    float y, struct lights_choice *choice);
 
 /* The density per area (local units) with which lights_sample draws this point of a surface; 0 for one that it never draws. */
-float lights_density(const struct lights *lights, const struct tracer *tracer, const struct lights_receiver *receiver,
-                     const struct trace_point *point);
+float lights_density(const struct lights *lights, const struct lights_receiver *receiver, const struct trace_point *point);
 
 #endif

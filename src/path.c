@@ -38,7 +38,7 @@ struct error *path_create(struct path_tracer *path, const struct tracer *tracer,
     *path = (struct path_tracer){.tracer = tracer, .bounces = bounces};
     struct error *err = lights_create(&path->lights, tracer);
     for (size_t i = 0; i < path->lights.instance_count && !err; i++)
-        path->emissive = path->emissive || path->lights.leaf[i];
+        path->emissive = path->emissive || path->lights.number[i];
     if (!err)
         err = sky_create(&path->sky, tracer->scene);
     if (!err)
@@ -125,7 +125,7 @@ static struct path_found found_surface(const struct path_tracer *path, const str
 static float met_weight(const struct path_tracer *path, const struct lights_receiver *from, float share,
                         const struct trace_point *point, struct vec3f direction, float own)
 {
-    const float area_density = path->emissive ? lights_density(&path->lights, path->tracer, from, point) : 0;
+    const float area_density = path->emissive ? lights_density(&path->lights, from, point) : 0;
     if (!(area_density > 0))
         return 1;
     const float cosine = fabsf(vec3f_dot(direction, point->normal));
@@ -222,37 +222,45 @@ static struct vec3f lit(const struct path_tracer *path, const struct lights_rece
     return path->sun_count ? vec3f_add(sum, from_suns(path, from, random)) : sum;
 }
 
-/* Radiance that a surface point, met along `incoming`, scatters back: one path. */
-static struct vec3f scattered(const struct path_tracer *path, struct trace_point point, struct vec3f incoming,
+/* Radiance that a surface point, met along `incoming`, scatters back: one path. What a point is made of is asked only when it
+ * has to be known, so that memory answers while rays are traced. */
+static struct vec3f scattered(const struct path_tracer *path, const struct trace_point *met, struct vec3f incoming,
                               struct random *random)
 {
     const struct scene *scene = path->tracer->scene;
+    struct trace_point point = *met;
     struct vec3f sum = {0}, throughput = {1, 1, 1};
     for (int bounce = 1; bounce <= path->bounces; bounce++) {
         const struct vec3f n = vec3f_dot(point.normal, incoming) < 0 ? point.normal : vec3f_scale(-1, point.normal);
-        throughput = vec3f_mul(throughput, scene_albedo(scene, point.material, point.u, point.v));
-        const float most = vec3f_most(throughput);
-        if (!(most > 0))
-            break;
-        if (bounce > 2 && most < 1) { /* Russian roulette */
-            if (random_float(random) >= most)
-                break;
-            throughput = vec3f_scale(1 / most, throughput);
-        }
         const struct lights_receiver from = {.position = trace_leave(&point, n), .normal = n};
-        sum = vec3f_add(sum, vec3f_mul(throughput, lit(path, &from, random)));
+        const struct vec3f light = lit(path, &from, random);
+        trace_point_shade(path->tracer, &point);
+        const struct scene_texel texel = scene_texel_draw(scene, point.material, point.u, point.v, random_u32(random));
         const float u = random_float(random), turn = random_float(random);
         const struct vec3f direction = path_scatter(n, u, turn);
         const struct trace_ray ray = {.origin = from.position, .direction = direction, .most = INFINITY, .salt = draw_salt(path, random)};
-        const float density = own_density(&from, direction);
-        if (!trace_local_nearest(path->tracer, &ray, &point)) {
-            const float weight = sky_weight(path, 1, direction, density);
-            sum = vec3f_fma(sum, weight, vec3f_mul(throughput, scene_sky_radiance(scene, direction)));
-            break;
+        const bool hit = trace_local_nearest(path->tracer, &ray, &point);
+        throughput = vec3f_mul(throughput, scene_texel_albedo(scene, &texel));
+        sum = vec3f_add(sum, vec3f_mul(throughput, light));
+        if (!hit) {
+            const float weight = sky_weight(path, 1, direction, own_density(&from, direction));
+            return vec3f_fma(sum, weight, vec3f_mul(throughput, scene_sky_radiance(scene, direction)));
         }
-        if (scene_emits(point.material)) {
-            const float weight = met_weight(path, &from, 1, &point, direction, density);
-            sum = vec3f_fma(sum, weight, vec3f_mul(throughput, emitted(path, &point)));
+        if (path->emissive) {
+            trace_point_shade(path->tracer, &point);
+            const struct vec3f e = emitted(path, &point);
+            if (vec3f_most(e) > 0) {
+                const float weight = met_weight(path, &from, 1, &point, direction, own_density(&from, direction));
+                sum = vec3f_fma(sum, weight, vec3f_mul(throughput, e));
+            }
+        }
+        const float most = vec3f_most(throughput);
+        if (!(most > 0))
+            break;
+        if (bounce >= 2 && most < 1) { /* Russian roulette */
+            if (random_float(random) >= most)
+                break;
+            throughput = vec3f_scale(1 / most, throughput);
         }
         incoming = direction;
     }
@@ -275,12 +283,14 @@ struct path_sample path_sample(const struct path_tracer *path, const struct path
     sample.hit = true;
     sample.front = point.front;
     sample.distance = point.distance;
-    if (scene_emits(point.material)) {
-        sample.straight = emitted(path, &point);
-        sample.weight = met_weight(path, &receiver->at, receiver->lights_share, &point, direction, own_density(&receiver->at, direction));
-    }
     if (with_scattered)
-        sample.scattered = scattered(path, point, direction, random);
+        sample.scattered = scattered(path, &point, direction, random);
+    if (path->emissive) {
+        trace_point_shade(path->tracer, &point);
+        sample.straight = emitted(path, &point);
+        if (vec3f_most(sample.straight) > 0)
+            sample.weight = met_weight(path, &receiver->at, receiver->lights_share, &point, direction, own_density(&receiver->at, direction));
+    }
     return sample;
 }
 

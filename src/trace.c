@@ -49,18 +49,6 @@ static bool mesh_has_alpha(const struct scene *scene, const struct scene_mesh *m
     return false;
 }
 
-/* Material and texture coordinates at barycentric (b, c) of point->triangle. */
-static void set_texture(const struct trace_geometry *g, float b, float c, struct trace_point *point)
-{
-    point->material = g->materials + g->material[point->triangle];
-    point->u = point->v = 0;
-    if (g->uv && point->material->textured) {
-        const float a = 1 - b - c, *uv = g->uv + 6 * (size_t)point->triangle;
-        point->u = a * uv[0] + b * uv[2] + c * uv[4];
-        point->v = a * uv[1] + b * uv[3] + c * uv[5];
-    }
-}
-
 /* A number in [0, 1) for a ray and a triangle: the same however often and in whatever order Embree asks. */
 static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
 {
@@ -77,8 +65,8 @@ static void filter(const struct RTCFilterFunctionNArguments *args)
     const struct trace_query *query = (const struct trace_query *)args->context;
     const struct RTCHit *hit = (const struct RTCHit *)args->hit; /* N is 1: single rays alone are traced */
     const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0] : hit->geomID;
-    struct trace_point point = {.triangle = hit->primID};
-    set_texture(&query->tracer->geometry[instance], hit->u, hit->v, &point);
+    struct trace_point point = {.instance = instance, .triangle = hit->primID, .b = hit->u, .c = hit->v};
+    trace_point_shade(query->tracer, &point);
     const float through = scene_transparency(query->tracer->scene, point.material, point.u, point.v);
     const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID) : query->opaque;
     if (through >= limit)
@@ -305,7 +293,9 @@ void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle
     point->normal = vec3f_normalize(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
     point->instance = instance;
     point->triangle = triangle;
-    set_texture(&t->geometry[instance], b, c, point);
+    point->b = b;
+    point->c = c;
+    trace_point_shade(t, point);
 }
 
 struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal)
@@ -324,11 +314,16 @@ static struct trace_query start_query(const struct tracer *t, uint32_t salt, flo
     return query;
 }
 
-static struct RTCRay embree_ray(const struct trace_ray *ray)
+/* Field by field: a ray that is made and then copied waits for its own stores. */
+static void set_ray(struct RTCRay *r, const struct trace_ray *ray)
 {
-    return (struct RTCRay){.org_x = ray->origin.x, .org_y = ray->origin.y, .org_z = ray->origin.z,
-                           .dir_x = ray->direction.x, .dir_y = ray->direction.y, .dir_z = ray->direction.z,
-                           .tfar = ray->most, .mask = UINT32_MAX};
+    r->org_x = ray->origin.x, r->org_y = ray->origin.y, r->org_z = ray->origin.z;
+    r->tnear = 0;
+    r->dir_x = ray->direction.x, r->dir_y = ray->direction.y, r->dir_z = ray->direction.z;
+    r->time = 0;
+    r->tfar = ray->most;
+    r->mask = UINT32_MAX;
+    r->id = r->flags = 0;
 }
 
 /* What a hit met. The point is reckoned along the ray: its error of a few ulps of max(|p|, t) is what trace_leave steps over. */
@@ -350,12 +345,17 @@ static void met(const struct tracer *t, const struct trace_ray *ray, const struc
     point->front = vec3f_dot(point->normal, ray->direction) < 0;
     point->instance = instance;
     point->triangle = rh->hit.primID;
-    set_texture(g, rh->hit.u, rh->hit.v, point);
+    point->b = rh->hit.u;
+    point->c = rh->hit.v;
+    __builtin_prefetch(&g->material[point->triangle]);
+    if (g->uv)
+        __builtin_prefetch(g->uv + 6 * (size_t)point->triangle);
 }
 
 static bool nearest(struct trace_query *query, const struct trace_ray *ray, struct trace_point *point)
 {
-    struct RTCRayHit rh = {.ray = embree_ray(ray)};
+    struct RTCRayHit rh;
+    set_ray(&rh.ray, ray);
     rh.hit.geomID = rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(query->tracer->embree, &query->context, &rh);
     if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID)
@@ -373,7 +373,8 @@ bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ra
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray)
 {
     struct trace_query query = start_query(tracer, ray->salt, NAN);
-    struct RTCRay r = embree_ray(ray);
+    struct RTCRay r;
+    set_ray(&r, ray);
     rtcOccluded1(tracer->embree, &query.context, &r);
     return r.tfar < 0; /* Embree's mark of an occluded ray */
 }
@@ -404,6 +405,7 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
     float through = 1;
     struct trace_point point;
     for (struct trace_query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
+        trace_point_shade(t, &point);
         through *= scene_transparency(t->scene, point.material, point.u, point.v);
         const struct vec3f behind = point.front ? vec3f_scale(-1, point.normal) : point.normal;
         ray.origin = trace_leave(&point, behind);

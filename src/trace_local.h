@@ -53,9 +53,25 @@ struct trace_point {
     float distance;      /* along the ray */
     bool front;
     uint32_t instance, triangle;
+    float b, c; /* barycentric weights of the mesh's corners 1 and 2 */
+    /* Set by trace_point_shade: */
     float u, v; /* texture coordinates */
     const struct scene_material *material;
 };
+
+/* Sets the material and the texture coordinates of a point. trace_local_nearest has sent for them: what is done between the two
+ * hides the way to memory. */
+static inline void trace_point_shade(const struct tracer *tracer, struct trace_point *point)
+{
+    const struct trace_geometry *g = &tracer->geometry[point->instance];
+    point->material = g->materials + g->material[point->triangle];
+    point->u = point->v = 0;
+    if (point->material->textured && g->uv) {
+        const float a = 1 - point->b - point->c, *uv = g->uv + 6 * (size_t)point->triangle;
+        point->u = a * uv[0] + point->b * uv[2] + point->c * uv[4];
+        point->v = a * uv[1] + point->b * uv[3] + point->c * uv[5];
+    }
+}
 
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
 struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
@@ -63,10 +79,10 @@ struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
 /* Corners of a triangle, counter-clockwise seen from the front. */
 void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle, struct vec3f corner[3]);
 
-/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2. Sets all but distance and front. */
+/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2, of the mesh. Sets all but distance and front, shaded. */
 void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point);
 
-/* Nearest surface along the ray; false: none. Blended surfaces let the ray through with probability 1 - alpha. */
+/* Nearest surface along the ray, not shaded; false: none. Blended surfaces let the ray through with probability 1 - alpha. */
 bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point);
 
 /* Whether anything is between; blended surfaces as above. */
