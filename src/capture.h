@@ -3,14 +3,16 @@
  * A probe is a point, whose light is incident radiance as SH; or, where its table has a column `normal`, a surface, whose
  * light is the irradiance of its half of directions, which are drawn by the cosine (Malley's method).
  *
- * The directions are cut into cells of equal probability; every cell gets two independent samples, so that the variance
- * within the cell, and with it the standard error of each value, is estimated without bias from the sample itself (two per
- * stratum: Cochran, "Sampling Techniques", 1977, sec. 5A.12). Emissive surfaces are asked in cells of their own (path_light),
- * and so is an uneven sky. Point, spot and sun lights enter as deltas in their direction. Sums are in double.
+ * The directions are cut into cells of equal probability, with one independent sample in each: no other stratification has less
+ * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the
+ * difference between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's variance and
+ * what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
+ * "Sampling Techniques", 1977, sec. 5A.12). Emissive surfaces are asked in cells of their own (path_light), and so is an uneven sky. Point,
+ * spot and sun lights enter as deltas in their direction. Sums are in double.
  *
  * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays
- * add up; none is thrown away. N rays make at least N / 2 cells: sqrt(N / 6) rows in z, about 3 times as many
- * columns in phi. A probe's result depends on the scene, the settings and its position alone.
+ * add up; none is thrown away. N rays make at least N cells: about sqrt(N / 3) rows in z, 3 times as many
+ * columns in phi, both even. A probe's result depends on the scene, the settings and its position alone.
  */
 #ifndef CAPTURE_H
 #define CAPTURE_H

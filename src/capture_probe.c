@@ -16,17 +16,16 @@ enum kind { OWN, LIGHTS, SKY };
  * these smooth questions converge faster than the paths behind the rays, so fewer are as good. */
 #define ASK_SHARE 0.5
 
-/* Two samples in each of rows * columns cells of the unit square. */
+/* One sample in each of rows * columns cells of the unit square; both even, since cells are judged by four. */
 struct grid {
     int rows, columns;
 };
 
-static struct grid grid_for(int rays, double columns_per_row)
+static struct grid grid_for(int samples, double columns_per_row)
 {
-    const int cells = rays / 2 > 2 ? rays / 2 + rays % 2 : 2;
-    int rows = (int)sqrt(cells / columns_per_row);
-    rows = rows > 1 ? rows : 1;
-    return (struct grid){.rows = rows, .columns = (cells + rows - 1) / rows};
+    const double cells = samples > 4 ? samples : 4;
+    const int pairs = (int)(sqrt(cells / columns_per_row) / 2 + 0.5), rows = 2 * (pairs > 1 ? pairs : 1);
+    return (struct grid){.rows = rows, .columns = 2 * (int)ceil(cells / rows / 2)};
 }
 
 static struct grid own_grid(int rays)
@@ -36,7 +35,7 @@ static struct grid own_grid(int rays)
 
 static int grid_samples(const struct grid *grid)
 {
-    return 2 * grid->rows * grid->columns;
+    return grid->rows * grid->columns;
 }
 
 int capture_ray_count(int rays)
@@ -61,7 +60,7 @@ struct work {
     int values; /* of its light: 3 a basis function */
     struct path_receiver receiver;
     double sum[3 * SH_COUNT_MAX];            /* of samples */
-    double square[3 * SH_COUNT_MAX];         /* of differences within cells, squared */
+    double square[3 * SH_COUNT_MAX];         /* of differences between diagonals, squared */
     double luminance_square[SH_COUNT_MAX];   /* the same of luminance, where an error is asked for */
     double gradient[9 * SH_COUNT_MAX];       /* times rays */
     double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
@@ -102,8 +101,8 @@ static void project(const struct work *w, struct vec3f light, struct vec3f direc
     sh_project(w->settings->order, y, rgb, (double)weight, sample);
 }
 
-/* Two samples of one cell. */
-static void add_pair(struct work *w, const double *a, const double *b)
+/* Four neighbouring cells, one sample each: a is the sum of those on one diagonal, b of the other. */
+static void add_four(struct work *w, const double *a, const double *b)
 {
     for (int k = 0; k < w->values; k++) {
         const double difference = a[k] - b[k];
@@ -138,7 +137,7 @@ static void note(struct work *w, const struct path_sample *s, struct vec3f direc
     }
 }
 
-/* One ray of the probe's own, into `sample` (zero); what it saw, unweighted, is added to a gradient's cell. */
+/* One ray of the probe's own, added to `sample`; what it saw, unweighted, is a gradient's cell. */
 static void take_own(struct work *w, const struct grid *grid, int row, int column, struct random *random, double *sample,
                      struct gradient_cells *cells)
 {
@@ -156,13 +155,12 @@ static void take_own(struct work *w, const struct grid *grid, int row, int colum
     note(w, &s, direction);
     if (cells->radiance) {
         const int cell = row * grid->columns + column;
-        const struct vec3f seen = vec3f_add(s.scattered, straight);
-        cells->radiance[cell] = vec3f_fma(cells->radiance[cell], 0.5f, seen);
-        cells->nearness[cell] += s.hit ? 0.5f / s.distance : 0;
+        cells->radiance[cell] = vec3f_add(s.scattered, straight);
+        cells->nearness[cell] = s.hit ? 1 / s.distance : 0;
     }
 }
 
-/* One question to the lights or the sky, into `sample` (zero). */
+/* One question to the lights or the sky, added to `sample`. */
 static void ask(const struct work *w, enum kind kind, const struct grid *grid, int row, int column, struct random *random,
                 double *sample)
 {
@@ -176,21 +174,24 @@ static void ask(const struct work *w, enum kind kind, const struct grid *grid, i
 
 /* -- rounds ------------------------------------------------------------------------------------ */
 
-/* Two samples in every cell of a grid; `first` is the number of the first sample of this kind. */
+/* A sample in every cell of a grid; `first` is the number of the first sample of this kind. */
 static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid, struct gradient_cells *cells)
 {
-    double sample[2][3 * SH_COUNT_MAX];
-    for (int row = 0; row < grid->rows; row++) {
-        for (int column = 0; column < grid->columns; column++) {
-            for (int i = 0; i < 2; i++, first++) {
-                struct random random = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | first);
-                memset(sample[i], 0, (size_t)w->values * sizeof **sample);
+    double diagonal[2][3 * SH_COUNT_MAX];
+    for (int row = 0; row < grid->rows; row += 2) {
+        for (int column = 0; column < grid->columns; column += 2) {
+            for (int i = 0; i < 2; i++)
+                memset(diagonal[i], 0, (size_t)w->values * sizeof **diagonal);
+            for (int i = 0; i < 4; i++) {
+                const int down = i >> 1, along = i & 1;
+                const uint32_t number = first + (uint32_t)((row + down) * grid->columns + column + along);
+                struct random random = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | number);
                 if (kind == OWN)
-                    take_own(w, grid, row, column, &random, sample[i], cells);
+                    take_own(w, grid, row + down, column + along, &random, diagonal[down ^ along], cells);
                 else
-                    ask(w, kind, grid, row, column, &random, sample[i]);
+                    ask(w, kind, grid, row + down, column + along, &random, diagonal[down ^ along]);
             }
-            add_pair(w, sample[0], sample[1]);
+            add_four(w, diagonal[0], diagonal[1]);
         }
     }
 }
