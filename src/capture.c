@@ -195,9 +195,12 @@ static void take_cell(const struct path_tracer *path, const struct capture_setti
 }
 
 /* Light that comes straight from point, spot and sun lights: a delta in its direction. */
-static void add_punctual(const struct path_tracer *path, const struct capture_settings *settings, const double p[3], double *sh)
+static void add_punctual(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
+                         struct vec3f origin, double *sh)
 {
     const struct scene *scene = trace_scene(path->tracer);
+    double start[3];
+    vec3_store(start, trace_to_world(path->tracer, origin));
     for (size_t i = 0; i < scene->light_count; i++) {
         const struct scene_light *light = &scene->lights[i];
         double d[3], distance, rgb[3];
@@ -206,7 +209,7 @@ static void add_punctual(const struct path_tracer *path, const struct capture_se
             continue;
         const double at[3] = {light->position.x, light->position.y, light->position.z};
         const float visible =
-            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, p, d) : trace_visibility(path->tracer, p, at);
+            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, start, d) : trace_visibility(path->tracer, start, at);
         double y[SH_COUNT_MAX];
         sh_basis(settings->order, d, y);
         sh_project(settings->order, y, rgb, (double)visible, sh);
@@ -218,7 +221,7 @@ void capture_probe(const struct path_tracer *path, const struct capture_settings
 {
     const struct grid grid = grid_for(settings);
     const uint64_t name = random_hash_position(p);
-    const struct vec3f origin = trace_to_local(path->tracer, p);
+    const struct vec3f origin = trace_start(path->tracer, p);
     struct sums sums = {0};
     for (int row = 0; row < grid.rows; row++)
         for (int column = 0; column < grid.columns; column++)
@@ -231,7 +234,7 @@ void capture_probe(const struct path_tracer *path, const struct capture_settings
         result->sh_error[k] = (float)(sqrt(sums.variance[k]) / (2 * cells));
     }
     if (settings->light != CAPTURE_INDIRECT)
-        add_punctual(path, settings, p, sums.sh);
+        add_punctual(path, settings, p, origin, sums.sh);
     for (int k = 0; k < values; k++)
         result->sh[k] = (float)sums.sh[k];
     result->validity = sums.hits ? (float)sums.fronts / (float)sums.hits : 1;
