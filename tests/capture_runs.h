@@ -165,8 +165,8 @@ __attribute__((format(printf, 3, 4), unused)) static void runs_check(const struc
     const double z = runs_z(r, truth), t = runs_irradiance_t(r, truth);
     const struct estimate bias = runs_bias(r, truth);
     ok(z < RUNS_Z_MOST, "%s: SH of order %d (z = %.2f)", name, r->order, z);
-    ok(deviation(bias.mean, bias.error, 1) < RUNS_T_MOST && bias.error < RUNS_RESOLUTION, "%s: off by %+.3f %%, standard error %.3f %%", name,
-       100 * bias.mean, 100 * bias.error);
+    ok(deviation(bias.mean, bias.error, 1) < RUNS_T_MOST && bias.error < RUNS_RESOLUTION,
+       "%s: off by %+.3f %%, standard error %.3f %%", name, 100 * bias.mean, 100 * bias.error);
     ok(t < RUNS_T_MOST, "%s: irradiance (t = %.2f)", name, t);
 }
 

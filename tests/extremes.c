@@ -55,8 +55,8 @@ static void test_scale(double scale, double offset)
     runs_take(&runs, &b, settings_of(1024, 128), p, 32);
     snprintf(name, sizeof name, "scale %g, moved by %g sizes", scale, offset);
     check_row(&runs, truth, RUNS_RESOLUTION, name);
-    /* From r within the unit sphere the distance t obeys 1/t = (r c + sqrt(1 - r^2 + r^2 c^2)) / (1 - r^2), c the cosine from the radius; its
-     * mean over c is (1 + (1 - r^2) / r artanh r) / (2 (1 - r^2)). */
+    /* From r within the unit sphere the distance t obeys 1/t = (r c + sqrt(1 - r^2 + r^2 c^2)) / (1 - r^2), c the cosine from the
+     * radius; its mean over c is (1 + (1 - r^2) / r artanh r) / (2 (1 - r^2)). */
     const double r = sqrt(0.14), depth = 2 * (1 - r * r) / (1 + (1 - r * r) / r * atanh(r));
     ok(fabs(runs.depth / scale / depth - 1) < 0.01, "%s: depth %.4f of %.4f, in scene units", name, runs.depth / scale, depth);
     bench_clear(&b);
@@ -70,7 +70,8 @@ static void test_scale(double scale, double offset)
 static void test_small_emitter(double solid_angle)
 {
     static const double turned[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
-    const double distance = 4, axis[3] = {turned[1], turned[4], turned[7]}, at[3] = {0.1, 0.2, 0.3}, sine2 = solid_angle / PI * (1 - solid_angle / (4 * PI)), cosine = sqrt(1 - sine2);
+    const double distance = 4, axis[3] = {turned[1], turned[4], turned[7]}, at[3] = {0.1, 0.2, 0.3};
+    const double sine2 = solid_angle / PI * (1 - solid_angle / (4 * PI)), cosine = sqrt(1 - sine2);
     struct shape disc = shape_disc(distance * sqrt(sine2) / cosine, 256);
     struct bench b;
     shape_place(&disc, turned, vec3_fma(vec3_load(at), distance, vec3_load(axis)));
@@ -320,7 +321,8 @@ static void test_triangle_count(size_t n, const char *name)
     ok(scene_triangle_count(b.scene) == 2 * n * n, "%s: all %zu are kept", name, 2 * n * n);
     double truth[TRUTH_VALUES] = {0};
     const struct gauss g = gauss_rule(40);
-    add_parallelogram(truth, (struct vec3){-0.3, 1, -0.4}, (struct vec3){1.2, 0, 0}, (struct vec3){0, 0, 1.2}, &g, (const double[3]){3, 6, 1.5});
+    add_parallelogram(truth, (struct vec3){-0.3, 1, -0.4}, (struct vec3){1.2, 0, 0}, (struct vec3){0, 0, 1.2}, &g,
+                      (const double[3]){3, 6, 1.5});
     struct runs runs;
     runs_take(&runs, &b, settings_of(2048, 2), (const double[3]){0, 0, 0}, 32);
     check_row(&runs, truth, RUNS_RESOLUTION, name);
