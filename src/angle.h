@@ -14,6 +14,9 @@ double angle_cos(double x);
 /* The angle of (x, y) from the x axis, in [-pi, pi]; 0 for (0, 0). */
 double angle_atan2(double y, double x);
 
+/* x and y, the cosine and sine of 2 pi `turn`, for turn in [0, 1], in single precision (within 2e-7): for directions drawn at random. */
+void angle_turn(float turn, float *x, float *y);
+
 #define ANGLE_PI 3.14159265358979323846
 
 #endif

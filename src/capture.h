@@ -1,23 +1,30 @@
-/* capture: the light that reaches a probe, as SH with its error and what the rays learned on the way.
+/* capture: the light that reaches a probe, with its error and what the rays learned on the way.
  *
- * The sphere of directions is cut into equal-area cells of a (z, phi) grid; every cell gets two independent
- * uniform samples, so that the variance within the cell, and with it the standard error of each
- * coefficient, is estimated without bias from the sample itself (two per stratum: Cochran, "Sampling Techniques", 1977,
- * sec. 5A.12). Punctual lights enter as deltas in their direction. Sums are in double.
+ * A probe is a point, whose light is incident radiance as SH; or, where its table has a column `normal`, a surface, whose
+ * light is the irradiance of its half of directions, which are drawn by the cosine (Malley's method).
  *
- * N rays make at least N / 2 cells: sqrt(N / 6) rows in z, about 3 times as many columns in phi; capture_ray_count says how
- * many rays that is. A probe's result depends on the scene, the settings and its position alone.
+ * The directions are cut into cells of equal probability, with one independent sample in each: no other stratification has less
+ * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the
+ * difference between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's variance and
+ * what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
+ * "Sampling Techniques", 1977, sec. 5A.12). Emissive surfaces are asked in cells of their own (path_light), and so is an uneven sky. Point,
+ * spot and sun lights enter as deltas in their direction. Sums are in double.
+ *
+ * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays
+ * add up; none is thrown away. N rays make at least N cells: about sqrt(N / 3) rows in z, 3 times as many
+ * columns in phi, both even. A probe's result depends on the scene, the settings and its position alone.
  */
 #ifndef CAPTURE_H
 #define CAPTURE_H
 
-#include "sh.h"
 #include "path.h"
+#include "sh.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
 struct error;
+struct progress;
 struct stream_header;
 struct table;
 
@@ -28,34 +35,55 @@ enum capture_light { CAPTURE_ALL, CAPTURE_DIRECT, CAPTURE_INDIRECT };
 enum { CAPTURE_RAYS_MOST = 1 << 24, CAPTURE_BOUNCES_MOST = 1 << 16 };
 
 struct capture_settings {
-    int order;              /* 1 .. SH_ORDER_MAX */
-    int rays;               /* asked for; rounded up to what the grid of cells needs */
+    int order;      /* 1 .. SH_ORDER_MAX */
+    int rays;       /* of each probe; rounded up to what the grid of cells needs. Where error is set: of the first round */
+    /* 0: rays alone count. Else rays are spent until the probe's relative standard error is at most this, or there are
+     * rays_most of them. For a point the relative standard error is that of irradiance, in luminance, in the mean over
+     * directions: sqrt(mean over n of Var E(n)) / mean over n of E(n) = sqrt(sum A_l^2 Var L_lm / 4 pi) / (A_0 L_00 Y_00);
+     * for a surface that of its irradiance. */
+    double error;
+    double error_floor; /* irradiance below which a probe counts as this bright, so that the dark costs no more than it is worth */
+    int rays_most;
     int bounces;
     enum capture_light light;
     uint64_t seed;
-    unsigned columns;       /* CAPTURE_* of the optional columns to write; sh is always written */
+    double ao_distance; /* scene units: surfaces beyond do not occlude; INFINITY: all do */
+    unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
 };
 
 enum {
-    CAPTURE_SH_ERROR = 1,
+    CAPTURE_ERROR = 1,
     CAPTURE_VALIDITY = 2,
     CAPTURE_DEPTH = 4,
     CAPTURE_SKY = 8,
-    CAPTURE_DEFAULT = CAPTURE_SH_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
+    CAPTURE_GRADIENT = 16,
+    CAPTURE_VISIBILITY = 32,
+    CAPTURE_AO = 64,
+    CAPTURE_BENT_NORMAL = 128,
+    CAPTURE_RAYS = 256,
+    CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
 };
 
-/* What one probe learned. */
+/* What one probe learned. Of a surface: its irradiance and the error of that stand first in sh and sh_error. */
 struct capture_probe {
     float sh[3 * SH_COUNT_MAX];
-    float sh_error[3 * SH_COUNT_MAX]; /* standard error of each coefficient */
-    float validity;                   /* share of the rays that met a front side, of those that met any; 1 when none did */
-    float depth;                      /* harmonic mean distance of the hits, scene units; a ray that escapes counts as 1/inf = 0. 0: nothing was hit */
-    float sky;                        /* share of the rays that escaped */
+    float sh_error[3 * SH_COUNT_MAX];    /* standard error of each value */
+    float sh_gradient[9 * SH_COUNT_MAX]; /* per scene unit: d/dx, d/dy, d/dz of sh (gradient.h); points alone, where asked for */
+    float visibility[SH_COUNT_MAX];      /* projection of V(w): 1 where a ray escapes, else 0; points alone, where asked for */
+    float validity;       /* share of the rays that met a front side, of those that met any; 1 when none did */
+    float depth;          /* harmonic mean distance of the hits, scene units; a ray that escapes counts as 1/inf = 0. 0: nothing was hit */
+    float sky;            /* share of the rays that escaped */
+    float ao;             /* share of the rays that met nothing within ao_distance: of a surface, k_A of Akenine-Moeller et al.,
+                             "Real-time rendering", 4th ed., eq. 11.8; of a point, the same without the cosine */
+    float bent_normal[3]; /* unit mean of their directions (the same, eq. 11.10); 0 when there were none. Surfaces alone */
+    int rays;             /* that were spent on its directions */
 };
 
-struct capture_settings capture_settings_default(void); /* order 3, 512 rays, 64 bounces, all light, seed 0, default columns */
+/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao distance, default columns. */
+struct capture_settings capture_settings_default(void);
 
-/* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed), and back. */
+/* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed; capture-error,
+ * capture-error-floor, capture-max-rays where an error is asked for; capture-ao-distance where there is one), and back. */
 struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header);
 /* An error when keys make no sense. Missing keys leave the setting as it is. */
 struct error *capture_settings_from_header(struct capture_settings *settings, const struct stream_header *header);
@@ -63,12 +91,12 @@ struct error *capture_settings_from_header(struct capture_settings *settings, co
 /* Whether the header says that probes were captured. */
 bool capture_header_has_settings(const struct stream_header *header);
 
-/* How many rays a probe gets. */
-int capture_ray_count(const struct capture_settings *settings);
+/* How many rays a round of this many has. */
+int capture_ray_count(int rays);
 
-/* Captures one probe at p (world, finite). Any thread. */
-void capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
-                   struct capture_probe *result);
+/* Captures one probe at p (world, finite); normal: NULL, or the unit normal of a surface. Any thread. */
+struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
+                            const float *normal, struct capture_probe *result);
 
 /* Adds the columns that the settings ask for to a probe table, where they are missing. */
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table);
@@ -76,9 +104,7 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
 /* An error when probes captured so far had other settings or another scene (key scene-key) than `now`, which says what differs. */
 struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now);
 
-struct progress;
-
-/* Captures the rows first .. first+count-1 whose sh is missing (again: all of them) on `threads` threads, into those of its columns that the
+/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) on `threads` threads, into those of its columns that the
  * table has. *captured: how many were. */
 struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
                            size_t first, size_t count, bool again, int threads, struct progress *progress,

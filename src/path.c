@@ -5,22 +5,55 @@
  */
 #include "path.h"
 #include "angle.h"
+#include "array.h"
 #include "error.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 
 #define PI 3.14159265f
+
+struct path_sun {
+    struct vec3f to_light, irradiance;
+};
+
+static struct error *add_suns(struct path_tracer *path)
+{
+    const struct scene *scene = path->tracer->scene;
+    struct error *err = array_create(&path->suns, scene->light_count, sizeof *path->suns);
+    for (size_t i = 0; i < scene->light_count && !err; i++) {
+        const struct scene_light *l = &scene->lights[i];
+        if (l->kind != SCENE_SUN || !(l->intensity[0] > 0 || l->intensity[1] > 0 || l->intensity[2] > 0))
+            continue;
+        path->suns[path->sun_count++] = (struct path_sun){
+            {-(float)l->direction.x, -(float)l->direction.y, -(float)l->direction.z},
+            {(float)l->intensity[0], (float)l->intensity[1], (float)l->intensity[2]}};
+    }
+    return err;
+}
 
 struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces)
 {
     *path = (struct path_tracer){.tracer = tracer, .bounces = bounces};
-    return lights_create(&path->lights, tracer);
+    struct error *err = lights_create(&path->lights, tracer);
+    for (size_t i = 0; i < path->lights.instance_count && !err; i++)
+        path->emissive = path->emissive || path->lights.number[i];
+    if (!err)
+        err = sky_create(&path->sky, tracer->scene);
+    if (!err)
+        err = add_suns(path);
+    if (err)
+        path_clear(path);
+    return err;
 }
 
 void path_clear(struct path_tracer *path)
 {
     lights_clear(&path->lights);
+    sky_clear(&path->sky);
+    free(path->suns);
+    path->suns = NULL;
 }
 
 static uint32_t draw_salt(const struct path_tracer *path, struct random *random)
@@ -36,14 +69,18 @@ static struct vec3f emitted(const struct path_tracer *path, const struct trace_p
     return scene_emission(path->tracer->scene, point->material, point->u, point->v);
 }
 
-/* -- emissive surfaces ------------------------------------------------------------------------- */
+/* -- asking lights and sky ---------------------------------------------------------------------- */
 
-/* A way to an emissive surface: what it gives, and how likely it is drawn per solid angle. */
-struct connection {
-    struct vec3f direction; /* unit, towards the light */
-    struct vec3f radiance;  /* 0 when the light is behind something or turned away */
-    float density;
-};
+static bool on_surface(const struct lights_receiver *r)
+{
+    return r->normal.x != 0 || r->normal.y != 0 || r->normal.z != 0;
+}
+
+/* Density per solid angle of a receiver's own directions. */
+static float own_density(const struct lights_receiver *r, struct vec3f direction)
+{
+    return on_surface(r) ? float_most(vec3f_dot(direction, r->normal), 0) / PI : 1 / (4 * PI);
+}
 
 /* Per solid angle from distance: per area times d^2 / cos. */
 static float solid_density(float area_density, float distance, float cosine)
@@ -51,161 +88,221 @@ static float solid_density(float area_density, float distance, float cosine)
     return area_density * distance * distance / cosine;
 }
 
-/* Draws a point of an emissive surface and looks whether it is seen from `from`, on the side of `normal` (zero: any side). */
-static struct connection connect(const struct path_tracer *path, struct vec3f from, struct vec3f normal, struct random *random)
+/* Radiance of a drawn point of an emissive surface towards the receiver, over its density per solid angle, balanced with the
+ * receiver's own directions; 0 where it is behind something or turned away. */
+static struct path_found found_surface(const struct path_tracer *path, const struct lights_receiver *from, float share,
+                                       struct lights_choice *choice, struct random *random)
 {
-    struct connection c = {0};
-    struct trace_point point;
-    float area_density;
-    lights_sample(&path->lights, path->tracer, random, &point, &area_density);
-    const uint32_t salt = draw_salt(path, random);
-    const struct vec3f way = vec3f_sub(point.position, from);
+    struct path_found found = {0};
+    struct trace_point *point = &choice->point;
+    const struct vec3f way = vec3f_sub(point->position, from->position);
     const float distance = vec3f_length(way);
+    const uint32_t salt = draw_salt(path, random);
     if (!(distance > 0))
-        return c;
-    c.direction = vec3f_scale(1 / distance, way);
-    const float cosine = -vec3f_dot(c.direction, point.normal);
-    point.front = cosine > 0;
-    point.distance = distance;
-    const float facing = vec3f_dot(c.direction, normal);
-    struct vec3f radiance = emitted(path, &point);
+        return found;
+    found.direction = vec3f_scale(1 / distance, way);
+    const float cosine = -vec3f_dot(found.direction, point->normal);
+    point->front = cosine > 0;
+    point->distance = distance;
+    const float own = own_density(from, found.direction);
+    struct vec3f radiance = emitted(path, point);
     if (path->tracer->has_alpha) /* where the surface is not, it does not shine */
-        radiance = vec3f_scale(1 - scene_transparency(path->tracer->scene, point.material, point.u, point.v), radiance);
-    if (!(fabsf(cosine) > 0) || facing < 0 || !(vec3f_luminance(radiance) > 0))
-        return c;
-    c.density = solid_density(area_density, distance, fabsf(cosine));
+        radiance = vec3f_scale(1 - scene_transparency(path->tracer->scene, point->material, point->u, point->v), radiance);
+    if (!(fabsf(cosine) > 0) || !(own > 0) || !(vec3f_most(radiance) > 0))
+        return found;
+    const float density = solid_density(choice->density, distance, fabsf(cosine));
     /* To just above the light, so that it does not shadow itself. */
-    const struct vec3f target = trace_leave(&point, vec3f_scale(cosine > 0 ? 1.0f : -1.0f, point.normal));
-    const struct vec3f to_target = vec3f_sub(target, from);
+    const struct vec3f target = trace_leave(point, vec3f_scale(cosine > 0 ? 1.0f : -1.0f, point->normal));
+    const struct vec3f to_target = vec3f_sub(target, from->position);
     const float reach = vec3f_length(to_target);
-    const struct trace_ray ray = {.origin = from, .direction = vec3f_scale(1 / reach, to_target), .most = reach, .salt = salt};
+    const struct trace_ray ray = {.origin = from->position, .direction = vec3f_scale(1 / reach, to_target), .most = reach, .salt = salt};
     if (!trace_local_occluded(path->tracer, &ray))
-        c.radiance = radiance;
-    return c;
+        found.light = vec3f_scale(1 / (share * density + own), radiance);
+    return found;
 }
 
-/* The weight of light that a ray met by itself with `density` per solid angle, against connect. */
-static float met_weight(const struct path_tracer *path, const struct trace_point *point, struct vec3f direction, float density)
+/* The weight of emission that a ray of density `own` met, against found_surface. */
+static float met_weight(const struct path_tracer *path, const struct lights_receiver *from, float share,
+                        const struct trace_point *point, struct vec3f direction, float own)
 {
-    const float area_density = path->lights.count ? lights_density(&path->lights, point) : 0;
-    const float cosine = fabsf(vec3f_dot(direction, point->normal));
+    const float area_density = path->emissive ? lights_density(&path->lights, from, point) : 0;
     if (!(area_density > 0))
         return 1;
-    return density / (density + solid_density(area_density, point->distance, fmaxf(cosine, FLT_MIN)));
+    const float cosine = fabsf(vec3f_dot(direction, point->normal));
+    return own / (own + share * solid_density(area_density, point->distance, float_most(cosine, FLT_MIN)));
+}
+
+/* Radiance of the sky from a drawn direction over its density, balanced as above. */
+static struct path_found found_sky(const struct path_tracer *path, const struct lights_receiver *from, float share, double x,
+                                   double y, struct random *random)
+{
+    float density;
+    struct path_found found = {.direction = sky_sample(&path->sky, x, y, &density)};
+    const float own = own_density(from, found.direction);
+    const struct trace_ray ray = {.origin = from->position, .direction = found.direction, .most = INFINITY, .salt = draw_salt(path, random)};
+    if (own > 0 && density > 0 && !trace_local_occluded(path->tracer, &ray))
+        found.light = vec3f_scale(1 / (share * density + own), scene_sky_radiance(path->tracer->scene, found.direction));
+    return found;
+}
+
+static float sky_weight(const struct path_tracer *path, float share, struct vec3f direction, float own)
+{
+    return path->sky.rows ? own / (own + share * sky_density(&path->sky, direction)) : 1;
 }
 
 /* -- scattering -------------------------------------------------------------------------------- */
 
-/* A cosine-distributed direction about a unit normal. */
-static struct vec3f scatter(struct vec3f n, struct random *random)
+struct vec3f path_scatter(struct vec3f n, float u, float turn)
 {
-    const float u = random_float(random), turn = random_float(random);
     const float r = sqrtf(u), z = sqrtf(1 - u);
-    const double phi = 2 * ANGLE_PI * (double)turn;
-    const float x = r * (float)angle_cos(phi), y = r * (float)angle_sin(phi);
+    float x, y;
+    angle_turn(turn, &x, &y);
+    x *= r;
+    y *= r;
     const float sign = n.z < 0 ? -1.0f : 1.0f, a = -1 / (sign + n.z), b = n.x * n.y * a;
     const struct vec3f s = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, t = {b, sign + n.y * n.y * a, -n.y};
     return vec3f_add(vec3f_scale(x, s), vec3f_add(vec3f_scale(y, t), vec3f_scale(z, n)));
 }
 
-/* Irradiance from punctual light i on a surface at `from` (local) that faces it, unoccluded. */
-static struct vec3f punctual_irradiance(const struct tracer *t, size_t i, struct vec3f from, struct vec3f *to_light)
+/* Irradiance over pi from a point or spot light that was drawn. */
+static struct vec3f from_punctual(const struct path_tracer *path, const struct lights_receiver *from, const struct lights_choice *choice,
+                                  struct random *random)
 {
-    const struct vec3 p = trace_to_world(t, from);
+    const struct scene_light *light = choice->punctual;
+    const struct vec3 p = trace_to_world(path->tracer, from->position);
     double direction[3], distance, rgb[3];
-    scene_light_at(&t->scene->lights[i], (const double[3]){p.x, p.y, p.z}, direction, &distance, rgb);
-    *to_light = (struct vec3f){(float)direction[0], (float)direction[1], (float)direction[2]};
-    return (struct vec3f){(float)rgb[0], (float)rgb[1], (float)rgb[2]};
+    scene_light_at(light, (const double[3]){p.x, p.y, p.z}, direction, &distance, rgb);
+    const struct vec3f to_light = {(float)direction[0], (float)direction[1], (float)direction[2]};
+    const struct vec3f e = {(float)rgb[0], (float)rgb[1], (float)rgb[2]};
+    const float cosine = vec3f_dot(to_light, from->normal);
+    const uint32_t salt = draw_salt(path, random);
+    if (!(cosine > 0) || !(vec3f_most(e) > 0))
+        return (struct vec3f){0};
+    const struct trace_ray ray = {.origin = from->position, .direction = to_light, .most = (float)(distance * path->tracer->scale), .salt = salt};
+    return trace_local_occluded(path->tracer, &ray) ? (struct vec3f){0} : vec3f_scale(cosine / (PI * choice->probability), e);
 }
 
-/* What punctual lights give a surface at `from` with unit normal n: irradiance over pi. */
-static struct vec3f punctual_at(const struct path_tracer *path, struct vec3f from, struct vec3f n, struct random *random)
+static struct vec3f from_suns(const struct path_tracer *path, const struct lights_receiver *from, struct random *random)
 {
     struct vec3f sum = {0};
-    for (size_t i = 0; i < path->tracer->scene->light_count; i++) {
-        struct vec3f to_light;
-        const struct vec3f e = punctual_irradiance(path->tracer, i, from, &to_light);
-        const float cosine = vec3f_dot(to_light, n);
-        if (!(cosine > 0) || !(vec3f_luminance(e) > 0))
+    for (size_t i = 0; i < path->sun_count; i++) {
+        const struct path_sun *sun = &path->suns[i];
+        const float cosine = vec3f_dot(sun->to_light, from->normal);
+        if (!(cosine > 0))
             continue;
-        const struct scene_light *light = &path->tracer->scene->lights[i];
-        struct trace_ray ray = {.origin = from, .direction = to_light, .most = INFINITY, .salt = draw_salt(path, random)};
-        if (light->kind != SCENE_SUN) {
-            const double world[3] = {light->position.x, light->position.y, light->position.z};
-            ray.most = vec3f_length(vec3f_sub(trace_to_local(path->tracer, world), from));
-        }
+        const struct trace_ray ray = {.origin = from->position, .direction = sun->to_light, .most = INFINITY, .salt = draw_salt(path, random)};
         if (!trace_local_occluded(path->tracer, &ray))
-            sum = vec3f_fma(sum, cosine / PI, e);
+            sum = vec3f_fma(sum, cosine / PI, sun->irradiance);
     }
     return sum;
 }
 
-/* Radiance that a surface point, met along `incoming`, scatters back: one path. */
-static struct vec3f scattered(const struct path_tracer *path, struct trace_point point, struct vec3f incoming,
+/* Irradiance over pi on a surface from what is asked for light, without what its scattered ray is to meet. */
+static struct vec3f lit(const struct path_tracer *path, const struct lights_receiver *from, struct random *random)
+{
+    struct vec3f sum = {0};
+    if (path->lights.count) {
+        struct lights_choice choice;
+        const double x = random_double(random);
+        const float y = random_float(random);
+        if (!lights_sample(&path->lights, path->tracer, from, x, y, &choice)) {
+            sum = (struct vec3f){0};
+        } else if (choice.punctual) {
+            sum = from_punctual(path, from, &choice, random);
+        } else {
+            const struct path_found found = found_surface(path, from, 1, &choice, random);
+            sum = vec3f_scale(float_most(vec3f_dot(found.direction, from->normal), 0) / PI, found.light);
+        }
+    }
+    if (path->sky.rows) {
+        const double x = random_double(random), y = random_double(random);
+        const struct path_found found = found_sky(path, from, 1, x, y, random);
+        sum = vec3f_fma(sum, float_most(vec3f_dot(found.direction, from->normal), 0) / PI, found.light);
+    }
+    return path->sun_count ? vec3f_add(sum, from_suns(path, from, random)) : sum;
+}
+
+/* Radiance that a surface point, met along `incoming`, scatters back: one path. What a point is made of is asked only when it
+ * has to be known, so that memory answers while rays are traced. */
+static struct vec3f scattered(const struct path_tracer *path, const struct trace_point *met, struct vec3f incoming,
                               struct random *random)
 {
     const struct scene *scene = path->tracer->scene;
+    struct trace_point point = *met;
     struct vec3f sum = {0}, throughput = {1, 1, 1};
     for (int bounce = 1; bounce <= path->bounces; bounce++) {
         const struct vec3f n = vec3f_dot(point.normal, incoming) < 0 ? point.normal : vec3f_scale(-1, point.normal);
-        throughput = vec3f_mul(throughput, scene_albedo(scene, point.material, point.u, point.v));
-        const float most = fmaxf(throughput.x, fmaxf(throughput.y, throughput.z));
+        const struct lights_receiver from = {.position = trace_leave(&point, n), .normal = n};
+        const struct vec3f light = lit(path, &from, random);
+        trace_point_shade(path->tracer, &point);
+        const struct scene_texel texel = scene_texel_draw(scene, point.material, point.u, point.v, random_u32(random));
+        const float u = random_float(random), turn = random_float(random);
+        const struct vec3f direction = path_scatter(n, u, turn);
+        const struct trace_ray ray = {.origin = from.position, .direction = direction, .most = INFINITY, .salt = draw_salt(path, random)};
+        const bool hit = trace_local_nearest(path->tracer, &ray, &point);
+        throughput = vec3f_mul(throughput, scene_texel_albedo(scene, &texel));
+        sum = vec3f_add(sum, vec3f_mul(throughput, light));
+        if (!hit) {
+            const float weight = sky_weight(path, 1, direction, own_density(&from, direction));
+            return vec3f_fma(sum, weight, vec3f_mul(throughput, scene_sky_radiance(scene, direction)));
+        }
+        if (path->emissive) {
+            trace_point_shade(path->tracer, &point);
+            const struct vec3f e = emitted(path, &point);
+            if (vec3f_most(e) > 0) {
+                const float weight = met_weight(path, &from, 1, &point, direction, own_density(&from, direction));
+                sum = vec3f_fma(sum, weight, vec3f_mul(throughput, e));
+            }
+        }
+        const float most = vec3f_most(throughput);
         if (!(most > 0))
             break;
-        if (bounce > 2 && most < 1) { /* Russian roulette */
+        if (bounce >= 2 && most < 1) { /* Russian roulette */
             if (random_float(random) >= most)
                 break;
             throughput = vec3f_scale(1 / most, throughput);
-        }
-        const struct vec3f from = trace_leave(&point, n);
-        sum = vec3f_add(sum, vec3f_mul(throughput, punctual_at(path, from, n, random)));
-        if (path->lights.count) {
-            const struct connection c = connect(path, from, n, random);
-            const float density = vec3f_dot(c.direction, n) / PI; /* of scatter */
-            if (c.density > 0 && density > 0)
-                sum = vec3f_add(sum, vec3f_scale(density / (c.density + density), vec3f_mul(throughput, c.radiance)));
-        }
-        const struct vec3f direction = scatter(n, random);
-        const struct trace_ray ray = {.origin = from, .direction = direction, .most = INFINITY, .salt = draw_salt(path, random)};
-        if (!trace_local_nearest(path->tracer, &ray, &point)) {
-            sum = vec3f_add(sum, vec3f_mul(throughput, scene_sky_radiance(scene, direction)));
-            break;
-        }
-        const struct vec3f e = emitted(path, &point);
-        if (vec3f_luminance(e) > 0) {
-            const float weight = met_weight(path, &point, direction, fmaxf(vec3f_dot(direction, n), 0) / PI);
-            sum = vec3f_add(sum, vec3f_scale(weight, vec3f_mul(throughput, e)));
         }
         incoming = direction;
     }
     return sum;
 }
 
-struct path_sample path_sample(const struct path_tracer *path, struct vec3f origin, struct vec3f direction, bool with_indirect,
-                               struct random *random)
+/* -- receivers --------------------------------------------------------------------------------- */
+
+struct path_sample path_sample(const struct path_tracer *path, const struct path_receiver *receiver, struct vec3f direction,
+                               bool with_scattered, struct random *random)
 {
-    const float sphere = 1 / (4 * PI); /* density of the direction */
-    struct path_sample sample = {0};
-    if (path->lights.count) {
-        const struct connection c = connect(path, origin, (struct vec3f){0}, random);
-        if (c.density > 0) {
-            sample.light = vec3f_scale(1 / (c.density + sphere), c.radiance);
-            sample.light_direction = c.direction;
-        }
-    }
+    struct path_sample sample = {.weight = 1, .distance = INFINITY};
     struct trace_point point;
-    const struct trace_ray ray = {.origin = origin, .direction = direction, .most = INFINITY, .salt = draw_salt(path, random)};
+    const struct trace_ray ray = {.origin = receiver->at.position, .direction = direction, .most = INFINITY, .salt = draw_salt(path, random)};
     if (!trace_local_nearest(path->tracer, &ray, &point)) {
-        sample.direct = scene_sky_radiance(path->tracer->scene, direction);
+        sample.straight = scene_sky_radiance(path->tracer->scene, direction);
+        sample.weight = sky_weight(path, receiver->sky_share, direction, own_density(&receiver->at, direction));
         return sample;
     }
     sample.hit = true;
     sample.front = point.front;
     sample.distance = point.distance;
-    const struct vec3f e = emitted(path, &point);
-    if (vec3f_luminance(e) > 0)
-        sample.direct = vec3f_scale(met_weight(path, &point, direction, sphere), e);
-    if (with_indirect)
-        sample.indirect = scattered(path, point, direction, random);
+    if (with_scattered)
+        sample.scattered = scattered(path, &point, direction, random);
+    if (path->emissive) {
+        trace_point_shade(path->tracer, &point);
+        sample.straight = emitted(path, &point);
+        if (vec3f_most(sample.straight) > 0)
+            sample.weight = met_weight(path, &receiver->at, receiver->lights_share, &point, direction, own_density(&receiver->at, direction));
+    }
     return sample;
+}
+
+struct path_found path_light(const struct path_tracer *path, const struct path_receiver *receiver, double x, float y, struct random *random)
+{
+    struct lights_choice choice;
+    if (!lights_sample(&path->lights, path->tracer, &receiver->at, x, y, &choice) || choice.punctual)
+        return (struct path_found){0};
+    return found_surface(path, &receiver->at, receiver->lights_share, &choice, random);
+}
+
+struct path_found path_sky(const struct path_tracer *path, const struct path_receiver *receiver, double x, double y, struct random *random)
+{
+    return found_sky(path, &receiver->at, receiver->sky_share, x, y, random);
 }

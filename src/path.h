@@ -1,39 +1,66 @@
 /* path: the light that comes to a point, by path tracing.
  *
  * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986): cosine-distributed
- * continuation, next-event estimation of emissive surfaces and punctual lights at every scattering, multiple importance
- * sampling between the two ways to reach an emissive surface (Veach 1997, balance heuristic), Russian roulette by throughput.
- * Sky light arrives on rays that escape.
+ * continuation; at every scattering one light of the tree (light.h), one direction of an uneven sky picture (sky.h) and every sun is asked;
+ * multiple importance sampling between the ways to reach an emissive surface or the sky (Veach 1997, balance heuristic);
+ * Russian roulette by throughput. What a scene does not have is not asked for.
+ *
+ * A receiver is a point that takes light from the whole sphere, or a surface that takes it from its half. Its light
+ * straight from emissive surfaces and from an uneven sky comes in two parts, whose expectations add up: what its own rays meet,
+ * and what path_light and path_sky find. Light straight from point, spot and sun lights is the caller's.
  */
 #ifndef PATH_H
 #define PATH_H
 
 #include "light.h"
 #include "random.h"
+#include "sky.h"
 
 struct path_tracer {
     const struct tracer *tracer;
     struct lights lights;
-    int bounces; /* how often a path may scatter */
+    struct sky sky;
+    struct path_sun *suns; /* owned */
+    size_t sun_count;
+    bool emissive; /* the tree holds emissive surfaces */
+    int bounces;   /* how often a path may scatter */
 };
 
-/* One sample of what comes to a point along one direction of the sphere. */
+/* How a receiver's directions are drawn, against which light that it could meet both ways is weighted. */
+struct path_receiver {
+    struct lights_receiver at; /* local; normal zero: the whole sphere, uniformly; else the half about it, by the cosine */
+    float lights_share, sky_share; /* samples of path_light and path_sky for each of path_sample */
+};
+
+/* What comes along one direction of a receiver. */
 struct path_sample {
-    struct vec3f direct;   /* radiance of the emitter or sky that the ray meets, weighted against `light` */
-    struct vec3f indirect; /* radiance that the surface there scatters towards the point */
-    struct vec3f light;    /* radiance times solid angle of an emissive surface, from light_direction, weighted against `direct` */
-    struct vec3f light_direction;
-    bool hit, front;  /* what the ray met */
-    float distance;   /* local units */
+    struct vec3f straight; /* radiance of the emissive surface or sky that the ray meets */
+    float weight;          /* of that, against path_light or path_sky */
+    struct vec3f scattered; /* radiance that the surface there scatters towards the receiver */
+    bool hit, front;       /* what the ray met */
+    float distance;        /* local units; INFINITY where it met nothing */
+};
+
+/* What one question to the lights or the sky found. */
+struct path_found {
+    struct vec3f direction; /* unit */
+    /* radiance over the density per solid angle of both ways together (share times its own, and the receiver's): to be summed
+     * over all questions and divided by the number of path_sample's; 0: none */
+    struct vec3f light;
 };
 
 struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
 
-/* Samples from `origin` (local) along the unit `direction`, drawn uniformly over the sphere. The mean of
- * 4 pi Y(direction) (direct + indirect) + Y(light_direction) light over such samples is the incident radiance projected on Y, without
- * what comes straight from punctual lights. with_indirect false: indirect is 0, and costs nothing. */
-struct path_sample path_sample(const struct path_tracer *path, struct vec3f origin, struct vec3f direction, bool with_indirect,
-                               struct random *random);
+/* Samples along the unit `direction`. with_scattered false: scattered is 0, and costs nothing. */
+struct path_sample path_sample(const struct path_tracer *path, const struct path_receiver *receiver, struct vec3f direction,
+                               bool with_scattered, struct random *random);
+
+/* Asks the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by (x, y) uniform in the unit square. */
+struct path_found path_light(const struct path_tracer *path, const struct path_receiver *receiver, double x, float y, struct random *random);
+struct path_found path_sky(const struct path_tracer *path, const struct path_receiver *receiver, double x, double y, struct random *random);
+
+/* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square (Malley's method). */
+struct vec3f path_scatter(struct vec3f normal, float u, float turn);
 
 #endif

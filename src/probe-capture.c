@@ -2,12 +2,14 @@
 #include "capture.h"
 #include "error.h"
 #include "options.h"
+#include "order.h"
 #include "progress.h"
 #include "scene.h"
 #include "stream.h"
 #include "warning.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -15,7 +17,9 @@ enum { BLOCK = 1024 };
 
 struct arguments {
     struct capture_settings capture;
-    int64_t order, rays, bounces;
+    int64_t rays, max_rays, bounces;
+    int order; /* 0: the least that order_loss allows */
+    double order_loss;
     int light;
     bool again;
     struct scene_settings scene;
@@ -25,27 +29,33 @@ struct arguments {
 static struct arguments arguments_default(void)
 {
     const struct capture_settings c = capture_settings_default();
-    return (struct arguments){.capture = c, .order = c.order, .rays = c.rays, .bounces = c.bounces, .light = (int)c.light,
-                              .scene = scene_settings_default(), .common = common_default()};
+    return (struct arguments){.capture = c, .order = c.order, .order_loss = 0.01, .rays = 0, .max_rays = c.rays_most,
+                              .bounces = c.bounces, .light = (int)c.light, .scene = scene_settings_default(), .common = common_default()};
 }
+
+/* What --columns may name. */
+static const struct {
+    const char *name;
+    unsigned flag;
+} columns_known[] = {{"sh_error", CAPTURE_ERROR},          {"irradiance_error", CAPTURE_ERROR}, {"validity", CAPTURE_VALIDITY},
+                     {"depth", CAPTURE_DEPTH},             {"sky", CAPTURE_SKY},                {"sh_gradient", CAPTURE_GRADIENT},
+                     {"visibility", CAPTURE_VISIBILITY},   {"ao", CAPTURE_AO},                  {"bent_normal", CAPTURE_BENT_NORMAL},
+                     {"rays", CAPTURE_RAYS},               {"none", 0}};
 
 /* "sh_error,depth" or "none". */
 static struct error *parse_columns(void *value, const char *text)
 {
-    static const struct {
-        const char *name;
-        unsigned flag;
-    } known[] = {{"sh_error", CAPTURE_SH_ERROR}, {"validity", CAPTURE_VALIDITY}, {"depth", CAPTURE_DEPTH}, {"sky", CAPTURE_SKY},
-                 {"none", 0}};
+    const size_t count = sizeof columns_known / sizeof *columns_known;
     unsigned columns = 0;
     for (const char *at = text;;) {
         const size_t length = strcspn(at, ",");
         size_t i = 0;
-        while (i < sizeof known / sizeof *known && (strlen(known[i].name) != length || strncmp(known[i].name, at, length)))
+        while (i < count && (strlen(columns_known[i].name) != length || strncmp(columns_known[i].name, at, length)))
             i++;
-        if (i == sizeof known / sizeof *known)
-            return error_usage("expected sh_error, validity, depth, sky or none, separated by commas, got '%s'", text);
-        columns |= known[i].flag;
+        if (i == count)
+            return error_usage("expected some of sh_error, irradiance_error, validity, depth, sky, sh_gradient, visibility, ao, "
+                               "bent_normal, rays, separated by commas, or none, got '%s'", text);
+        columns |= columns_known[i].flag;
         if (!at[length])
             break;
         at += length + 1;
@@ -54,21 +64,42 @@ static struct error *parse_columns(void *value, const char *text)
     return NULL;
 }
 
+/* "3" or "auto". */
+static struct error *parse_order(void *value, const char *text)
+{
+    if (strcmp(text, "auto") && !(text[0] >= '1' && text[0] <= '0' + SH_ORDER_MAX && !text[1]))
+        return error_usage("expected a whole number from 1 to %d, or auto, got '%s'", SH_ORDER_MAX, text);
+    *(int *)value = text[0] == 'a' ? 0 : text[0] - '0';
+    return NULL;
+}
+
 /* Parses the command line over what stands in `a`. */
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
     static const char *const lights[] = {"all", "direct", "indirect", NULL};
     const struct option_row rows[] = {
-        {.name = "order", .argument = "N", .kind = OPTION_INTEGER, .value = &a->order, .least = 1, .most = SH_ORDER_MAX,
-         .help = "SH order: N * N coefficients a colour"},
+        {.name = "order", .argument = "N|auto", .kind = OPTION_CALL, .value = &a->order, .parse = parse_order, .shown = "3",
+         .help = "SH order: N * N coefficients a colour; auto: as few\nas --order-loss allows"},
+        {.name = "order-loss", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->order_loss, .most = 1,
+         .help = "share of irradiance that --order auto may lose"},
         {.name = "rays", .letter = 'r', .argument = "N", .kind = OPTION_INTEGER, .value = &a->rays, .least = 1,
-         .most = CAPTURE_RAYS_MOST, .help = "rays a probe; the error falls faster than the root of their number"},
+         .most = CAPTURE_RAYS_MOST, .shown = "512; with --error 128",
+         .help = "rays a probe; the error falls faster than the root of\ntheir number"},
+        {.name = "error", .letter = 'e', .argument = "SHARE", .kind = OPTION_REAL, .value = &a->capture.error, .least_open = true, .most = 1,
+         .shown = "none", .help = "after the first --rays, more of them until the standard\nerror of irradiance is below this share of it"},
+        {.name = "error-floor", .argument = "E", .kind = OPTION_REAL, .value = &a->capture.error_floor, .most = (double)INFINITY,
+         .help = "irradiance below which --error is a share of this"},
+        {.name = "max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &a->max_rays, .least = 1, .most = CAPTURE_RAYS_MOST,
+         .help = "rays a probe that --error may spend"},
         {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &a->bounces, .most = CAPTURE_BOUNCES_MOST,
          .help = "how often light may scatter on its way"},
         {.name = "light", .argument = "WHICH", .kind = OPTION_CHOICE, .choices = lights, .value = &a->light,
          .help = "capture all light, direct or indirect alone"},
         {.name = "columns", .argument = "LIST", .kind = OPTION_CALL, .value = &a->capture.columns, .parse = parse_columns,
-         .shown = "sh_error,validity,depth,sky", .help = "what to write beside sh; none: nothing"},
+         .shown = "sh_error,validity,depth,sky",
+         .help = "what to write beside light: of these, sh_gradient,\nvisibility, ao, bent_normal, rays; none: nothing"},
+        {.name = "ao-distance", .argument = "D", .kind = OPTION_REAL, .value = &a->capture.ao_distance, .least_open = true,
+         .most = (double)INFINITY, .shown = "none", .help = "surfaces beyond do not occlude, for ao and bent_normal"},
         {.name = "again", .kind = OPTION_FLAG, .value = &a->again, .help = "capture all probes, not only those that have no light yet"},
         {0}};
     struct option_row scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
@@ -77,8 +108,9 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     program->groups[2] = common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
     struct error *err = options_parse(program, argc, argv);
     memset(program->groups, 0, sizeof program->groups); /* they end with this function */
-    a->capture.order = (int)a->order;
-    a->capture.rays = (int)a->rays;
+    a->capture.order = a->order ? a->order : SH_ORDER_MAX;
+    a->capture.rays = a->rays ? (int)a->rays : a->capture.error > 0 ? 128 : capture_settings_default().rays;
+    a->capture.rays_most = (int)a->max_rays;
     a->capture.bounces = (int)a->bounces;
     a->capture.light = (enum capture_light)a->light;
     a->capture.seed = (uint64_t)a->common.seed;
@@ -100,6 +132,7 @@ static struct error *take_over(struct program *program, struct arguments *a, con
         err = scene_settings_from_header(&a->scene, header);
     a->order = a->capture.order;
     a->rays = a->capture.rays;
+    a->max_rays = a->capture.rays_most;
     a->bounces = a->capture.bounces;
     a->light = (int)a->capture.light;
     a->common.seed = (int64_t)a->capture.seed;
@@ -128,64 +161,144 @@ static struct error *make_header(struct stream_header *header, const struct stre
     return err;
 }
 
-/* What the run has seen. */
-struct totals {
+/* A run: what it reads and writes, and what it has seen. */
+struct run {
+    struct arguments arguments;
+    struct program *program;
+    struct stream_reader *reader;
+    struct stream_writer *writer; /* opened when the order is known */
+    struct stream_header header;
+    const struct scene *scene;
+    const struct path_tracer *path;
+    struct progress *progress;
+    struct warnings *warnings;
     size_t probes, captured;
-    double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
+    double sky; /* sum of the probes' share of rays that escaped, where it is kept */
 };
 
-/* Captures the probes block by block, so that they go on while others are still to come. */
-static struct error *capture_table(struct stream_reader *reader, struct stream_writer *writer, const struct arguments *a,
-                                   const struct path_tracer *path, const struct table *schema, struct progress *progress,
-                                   struct totals *totals)
+static struct error *open_writer(struct run *run)
 {
-    struct table in = {0}, out = {0};
+    const struct arguments *a = &run->arguments;
+    struct error *err = make_header(&run->header, stream_reader_header(run->reader), a, run->scene, run->program->recorded);
+    const enum stream_encoding read = stream_reader_encoding(run->reader), asked = (enum stream_encoding)a->common.encoding;
+    return err ? err : stream_writer_open(&run->writer, a->common.output, asked == STREAM_AS_READ ? read : asked, &run->header);
+}
+
+/* Captures what is without light in rows [first, first + count) and remembers what was seen. */
+static struct error *capture_block(struct run *run, struct table *out, size_t first, size_t count)
+{
+    const struct arguments *a = &run->arguments;
+    size_t captured = 0;
+    struct error *err = capture_rows(run->path, &a->capture, out, first, count, a->again, (int)a->common.threads, run->progress, &captured);
+    run->probes += count;
+    run->captured += captured;
+    const struct column *sky = table_column(out, "sky");
+    for (size_t i = first; sky && i < first + count && !err; i++)
+        run->sky += (double)column_f32(sky)[i];
+    return err;
+}
+
+/* The table that is to be written: what came, and what capture adds. */
+static struct error *make_schema(const struct run *run, const struct table *schema, struct table *out)
+{
+    struct error *err = table_copy_schema(out, schema);
+    if (!err && run->arguments.again)
+        table_remove_column(out, "sh_gradient"); /* of the light that was */
+    return err ? err : capture_add_columns(&run->arguments.capture, out);
+}
+
+/* Captures the probes block by block, so that they go on while others are still to come. */
+static struct error *capture_blocks(struct run *run, const struct table *schema, struct table *out)
+{
+    struct table in = {0};
     struct error *err = table_copy_schema(&in, schema);
     if (!err)
-        err = table_copy_schema(&out, schema);
-    if (!err && a->again)
-        table_remove_column(&out, "sh_gradient"); /* of the light that was */
-    if (!err)
-        err = capture_add_columns(&a->capture, &out);
-    if (!err)
-        err = stream_writer_table(writer, &out);
+        err = stream_writer_table(run->writer, out);
     for (size_t got = 1; !err && got;) {
-        size_t captured = 0;
         err = table_resize(&in, 0);
         if (!err)
-            err = stream_reader_rows(reader, &in, BLOCK, &got);
+            err = stream_reader_rows(run->reader, &in, BLOCK, &got);
         if (!err)
-            err = table_resize(&out, 0); /* rows that are new again hold missing values */
+            err = table_resize(out, 0); /* rows that are new again hold missing values */
         if (!err)
-            err = table_resize(&out, got);
+            err = table_resize(out, got);
         if (err)
             break;
-        table_copy_rows(&out, 0, &in, 0, got);
-        err = capture_rows(path, &a->capture, &out, 0, got, a->again, (int)a->common.threads, progress, &captured);
+        table_copy_rows(out, 0, &in, 0, got);
+        err = capture_block(run, out, 0, got);
         if (!err)
-            err = stream_writer_rows(writer, &out, 0, got);
-        totals->probes += got;
-        totals->captured += captured;
-        const struct column *sky = table_column(&out, "sky");
-        for (size_t i = 0; sky && i < got; i++)
-            totals->sky += (double)column_f32(sky)[i];
+            err = stream_writer_rows(run->writer, out, 0, got);
     }
     table_clear(&in);
+    return err;
+}
+
+/* Captures all probes to the highest order, and keeps the least that loses no more than it may. */
+static struct error *capture_to_least_order(struct run *run, const struct table *schema, struct table *out)
+{
+    struct arguments *a = &run->arguments;
+    const bool keep_error = a->capture.columns & CAPTURE_ERROR;
+    struct table in = {0};
+    double lost = 0;
+    size_t got = 1;
+    a->capture.columns |= CAPTURE_ERROR;
+    struct error *err = capture_add_columns(&a->capture, out);
+    if (!err)
+        err = table_copy_schema(&in, schema);
+    while (!err && got)
+        err = stream_reader_rows(run->reader, &in, BLOCK, &got);
+    if (!err)
+        err = table_resize(out, in.rows);
+    if (!err) {
+        table_copy_rows(out, 0, &in, 0, in.rows);
+        err = capture_block(run, out, 0, in.rows);
+    }
+    if (!err)
+        err = order_least(out, a->order_loss, &a->capture.order, &lost);
+    if (!err)
+        err = order_reduce(out, a->capture.order);
+    if (!err && !keep_error)
+        table_remove_column(out, "sh_error");
+    if (!err)
+        err = open_writer(run);
+    if (!err)
+        err = stream_writer_table(run->writer, out);
+    if (!err)
+        err = stream_writer_rows(run->writer, out, 0, out->rows);
+    if (!err && !a->common.quiet)
+        fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", run->program->name, a->capture.order, lost);
+    table_clear(&in);
+    return err;
+}
+
+static struct error *capture_table(struct run *run, const struct table *schema)
+{
+    struct table out = {0};
+    struct error *err = make_schema(run, schema, &out);
+    const bool surface = table_column(schema, "normal"), choose = !run->arguments.order && !surface;
+    if (!err && choose && run->writer)
+        err = error_new("--order auto: expected table probe before the others");
+    if (!err && !choose && !run->writer)
+        err = open_writer(run);
+    if (!err)
+        err = choose ? capture_to_least_order(run, schema, &out) : capture_blocks(run, schema, &out);
     table_clear(&out);
     return err;
 }
 
-static struct error *capture_stream(struct stream_reader *reader, struct stream_writer *writer, const struct arguments *a,
-                                    const struct path_tracer *path, struct progress *progress, struct totals *totals)
+static struct error *capture_stream(struct run *run)
 {
     struct error *err = NULL;
     for (bool more = true; !err && more;) {
         struct table schema = {0};
-        err = stream_reader_next_table(reader, &schema, &more);
-        if (!err && more && !strcmp(schema.name, "probe"))
-            err = capture_table(reader, writer, a, path, &schema, progress, totals);
+        err = stream_reader_next_table(run->reader, &schema, &more);
+        const bool probes = !err && more && !strcmp(schema.name, "probe");
+        if (!err && !probes && !run->writer)
+            err = open_writer(run);
+        if (probes)
+            err = capture_table(run, &schema);
         else if (!err && more)
-            err = stream_copy_table(reader, writer, &schema);
+            err = stream_copy_table(run->reader, run->writer, &schema);
         table_clear(&schema);
     }
     return err;
@@ -208,82 +321,77 @@ static void warn_before(const struct scene *scene, struct warnings *warnings)
         warnings_add(warnings, "empty", "%s: the scene is empty: probes see the sky alone", scene->path);
 }
 
-static void warn_after(const struct scene *scene, const struct totals *totals, struct warnings *warnings)
+static void warn_after(const struct run *run)
 {
+    const struct scene *scene = run->scene;
     bool white = scene->material_count > 0;
     for (size_t i = 0; i < scene->material_count; i++) {
         const struct scene_material *m = &scene->materials[i];
         white = white && m->albedo_map.texture == SCENE_NONE && fminf(m->albedo.x, fminf(m->albedo.y, m->albedo.z)) > 0.999f;
     }
-    if (white && totals->captured && totals->sky == 0)
-        warnings_add(warnings, "white", "%s: the scene is closed and reflects all light: only --bounces ends it (--albedo-scale "
+    if (white && run->captured && run->sky == 0)
+        warnings_add(run->warnings, "white", "%s: the scene is closed and reflects all light: only --bounces ends it (--albedo-scale "
                      "or --max-albedo makes walls darker)", scene->path);
-    if (totals->probes && !totals->captured)
-        warnings_add(warnings, "nothing to do", "all %zu probes have light already (--again captures them anew)", totals->probes);
+    if (run->probes && !run->captured)
+        warnings_add(run->warnings, "nothing to do", "all %zu probes have light already (--again captures them anew)", run->probes);
 }
 
 int main(int argc, char **argv)
 {
-    struct arguments a = arguments_default();
     struct program program = {
         .name = "probe-capture",
         .usage = "[OPTION]... SCENE [STREAM]",
         .summary = "Path traces the light of SCENE that reaches each probe of STREAM (standard input) and\n"
-                   "adds it as spherical harmonics. Probes that have light already are left as they are.",
+                   "adds it as spherical harmonics, or as irradiance to probes that have a normal. Probes\n"
+                   "that have light already are left as they are.",
         .operands_least = 1,
         .operands_most = 2};
     struct warnings warnings = {0};
-    struct stream_reader *reader = NULL;
-    struct stream_writer *writer = NULL;
-    struct stream_header header = {0};
+    struct run run = {.arguments = arguments_default(), .program = &program, .warnings = &warnings};
+    struct arguments *a = &run.arguments;
     struct scene *scene = NULL;
     struct tracer *tracer = NULL;
     struct path_tracer path = {0};
-    struct totals totals = {0};
-    struct error *err = parse(&program, &a, argc, argv);
+    struct error *err = parse(&program, a, argc, argv);
     if (!err)
-        err = stream_reader_open(&reader, program.operand_count > 1 ? program.operands[1] : "-");
+        err = stream_reader_open(&run.reader, program.operand_count > 1 ? program.operands[1] : "-");
     if (!err)
-        err = take_over(&program, &a, stream_reader_header(reader), argc, argv);
+        err = take_over(&program, a, stream_reader_header(run.reader), argc, argv);
     if (!err)
         err = options_record(&program, program.operands[0]);
     if (!err)
-        err = scene_read(&scene, program.operands[0], &a.scene, true, &warnings);
-    if (!err)
-        err = make_header(&header, stream_reader_header(reader), &a, scene, program.recorded);
+        err = scene_read(&scene, program.operands[0], &a->scene, true, &warnings);
     if (!err)
         err = trace_create(&tracer, scene);
     if (!err)
-        err = path_create(&path, tracer, a.capture.bounces);
+        err = path_create(&path, tracer, a->capture.bounces);
     if (!err)
         warn_before(scene, &warnings);
-    if (!a.common.quiet)
+    if (!a->common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    if (!err)
-        err = stream_writer_open(&writer, a.common.output,
-                                 a.common.encoding == STREAM_AS_READ ? stream_reader_encoding(reader)
-                                                                     : (enum stream_encoding)a.common.encoding, &header);
     if (!err) {
-        struct progress *progress = progress_start(a.common.progress && !a.common.quiet, program.name, "probes", 0);
-        err = capture_stream(reader, writer, &a, &path, progress, &totals);
-        progress_end(progress);
+        run.scene = scene;
+        run.path = &path;
+        run.progress = progress_start(a->common.progress && !a->common.quiet, program.name, "probes", 0);
+        err = capture_stream(&run);
+        progress_end(run.progress);
     }
     if (!err) {
-        warn_after(scene, &totals, &warnings);
-        err = stream_writer_finish(writer);
+        warn_after(&run);
+        err = stream_writer_finish(run.writer);
     } else {
-        stream_writer_abandon(writer);
+        stream_writer_abandon(run.writer);
     }
-    if (!err && !a.common.quiet)
+    if (!err && !a->common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     path_clear(&path);
     trace_destroy(tracer);
     scene_destroy(scene);
-    stream_reader_close(reader);
-    header_clear(&header);
-    scene_settings_clear(&a.scene);
+    stream_reader_close(run.reader);
+    header_clear(&run.header);
+    scene_settings_clear(&a->scene);
     program_clear(&program);
     return error_exit(program.name, err);
 }

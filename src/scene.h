@@ -80,6 +80,7 @@ struct scene_material {
     enum scene_alpha alpha;  /* CUTOUT: a ray passes where alpha < cutoff; BLEND: passes with probability 1-alpha */
     float opacity, cutoff;   /* factor of alpha */
     struct scene_map alpha_map; /* reads the texture's alpha (channels 4) or its single channel (channels 1) */
+    bool textured;              /* some map has a texture; set by scene_finish */
 };
 
 enum scene_light_kind { SCENE_POINT, SCENE_SPOT, SCENE_SUN };
@@ -198,10 +199,25 @@ size_t scene_triangle_count(const struct scene *scene); /* with instances counte
 void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v, float rgba[4]);
 
 struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u, float v);
+
+/* The same of one texel, drawn with the weight that it has in the interpolation: the right albedo in the mean, at a quarter
+ * of the reads from memory. scene_texel_draw (`bits`: 32 random bits) sends for it, scene_texel_albedo reads it: what is
+ * done between the two hides the way to memory. */
+struct scene_texel {
+    const struct scene_material *material;
+    const uint8_t *code; /* NULL: to be interpolated, at: */
+    float u, v;
+};
+struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m, float u, float v, uint32_t bits);
+struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_texel *texel);
+
 struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u, float v);
 /* The share of light that passes through the surface here: 0 opaque, 1 hole. */
 float scene_transparency(const struct scene *scene, const struct scene_material *m, float u, float v);
-bool scene_emits(const struct scene_material *m);
+static inline bool scene_emits(const struct scene_material *m)
+{
+    return m->emission.x > 0 || m->emission.y > 0 || m->emission.z > 0;
+}
 
 /* Radiance of the sky from a unit direction (pointing away from the viewer). */
 struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f direction);

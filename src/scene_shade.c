@@ -25,16 +25,23 @@ static void fetch(const struct scene_texture *t, uint32_t x, uint32_t y, float r
     }
 }
 
+/* As floorf, which is a call, for |x| < 2^31. */
+static inline float whole_below(float x)
+{
+    const float whole = (float)(int32_t)x;
+    return whole > x ? whole - 1 : whole;
+}
+
 /* A texture coordinate brought into [0, 1]. */
 static float wrap(enum scene_wrap wrap, float u)
 {
     if (!(fabsf(u) < 1e9f)) /* an overflow of the map's transform */
         return 0;
     if (wrap == SCENE_CLAMP)
-        return fminf(fmaxf(u, 0), 1);
+        return float_least(float_most(u, 0), 1);
     if (wrap == SCENE_REPEAT)
-        return u - floorf(u);
-    const float t = u - 2 * floorf(u / 2);
+        return u - whole_below(u);
+    const float t = u - 2 * whole_below(u / 2);
     return t > 1 ? 2 - t : t;
 }
 
@@ -42,7 +49,7 @@ static float wrap(enum scene_wrap wrap, float u)
  * picture that repeats, the border itself of one that does not: a mirrored picture has it there too. */
 static float between(enum scene_wrap wrap, uint32_t count, float s, uint32_t texel[2])
 {
-    const float x = s * (float)count - 0.5f, low = floorf(x);
+    const float x = s * (float)count - 0.5f, low = whole_below(x);
     const int64_t first = (int64_t)low, last = (int64_t)count - 1;
     const int64_t before = wrap == SCENE_REPEAT ? last : 0, behind = wrap == SCENE_REPEAT ? 0 : last;
     texel[0] = (uint32_t)(first < 0 ? before : first > last ? last : first);
@@ -76,6 +83,14 @@ static void sample(const struct scene_texture *texture, float s, float t, float 
     }
 }
 
+/* Where a map reads its texture: from the left and from the top. */
+static void map_point(const struct scene_map *map, const struct scene_texture *texture, float u, float v, float *s, float *t)
+{
+    const float *m = map->transform;
+    *s = wrap(texture->wrap_u, m[0] * u + m[1] * v + m[2]);
+    *t = 1 - wrap(texture->wrap_v, m[3] * u + m[4] * v + m[5]);
+}
+
 void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v, float rgba[4])
 {
     if (map->texture == SCENE_NONE) {
@@ -83,9 +98,8 @@ void scene_map_sample(const struct scene *scene, const struct scene_map *map, fl
         return;
     }
     const struct scene_texture *texture = &scene->textures[map->texture];
-    const float *m = map->transform;
-    const float s = wrap(texture->wrap_u, m[0] * u + m[1] * v + m[2]);
-    const float t = 1 - wrap(texture->wrap_v, m[3] * u + m[4] * v + m[5]);
+    float s, t;
+    map_point(map, texture, u, v, &s, &t);
     sample(texture, s, t, rgba);
 }
 
@@ -99,21 +113,55 @@ static struct vec3f colour(const struct scene *scene, struct vec3f factor, const
     return vec3f_mul(factor, (struct vec3f){rgba[0], rgba[1], rgba[2]});
 }
 
+static struct vec3f limited(const struct scene *scene, struct vec3f albedo)
+{
+    const float most = scene->max_albedo;
+    return (struct vec3f){float_least(albedo.x, most), float_least(albedo.y, most), float_least(albedo.z, most)};
+}
+
 struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u, float v)
 {
-    const struct vec3f a = colour(scene, m->albedo, &m->albedo_map, u, v);
-    const float most = scene->max_albedo;
-    return (struct vec3f){fminf(a.x, most), fminf(a.y, most), fminf(a.z, most)};
+    return limited(scene, colour(scene, m->albedo, &m->albedo_map, u, v));
+}
+
+struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m, float u, float v, uint32_t bits)
+{
+    struct scene_texel texel = {.material = m, .u = u, .v = v};
+    if (m->albedo_map.texture == SCENE_NONE)
+        return texel;
+    const struct scene_texture *texture = &scene->textures[m->albedo_map.texture];
+    /* The limit of a mean is not the mean of limits. */
+    if (!texture->bytes || texture->channels < 3 || vec3f_most(m->albedo) > scene->max_albedo)
+        return texel;
+    float s, t;
+    map_point(&m->albedo_map, texture, u, v, &s, &t);
+    uint32_t x, y;
+    if (texture->nearest) {
+        x = nearest(texture->width, s);
+        y = nearest(texture->height, t);
+    } else {
+        uint32_t across[2], down[2];
+        const float fx = between(texture->wrap_u, texture->width, s, across), fy = between(texture->wrap_v, texture->height, t, down);
+        x = across[(float)(bits & 0xffff) < fx * 0x1p16f];
+        y = down[(float)(bits >> 16) < fy * 0x1p16f];
+    }
+    texel.code = (const uint8_t *)texture->texels + ((size_t)y * texture->width + x) * texture->channels;
+    __builtin_prefetch(texel.code);
+    return texel;
+}
+
+struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_texel *texel)
+{
+    const struct vec3f a = texel->material->albedo;
+    const uint8_t *code = texel->code;
+    if (code)
+        return (struct vec3f){a.x * image_linear[code[0]], a.y * image_linear[code[1]], a.z * image_linear[code[2]]};
+    return scene_albedo(scene, texel->material, texel->u, texel->v);
 }
 
 struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u, float v)
 {
     return colour(scene, m->emission, &m->emission_map, u, v);
-}
-
-bool scene_emits(const struct scene_material *m)
-{
-    return m->emission.x > 0 || m->emission.y > 0 || m->emission.z > 0;
 }
 
 float scene_transparency(const struct scene *scene, const struct scene_material *m, float u, float v)

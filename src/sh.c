@@ -9,33 +9,40 @@
 #define PI 3.14159265358979323846
 
 /* Y_lm(x, y, z) = K_lm P_lm(z) {sqrt2 cos m phi, 1, sqrt2 sin |m| phi} as polynomials: with sin^m theta taken into
- * C_m + i S_m = (x + i y)^m, what is left of P_lm is a polynomial in z with P_mm = (2m-1)!! and
- * (l-m) P_lm = (2l-1) z P_(l-1)m - (l+m-1) P_(l-2)m. */
+ * C_m + i S_m = (x + i y)^m, what is left is a polynomial in z. With its constant K_lm sqrt2 taken in, it starts as first[m] and
+ * goes on as p_l = rise[m][l] z p_(l-1) - fall[m][l] p_(l-2), where
+ * rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2 - m^2) / (4 (l - 1)^2 - 1)). */
 void sh_basis(int order, const double d[3], double *y)
 {
-    double c = 1, s = 0, diagonal = 1; /* C_m, S_m, P_mm */
-    double factorial_ratio = 1;        /* (2m)! */
+    static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292, 0.5462742152960396,
+                                               0.5900435899266436, 0.6258357354491763, 0.6563820568401701};
+    static const double rise[SH_ORDER_MAX][SH_ORDER_MAX] = {
+        {0, 1.7320508075688772, 1.9364916731037085, 1.9720265943665387, 1.984313483298443, 1.98997487421324},
+        {0, 0, 2.23606797749979, 2.091650066335189, 2.04939015319192, 2.03100960115899},
+        {0, 0, 0, 2.6457513110645907, 2.29128784747792, 2.1712405933672376},
+        {0, 0, 0, 0, 3.0, 2.48746859276655},
+        {0, 0, 0, 0, 0, 3.3166247903554}};
+    static const double fall[SH_ORDER_MAX][SH_ORDER_MAX] = {
+        {0, 0, 1.118033988749895, 1.018350154434631, 1.0062305898749055, 1.002853072844814},
+        {0, 0, 0, 0.9354143466934853, 0.9797958971132713, 0.991031208965115},
+        {0, 0, 0, 0, 0.8660254037844386, 0.9476070829586856},
+        {0, 0, 0, 0, 0, 0.82915619758885}};
+    double c = 1, s = 0; /* C_m, S_m */
     for (int m = 0; m < order; m++) {
-        double before = 0, p = diagonal, ratio = factorial_ratio; /* P_(l-1)m, P_lm, (l+m)! / (l-m)! */
+        double before = 0, p = first[m]; /* of l - 1, of l */
         for (int l = m; l < order; l++) {
-            const double k = sqrt((2 * l + 1) / (4 * PI * ratio)) * p;
-            const int at = l * (l + 1);
-            if (m == 0) {
-                y[at] = k;
-            } else {
-                y[at + m] = sqrt(2.0) * k * c;
-                y[at - m] = sqrt(2.0) * k * s;
+            if (l > m) {
+                const double next = rise[m][l] * d[2] * p - fall[m][l] * before;
+                before = p;
+                p = next;
             }
-            const double next = ((2 * l + 1) * d[2] * p - (l + m) * before) / (l + 1 - m);
-            before = p;
-            p = next;
-            ratio *= (double)(l + 1 + m) / (l + 1 - m);
+            y[l * (l + 1) + m] = c * p;
+            if (m)
+                y[l * (l + 1) - m] = s * p;
         }
         const double c_next = d[0] * c - d[1] * s;
         s = d[0] * s + d[1] * c;
         c = c_next;
-        diagonal *= 2 * m + 1;
-        factorial_ratio *= (2.0 * m + 1) * (2.0 * m + 2);
     }
 }
 

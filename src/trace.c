@@ -49,14 +49,6 @@ static bool mesh_has_alpha(const struct scene *scene, const struct scene_mesh *m
     return false;
 }
 
-/* What an Embree query carries for the filters below. */
-struct query {
-    struct RTCIntersectContext context; /* first: Embree hands its address on */
-    const struct tracer *tracer;
-    uint32_t salt;
-    float opaque; /* blended surfaces count where their transparency is below this; NaN: by chance, with the salt */
-};
-
 /* A number in [0, 1) for a ray and a triangle: the same however often and in whatever order Embree asks. */
 static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
 {
@@ -70,11 +62,11 @@ static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
 /* Rejects a hit where the surface lets the ray through. */
 static void filter(const struct RTCFilterFunctionNArguments *args)
 {
-    const struct query *query = (const struct query *)args->context;
+    const struct trace_query *query = (const struct trace_query *)args->context;
     const struct RTCHit *hit = (const struct RTCHit *)args->hit; /* N is 1: single rays alone are traced */
     const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0] : hit->geomID;
-    struct trace_point point;
-    trace_point_at(query->tracer, instance, hit->primID, hit->u, hit->v, &point);
+    struct trace_point point = {.instance = instance, .triangle = hit->primID, .b = hit->u, .c = hit->v};
+    trace_point_shade(query->tracer, &point);
     const float through = scene_transparency(query->tracer->scene, point.material, point.u, point.v);
     const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID) : query->opaque;
     if (through >= limit)
@@ -199,6 +191,9 @@ static struct error *build(struct tracer *t)
     for (size_t i = 0; i < scene->instance_count && !err; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         t->geometry[i].index = mesh->index;
+        t->geometry[i].uv = mesh->uv;
+        t->geometry[i].material = mesh->material;
+        t->geometry[i].materials = scene->materials;
         t->geometry[i].mirrored = determinant(scene->instances[i].transform) < 0;
         t->has_alpha = t->has_alpha || mesh_has_alpha(scene, mesh);
         if (mesh->triangle_count)
@@ -289,7 +284,6 @@ void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle,
 
 void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point)
 {
-    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
     const float a = 1 - b - c;
     struct vec3f p[3];
     trace_corners(t, instance, triangle, p);
@@ -299,19 +293,15 @@ void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle
     point->normal = vec3f_normalize(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
     point->instance = instance;
     point->triangle = triangle;
-    point->material = &t->scene->materials[mesh->material[triangle]];
-    point->u = point->v = 0;
-    if (mesh->uv) {
-        const float *uv = mesh->uv + 6 * (size_t)triangle;
-        point->u = a * uv[0] + b * uv[2] + c * uv[4];
-        point->v = a * uv[1] + b * uv[3] + c * uv[5];
-    }
+    point->b = b;
+    point->c = c;
+    trace_point_shade(t, point);
 }
 
 struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal)
 {
     const struct vec3f p = point->position;
-    const float size = fmaxf(fmaxf(fabsf(p.x), fabsf(p.y)), fmaxf(fabsf(p.z), point->distance));
+    const float size = float_most(float_most(fabsf(p.x), fabsf(p.y)), float_most(fabsf(p.z), point->distance));
     return vec3f_fma(p, 4 * FLT_EPSILON * size, normal);
 }
 
@@ -320,7 +310,7 @@ struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal)
 /* An eye that is moved off the triangles it stands on; local coordinates in double. */
 struct eye {
     const struct tracer *tracer;
-    struct vec3 place, start;
+    struct vec3 place, start, normal;
     double rounding; /* what may be between a place on a surface and the surface, in double */
 };
 
@@ -359,7 +349,8 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
     const double height = vec3_dot(n, vec3_sub(eye->place, corner[0]));
     if (fabs(height) >= gap)
         return;
-    if (height < -eye->rounding)
+    const double facing = vec3_dot(n, eye->normal); /* a smoothed normal is still on the surface's side; walls beside it have theirs */
+    if (fabs(facing) > 0.5 ? facing < 0 : height < -eye->rounding)
         n = vec3_scale(-1, n);
     const double now = vec3_dot(n, vec3_sub(eye->start, corner[0]));
     if (now < gap)
@@ -373,11 +364,12 @@ static bool clear_candidate(struct RTCPointQueryFunctionArguments *args)
     return false; /* the radius stays */
 }
 
-struct vec3f trace_start(const struct tracer *t, const double p[3])
+struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f normal)
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
     const double size = fmax(1, largest(place)); /* no corner is farther out than 1 */
     struct eye eye = {.tracer = t, .place = place, .start = place,
+                      .normal = {(double)normal.x, (double)normal.y, (double)normal.z},
                       .rounding = 8 * DBL_EPSILON * (size + t->scale * largest(vec3_load(p)))};
     struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
                                   .radius = (float)(2 * eye_gap * size)};
@@ -389,44 +381,74 @@ struct vec3f trace_start(const struct tracer *t, const double p[3])
 
 /* -- rays ------------------------------------------------------------------------------------- */
 
-static struct query start_query(const struct tracer *t, uint32_t salt, float opaque)
+static struct trace_query start_query(const struct tracer *t, uint32_t salt, float opaque)
 {
-    struct query query = {.tracer = t, .salt = salt, .opaque = opaque};
+    struct trace_query query = {.tracer = t, .salt = salt, .opaque = opaque};
     rtcInitIntersectContext(&query.context);
     return query;
 }
 
-static struct RTCRay embree_ray(const struct trace_ray *ray)
+/* Field by field: a ray that is made and then copied waits for its own stores. */
+static void set_ray(struct RTCRay *r, const struct trace_ray *ray)
 {
-    return (struct RTCRay){.org_x = ray->origin.x, .org_y = ray->origin.y, .org_z = ray->origin.z,
-                           .dir_x = ray->direction.x, .dir_y = ray->direction.y, .dir_z = ray->direction.z,
-                           .tfar = ray->most, .mask = UINT32_MAX};
+    r->org_x = ray->origin.x, r->org_y = ray->origin.y, r->org_z = ray->origin.z;
+    r->tnear = 0;
+    r->dir_x = ray->direction.x, r->dir_y = ray->direction.y, r->dir_z = ray->direction.z;
+    r->time = 0;
+    r->tfar = ray->most;
+    r->mask = UINT32_MAX;
+    r->id = r->flags = 0;
 }
 
-static bool nearest(struct query *query, const struct trace_ray *ray, struct trace_point *point)
+/* What a hit met. The point is reckoned along the ray: its error of a few ulps of max(|p|, t) is what trace_leave steps over. */
+static void met(const struct tracer *t, const struct trace_ray *ray, const struct RTCRayHit *rh, struct trace_point *point)
 {
-    struct RTCRayHit rh = {.ray = embree_ray(ray)};
+    const uint32_t instance = rh->hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? rh->hit.instID[0] : rh->hit.geomID;
+    const struct trace_geometry *g = &t->geometry[instance];
+    struct vec3f normal = {rh->hit.Ng_x, rh->hit.Ng_y, rh->hit.Ng_z};
+    if (g->placed) { /* Embree's is in the mesh's own coordinates */
+        struct vec3f corner[3];
+        trace_corners(t, instance, rh->hit.primID, corner);
+        normal = vec3f_cross(vec3f_sub(corner[1], corner[0]), vec3f_sub(corner[2], corner[0]));
+    } else if (g->mirrored) {
+        normal = vec3f_scale(-1, normal);
+    }
+    point->normal = vec3f_normalize(normal);
+    point->distance = rh->ray.tfar;
+    point->position = vec3f_fma(ray->origin, rh->ray.tfar, ray->direction);
+    point->front = vec3f_dot(point->normal, ray->direction) < 0;
+    point->instance = instance;
+    point->triangle = rh->hit.primID;
+    point->b = rh->hit.u;
+    point->c = rh->hit.v;
+    __builtin_prefetch(&g->material[point->triangle]);
+    if (g->uv)
+        __builtin_prefetch(g->uv + 6 * (size_t)point->triangle);
+}
+
+static bool nearest(struct trace_query *query, const struct trace_ray *ray, struct trace_point *point)
+{
+    struct RTCRayHit rh;
+    set_ray(&rh.ray, ray);
     rh.hit.geomID = rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(query->tracer->embree, &query->context, &rh);
     if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return false;
-    const uint32_t instance = rh.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? rh.hit.instID[0] : rh.hit.geomID;
-    trace_point_at(query->tracer, instance, rh.hit.primID, rh.hit.u, rh.hit.v, point);
-    point->distance = rh.ray.tfar;
-    point->front = vec3f_dot(point->normal, ray->direction) < 0;
+    met(query->tracer, ray, &rh, point);
     return true;
 }
 
 bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point)
 {
-    struct query query = start_query(tracer, ray->salt, NAN);
+    struct trace_query query = start_query(tracer, ray->salt, NAN);
     return nearest(&query, ray, point);
 }
 
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray)
 {
-    struct query query = start_query(tracer, ray->salt, NAN);
-    struct RTCRay r = embree_ray(ray);
+    struct trace_query query = start_query(tracer, ray->salt, NAN);
+    struct RTCRay r;
+    set_ray(&r, ray);
     rtcOccluded1(tracer->embree, &query.context, &r);
     return r.tfar < 0; /* Embree's mark of an occluded ray */
 }
@@ -438,7 +460,7 @@ struct trace_hit trace_nearest(const struct tracer *t, const double origin[3], c
     const struct trace_ray ray = {.origin = trace_to_local(t, origin),
                                   .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
                                   .most = reach < (double)FLT_MAX ? (float)reach : INFINITY};
-    struct query query = start_query(t, 0, 0.5f);
+    struct trace_query query = start_query(t, 0, 0.5f);
     struct trace_point point;
     if (!nearest(&query, &ray, &point))
         return hit;
@@ -456,7 +478,8 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
         return trace_local_occluded(t, &ray) ? 0 : 1;
     float through = 1;
     struct trace_point point;
-    for (struct query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
+    for (struct trace_query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
+        trace_point_shade(t, &point);
         through *= scene_transparency(t->scene, point.material, point.u, point.v);
         const struct vec3f behind = point.front ? vec3f_scale(-1, point.normal) : point.normal;
         ray.origin = trace_leave(&point, behind);

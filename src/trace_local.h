@@ -11,6 +11,9 @@
 struct trace_geometry {
     const float *vertex; /* 3 a vertex: local coordinates, or the mesh's own where `placed` */
     const uint32_t *index;
+    const float *uv;         /* the mesh's, or NULL */
+    const int32_t *material; /* by triangle, into: */
+    const struct scene_material *materials;
     bool placed;         /* by an Embree instance, with: */
     float transform[12]; /* the mesh's own coordinates to local, rows of a 3x4 matrix */
     bool mirrored;       /* the front side is clockwise in local coordinates */
@@ -28,6 +31,14 @@ struct tracer {
     bool has_alpha;                  /* some surface lets rays through */
 };
 
+/* What an Embree query carries for the filters of trace.c. */
+struct trace_query {
+    struct RTCIntersectContext context; /* first: Embree hands its address on */
+    const struct tracer *tracer;
+    uint32_t salt;
+    float opaque; /* blended surfaces count where their transparency is below this; NaN: by chance, with the salt */
+};
+
 /* A ray in local coordinates. salt: which rays a blended surface lets through: another number, another choice. */
 struct trace_ray {
     struct vec3f origin, direction;
@@ -42,9 +53,25 @@ struct trace_point {
     float distance;      /* along the ray */
     bool front;
     uint32_t instance, triangle;
+    float b, c; /* barycentric weights of the mesh's corners 1 and 2 */
+    /* Set by trace_point_shade: */
     float u, v; /* texture coordinates */
     const struct scene_material *material;
 };
+
+/* Sets the material and the texture coordinates of a point. trace_local_nearest has sent for them: what is done between the two
+ * hides the way to memory. */
+static inline void trace_point_shade(const struct tracer *tracer, struct trace_point *point)
+{
+    const struct trace_geometry *g = &tracer->geometry[point->instance];
+    point->material = g->materials + g->material[point->triangle];
+    point->u = point->v = 0;
+    if (point->material->textured && g->uv) {
+        const float a = 1 - point->b - point->c, *uv = g->uv + 6 * (size_t)point->triangle;
+        point->u = a * uv[0] + point->b * uv[2] + point->c * uv[4];
+        point->v = a * uv[1] + point->b * uv[3] + point->c * uv[5];
+    }
+}
 
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
 struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
@@ -52,18 +79,18 @@ struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
 /* Corners of a triangle, counter-clockwise seen from the front. */
 void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle, struct vec3f corner[3]);
 
-/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2. Sets all but distance and front. */
+/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2, of the mesh. Sets all but distance and front, shaded. */
 void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point);
 
-/* Nearest surface along the ray; false: none. Blended surfaces let the ray through with probability 1 - alpha. */
+/* Nearest surface along the ray, not shaded; false: none. Blended surfaces let the ray through with probability 1 - alpha. */
 bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point);
 
 /* Whether anything is between; blended surfaces as above. */
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray);
 
-/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it, on p's side; an eye on the
- * surface is before its front. */
-struct vec3f trace_start(const struct tracer *tracer, const double p[3]);
+/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it: on p's side; before its
+ * front, where p is on it; on the side of `normal`, where that is given (unit; zero: none) and the surface's own. */
+struct vec3f trace_start(const struct tracer *tracer, const double p[3], struct vec3f normal);
 
 /* Where a ray starts that leaves the point to the side of `normal` (unit; either sign of point->normal). */
 struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal);

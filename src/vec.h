@@ -55,6 +55,11 @@ static inline struct vec3f vec3f_normalize(struct vec3f a)
     const float l = vec3f_length(a);
     return l > 0 ? vec3f_scale(1 / l, a) : a;
 }
+/* As fmaxf and fminf, which are calls into libm, for numbers that are not NaN. */
+static inline float float_most(float a, float b) { return a > b ? a : b; }
+static inline float float_least(float a, float b) { return a < b ? a : b; }
+/* The largest component. */
+static inline float vec3f_most(struct vec3f c) { return float_most(c.x, float_most(c.y, c.z)); }
 /* Rec. 709 luminance of linear RGB. */
 static inline float vec3f_luminance(struct vec3f c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 

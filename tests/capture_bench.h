@@ -65,7 +65,7 @@ static inline void bench_clear(struct bench *b)
 static inline struct capture_probe capture(const struct bench *b, const struct capture_settings *s, double x, double y, double z)
 {
     struct capture_probe probe;
-    capture_probe(&b->path, s, (const double[3]){x, y, z}, &probe);
+    must(capture_probe(&b->path, s, (const double[3]){x, y, z}, NULL, &probe));
     return probe;
 }
 

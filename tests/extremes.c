@@ -285,6 +285,36 @@ static void test_shielded(void)
     }
 }
 
+/* Points of a tilted black square, with its normal or against it: whichever side, the sky's irradiance is pi, and none of it is lost to
+ * the square itself. */
+static void test_surface_points(void)
+{
+    static const double turned[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
+    enum { POINTS = 64 };
+    struct shape square = shape_grid(3, 1);
+    struct bench b;
+    shape_place(&square, turned, (struct vec3){0.1, 7.3, -4.7});
+    bench_start(&b);
+    memcpy(b.settings.sky, (const double[3]){1, 1, 1}, sizeof b.settings.sky);
+    add_shape(&b, &square, material(0, 0));
+    add_floor(&b, 1e-3, -20, material(0, 0));
+    bench_finish(&b, 2);
+    const struct capture_settings s = settings_of(64, 2);
+    double worst = 0;
+    for (int i = 0; i < 2 * POINTS; i++) {
+        const double x = 5 * (i / 2 % 8 + 0.3) / 8 - 2.5, z = 5 * (i / 16 + 0.4) / 8 - 2.5, side = i % 2 ? -1 : 1;
+        const double p[3] = {turned[0] * x + turned[2] * z + 0.1, turned[3] * x + turned[5] * z + 7.3, turned[6] * x + turned[8] * z - 4.7};
+        const float normal[3] = {(float)(side * turned[1]), (float)(side * turned[4]), (float)(side * turned[7])};
+        struct capture_probe probe;
+        must(capture_probe(&b.path, &s, p, normal, &probe));
+        worst = fmax(worst, fabs((double)probe.sh[0] / PI - 1));
+    }
+    printf("# extreme points of a surface: error %.4f %% at most\n", 100 * worst);
+    ok(worst < 1e-5, "points of a surface: irradiance from all of the sky");
+    bench_clear(&b);
+    shape_clear(&square);
+}
+
 /* The border of a square, where half of the half space below is the square and half is open. */
 static void test_on_border(void)
 {
@@ -429,7 +459,7 @@ int main(void)
     test_contrast();
     test_white(0.9f, 4096, RUNS_RESOLUTION);
     test_white(0.99f, 1024, 0.006);
-    test_white(0.999f, 256, 0.012);
+    test_white(0.999f, 128, 0.02);
     test_near_wall(1e-3, ALONE, "probe 1e-3 above a wall");
     test_near_wall(1e-7, ALONE, "probe 1e-7 above a wall");
     test_near_wall(-1e-7, ALONE, "probe 1e-7 below a wall");
@@ -442,6 +472,7 @@ int main(void)
     test_in_corner(1.1, -1.1, 1.1, "probe in a corner of a box");
     test_in_instance();
     test_shielded();
+    test_surface_points();
     test_on_border();
     test_triangle_count(1, "2 triangles");
     test_triangle_count(708, "1002528 triangles");

@@ -93,11 +93,11 @@ static void ground_field(const void *context, const double d[3], double rgb[3])
         memcpy(rgb, ground->radiance, sizeof ground->radiance);
 }
 
-enum sky { UNIFORM, GRADIENT, SUNNY };
+enum sky_kind { UNIFORM, GRADIENT, SUNNY };
 
 /* A sky alone, and above a diffuse ground that sees nothing but the sky: radiance rho E / pi below the horizon. The ground ends at 2e4
  * times the probe's height, which is 5e-5 of the half space. */
-static void test_sky(enum sky sky, bool grounded)
+static void test_sky(enum sky_kind sky, bool grounded)
 {
     static const char *const names[] = {[UNIFORM] = "uniform", [GRADIENT] = "gradient", [SUNNY] = "sunny"};
     const double height = 1, p[3] = {0.2, height, -0.3}, colour[3] = {0.5, 1, 2};
@@ -122,7 +122,7 @@ static void test_sky(enum sky sky, bool grounded)
     add_field(truth, 2 * SKY_WIDTH, 2 * SKY_HEIGHT, grounded ? ground_field : sky_field, grounded ? (void *)&ground : (void *)b.scene);
     char name[80];
     snprintf(name, sizeof name, "%s sky%s", names[sky], grounded ? " above a ground" : "");
-    const int rays = sky == SUNNY ? 16384 : 512;
+    const int rays = sky == SUNNY ? 4096 : 512;
     struct runs runs;
     runs_take(&runs, &b, settings_of(rays, CAPTURE_ALL), p, 32);
     runs_check(&runs, truth, "%s", name);
@@ -181,7 +181,7 @@ static void test_sphere(double distance)
        "sphere at %g: quadrature is its triangles' solid angle, %.6f sr, near the sphere's", distance, solid);
     char name[80];
     snprintf(name, sizeof name, "sphere of radius %g at %g", radius, distance);
-    check_at(&b, settings_of(16384, CAPTURE_ALL), at, truth, name);
+    check_at(&b, settings_of(4096, CAPTURE_ALL), at, truth, name);
     bench_clear(&b);
     shape_clear(&sphere);
 }
@@ -367,7 +367,7 @@ static void test_concentric(double radius)
     add_facing(truth, &inner, vec3_load(at), 4, rest);
     char name[80];
     snprintf(name, sizeof name, "spheres of radius %g and 1", radius);
-    check_at(&b, settings_of(radius < 0.3 ? 16384 : 8192, CAPTURE_ALL), at, truth, name);
+    check_at(&b, settings_of(4096, CAPTURE_ALL), at, truth, name);
     bench_clear(&b);
     shape_clear(&outer);
     shape_clear(&inner);
@@ -553,7 +553,7 @@ static void room_runs(struct runs *runs, const struct room *room, enum capture_l
     double p[3];
     vec3_store(p, turn_point(room, (struct vec3){-0.2, 0.1, 0.35}));
     room_build(&b, room);
-    struct capture_settings s = settings_of(16384, light);
+    struct capture_settings s = settings_of(8192, light);
     s.seed = seed;
     s.bounces = 32;
     runs_take(runs, &b, s, p, 32);
@@ -668,7 +668,7 @@ int main(void)
     write_gradient("gradient.hdr");
     write_sunny("sunny.hdr");
     for (int i = 0; i < 6; i++)
-        test_sky((enum sky)(i % 3), i / 3);
+        test_sky((enum sky_kind)(i % 3), i / 3);
     files_end();
     static const double solid_angles[] = {5, 1, 0.05, 1e-4};
     for (int i = 0; i < 4; i++)

@@ -1,0 +1,351 @@
+/* One probe's capture: rounds of samples, what they add up to, and when they are enough. */
+#include "angle.h"
+#include "array.h"
+#include "capture.h"
+#include "error.h"
+#include "gradient.h"
+#include "scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Which of a probe's samples a random number belongs to: the upper two bits of its index. */
+enum kind { OWN, LIGHTS, SKY };
+
+/* For each ray of its own that a probe traces, it asks so many times for emissive surfaces and for an uneven sky. Cells make
+ * these smooth questions converge faster than the paths behind the rays, so fewer are as good. */
+#define ASK_SHARE 0.5
+
+/* One sample in each of rows * columns cells of the unit square; both even, since cells are judged by four. */
+struct grid {
+    int rows, columns;
+};
+
+static struct grid grid_for(int samples, double columns_per_row)
+{
+    const double cells = samples > 4 ? samples : 4;
+    const int pairs = (int)(sqrt(cells / columns_per_row) / 2 + 0.5), rows = 2 * (pairs > 1 ? pairs : 1);
+    return (struct grid){.rows = rows, .columns = 2 * (int)ceil(cells / rows / 2)};
+}
+
+static struct grid own_grid(int rays)
+{
+    return grid_for(rays, 3);
+}
+
+static int grid_samples(const struct grid *grid)
+{
+    return grid->rows * grid->columns;
+}
+
+int capture_ray_count(int rays)
+{
+    const struct grid grid = own_grid(rays);
+    return grid_samples(&grid);
+}
+
+/* A point of cell (row, column). */
+static void cell_point(const struct grid *grid, int row, int column, struct random *random, float *x, double *y)
+{
+    *x = (float)(((double)column + (double)random_float(random)) / grid->columns);
+    *y = ((double)row + (double)random_float(random)) / grid->rows;
+}
+
+/* A probe at work. */
+struct work {
+    const struct path_tracer *path;
+    const struct capture_settings *settings;
+    uint64_t name;
+    bool surface;
+    int values; /* of its light: 3 a basis function */
+    struct path_receiver receiver;
+    double sum[3 * SH_COUNT_MAX];            /* of samples */
+    double square[3 * SH_COUNT_MAX];         /* of differences between diagonals, squared */
+    double luminance_square[SH_COUNT_MAX];   /* the same of luminance, where an error is asked for */
+    double gradient[9 * SH_COUNT_MAX];       /* times rays */
+    double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
+    double certain_gradient[9 * SH_COUNT_MAX];
+    double visibility[SH_COUNT_MAX], open[3];
+    double nearness; /* sum of 1 / distance */
+    int rays, hits, fronts, near;
+    uint32_t asked[2]; /* of the lights, of the sky */
+};
+
+/* -- samples ----------------------------------------------------------------------------------- */
+
+/* A direction of the receiver: uniform over the sphere, by equal steps of z (Archimedes); or by the cosine about the normal. */
+static struct vec3f own_direction(const struct work *w, float x, double y)
+{
+    if (w->surface)
+        return path_scatter(w->receiver.at.normal, (float)y, x);
+    const float z = (float)(2 * y - 1), r = sqrtf(float_most(1 - z * z, 0));
+    float c, s;
+    angle_turn(x, &c, &s);
+    return (struct vec3f){r * c, r * s, z};
+}
+
+/* Adds light from a direction, radiance times solid angle, to a sample. */
+static void project(const struct work *w, struct vec3f light, struct vec3f direction, float weight, double *sample)
+{
+    if (light.x == 0 && light.y == 0 && light.z == 0)
+        return;
+    const double rgb[3] = {(double)light.x, (double)light.y, (double)light.z};
+    double y[SH_COUNT_MAX];
+    if (w->surface) {
+        const double cosine = (double)vec3f_dot(direction, w->receiver.at.normal);
+        for (int k = 0; k < 3; k++)
+            sample[k] += (double)weight * fmax(cosine, 0) * rgb[k];
+        return;
+    }
+    sh_basis(w->settings->order, (const double[3]){(double)direction.x, (double)direction.y, (double)direction.z}, y);
+    sh_project(w->settings->order, y, rgb, (double)weight, sample);
+}
+
+/* Four neighbouring cells, one sample each: a is the sum of those on one diagonal, b of the other. */
+static void add_four(struct work *w, const double *a, const double *b)
+{
+    for (int k = 0; k < w->values; k++) {
+        const double difference = a[k] - b[k];
+        w->sum[k] += a[k] + b[k];
+        w->square[k] += difference * difference;
+    }
+    for (int k = 0; k < w->values && w->settings->error > 0; k += 3) {
+        const double difference = 0.2126 * (a[k] - b[k]) + 0.7152 * (a[k + 1] - b[k + 1]) + 0.0722 * (a[k + 2] - b[k + 2]);
+        w->luminance_square[k / 3] += difference * difference;
+    }
+}
+
+/* What a ray met, apart from light. */
+static void note(struct work *w, const struct path_sample *s, struct vec3f direction)
+{
+    w->rays++;
+    w->hits += s->hit;
+    w->fronts += s->hit && s->front;
+    w->nearness += s->hit ? 1 / (double)s->distance : 0;
+    if (s->hit && (double)s->distance / w->path->tracer->scale <= w->settings->ao_distance) {
+        w->near++;
+    } else if (w->surface) {
+        w->open[0] += (double)direction.x;
+        w->open[1] += (double)direction.y;
+        w->open[2] += (double)direction.z;
+    }
+    if (!s->hit && !w->surface && w->settings->columns & CAPTURE_VISIBILITY) {
+        double y[SH_COUNT_MAX];
+        sh_basis(w->settings->order, (const double[3]){(double)direction.x, (double)direction.y, (double)direction.z}, y);
+        for (int i = 0; i < w->settings->order * w->settings->order; i++)
+            w->visibility[i] += y[i];
+    }
+}
+
+/* One ray of the probe's own, added to `sample`; what it saw, unweighted, is a gradient's cell. */
+static void take_own(struct work *w, const struct grid *grid, int row, int column, struct random *random, double *sample,
+                     struct gradient_cells *cells)
+{
+    const enum capture_light which = w->settings->light;
+    float x;
+    double y;
+    cell_point(grid, row, column, random, &x, &y);
+    const struct vec3f direction = own_direction(w, x, y);
+    const struct path_sample s = path_sample(w->path, &w->receiver, direction, which != CAPTURE_DIRECT, random);
+    const struct vec3f straight = which != CAPTURE_INDIRECT ? s.straight : (struct vec3f){0};
+    float weight = 4 * (float)ANGLE_PI; /* 1 / density */
+    if (w->surface)
+        weight = (float)ANGLE_PI / float_most(vec3f_dot(direction, w->receiver.at.normal), 1e-6f);
+    project(w, vec3f_fma(s.scattered, s.weight, straight), direction, weight, sample);
+    note(w, &s, direction);
+    if (cells->radiance) {
+        const int cell = row * grid->columns + column;
+        cells->radiance[cell] = vec3f_add(s.scattered, straight);
+        cells->nearness[cell] = s.hit ? 1 / s.distance : 0;
+    }
+}
+
+/* One question to the lights or the sky, added to `sample`. */
+static void ask(const struct work *w, enum kind kind, const struct grid *grid, int row, int column, struct random *random,
+                double *sample)
+{
+    float x;
+    double y;
+    cell_point(grid, row, column, random, &x, &y);
+    const struct path_found found = kind == LIGHTS ? path_light(w->path, &w->receiver, y, x, random)
+                                                   : path_sky(w->path, &w->receiver, (double)x, y, random);
+    project(w, found.light, found.direction, 1, sample);
+}
+
+/* -- rounds ------------------------------------------------------------------------------------ */
+
+/* A sample in every cell of a grid; `first` is the number of the first sample of this kind. */
+static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid, struct gradient_cells *cells)
+{
+    double diagonal[2][3 * SH_COUNT_MAX];
+    for (int row = 0; row < grid->rows; row += 2) {
+        for (int column = 0; column < grid->columns; column += 2) {
+            for (int i = 0; i < 2; i++)
+                memset(diagonal[i], 0, (size_t)w->values * sizeof **diagonal);
+            for (int i = 0; i < 4; i++) {
+                const int down = i >> 1, along = i & 1;
+                const uint32_t number = first + (uint32_t)((row + down) * grid->columns + column + along);
+                struct random random = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | number);
+                if (kind == OWN)
+                    take_own(w, grid, row + down, column + along, &random, diagonal[down ^ along], cells);
+                else
+                    ask(w, kind, grid, row + down, column + along, &random, diagonal[down ^ along]);
+            }
+            add_four(w, diagonal[0], diagonal[1]);
+        }
+    }
+}
+
+static void ask_cells(struct work *w, enum kind kind, const struct grid *grid)
+{
+    uint32_t *asked = &w->asked[kind == SKY];
+    sample_cells(w, kind, *asked, grid, NULL);
+    *asked += (uint32_t)grid_samples(grid);
+}
+
+/* A round of `rays` rays and of the questions that go with them. */
+static struct error *take_round(struct work *w, int rays)
+{
+    const struct grid own = own_grid(rays), asks = grid_for((int)(ASK_SHARE * rays), 1);
+    const bool direct = w->settings->light != CAPTURE_INDIRECT;
+    const bool ask_lights = direct && w->path->emissive, ask_sky = direct && w->path->sky.rows;
+    const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
+    struct gradient_cells cells = {.rows = own.rows, .columns = own.columns};
+    struct error *err = NULL;
+    if (w->settings->columns & CAPTURE_GRADIENT && !w->surface) {
+        err = array_create(&cells.radiance, (size_t)(own.rows * own.columns), sizeof *cells.radiance);
+        if (!err)
+            err = array_create(&cells.nearness, (size_t)(own.rows * own.columns), sizeof *cells.nearness);
+    }
+    if (!err) {
+        w->receiver.lights_share = w->receiver.sky_share = share;
+        sample_cells(w, OWN, (uint32_t)w->rays, &own, &cells);
+        if (ask_lights)
+            ask_cells(w, LIGHTS, &asks);
+        if (ask_sky)
+            ask_cells(w, SKY, &asks);
+    }
+    if (!err && cells.radiance) /* distances are local: a world unit is `scale` of them */
+        gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale, w->gradient);
+    free(cells.radiance);
+    free(cells.nearness);
+    return err;
+}
+
+/* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio capture_settings.error bounds. */
+static void irradiance_error(const struct work *w, double *mean, double *error)
+{
+    double rgb[3];
+    for (int k = 0; k < 3; k++)
+        rgb[k] = w->sum[k] + w->rays * w->certain[k];
+    const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    if (w->surface) {
+        *mean = luminance;
+        *error = sqrt(w->luminance_square[0]);
+        return;
+    }
+    double variance = 0;
+    for (int l = 0, i = 0; l < w->settings->order; l++)
+        for (; i < (l + 1) * (l + 1); i++)
+            variance += sh_cosine(l) * sh_cosine(l) * w->luminance_square[i];
+    *mean = sh_cosine(0) * luminance * sqrt(1 / (4 * ANGLE_PI));
+    *error = sqrt(variance / (4 * ANGLE_PI));
+}
+
+/* How many more rays a probe needs; 0: none. */
+static int rays_wanted(const struct work *w)
+{
+    enum { DARK = 2048 }; /* rays after which a probe that saw no light is dark */
+    const struct capture_settings *s = w->settings;
+    double mean, error;
+    if (!(s->error > 0) || w->rays >= s->rays_most)
+        return 0;
+    irradiance_error(w, &mean, &error);
+    const double room = s->rays_most - w->rays;
+    if (!(mean > 0))
+        return w->rays < DARK ? (int)fmin(DARK, room) : 0;
+    const double ratio = error / fmax(mean, s->error_floor * w->rays) / s->error;
+    if (ratio <= 1)
+        return 0;
+    /* By the root of their number; not too far ahead of what so few rays know, nor in steps too small for their cells. */
+    const double wanted = w->rays * fmin(fmax(1.1 * ratio * ratio - 1, 0.5), 8);
+    return (int)fmin(wanted, room);
+}
+
+/* -- lights without a surface ------------------------------------------------------------------- */
+
+static void delta_of(const void *context, const double p[3], double direction[3], double rgb[3])
+{
+    double distance;
+    scene_light_at(context, p, direction, &distance, rgb);
+}
+
+/* Light that comes straight from point, spot and sun lights: a delta in its direction, certain. */
+static void add_punctual(const struct path_tracer *path, struct work *w, const double p[3])
+{
+    const struct scene *scene = trace_scene(path->tracer);
+    double start[3];
+    vec3_store(start, trace_to_world(path->tracer, w->receiver.at.position));
+    for (size_t i = 0; i < scene->light_count; i++) {
+        const struct scene_light *light = &scene->lights[i];
+        double d[3], distance, rgb[3];
+        scene_light_at(light, p, d, &distance, rgb);
+        if (!(rgb[0] > 0 || rgb[1] > 0 || rgb[2] > 0))
+            continue;
+        const double at[3] = {light->position.x, light->position.y, light->position.z};
+        const float visible =
+            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, start, d) : trace_visibility(path->tracer, start, at);
+        if (w->surface) {
+            const struct vec3f n = w->receiver.at.normal;
+            const double cosine = fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
+            for (int k = 0; k < 3; k++)
+                w->certain[k] += (double)visible * cosine * rgb[k];
+            continue;
+        }
+        double y[SH_COUNT_MAX];
+        sh_basis(w->settings->order, d, y);
+        sh_project(w->settings->order, y, rgb, (double)visible, w->certain);
+        if (w->settings->columns & CAPTURE_GRADIENT && light->kind != SCENE_SUN && visible > 0)
+            gradient_add_delta(delta_of, light, p, distance, w->settings->order, (double)visible, w->certain_gradient);
+    }
+}
+
+/* -- the probe --------------------------------------------------------------------------------- */
+
+static void finish(const struct work *w, struct capture_probe *result)
+{
+    const int count = w->settings->order * w->settings->order;
+    for (int k = 0; k < w->values; k++) {
+        result->sh[k] = (float)(w->sum[k] / w->rays + w->certain[k]);
+        result->sh_error[k] = (float)(sqrt(w->square[k]) / w->rays);
+    }
+    for (int k = 0; k < 9 * count; k++)
+        result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
+    for (int k = 0; k < count; k++)
+        result->visibility[k] = (float)(w->visibility[k] * 4 * ANGLE_PI / w->rays);
+    result->validity = w->hits ? (float)w->fronts / (float)w->hits : 1;
+    result->sky = (float)(w->rays - w->hits) / (float)w->rays;
+    result->depth = w->hits ? (float)(w->rays / w->nearness / w->path->tracer->scale) : 0;
+    result->ao = (float)(w->rays - w->near) / (float)w->rays;
+    const struct vec3 bent = vec3_normalize(vec3_load(w->open));
+    result->bent_normal[0] = (float)bent.x, result->bent_normal[1] = (float)bent.y, result->bent_normal[2] = (float)bent.z;
+    result->rays = w->rays;
+}
+
+struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
+                            const float *normal, struct capture_probe *result)
+{
+    struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal,
+                     .values = normal ? 3 : 3 * settings->order * settings->order};
+    if (normal)
+        w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
+    w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
+    if (settings->light != CAPTURE_INDIRECT)
+        add_punctual(path, &w, p);
+    struct error *err = NULL;
+    for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w))
+        err = take_round(&w, rays);
+    if (!err)
+        finish(&w, result);
+    return err;
+}
