@@ -332,6 +332,9 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->rays = w->rays;
 }
 
+/* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares of distances. */
+static const float farthest = 1e15f;
+
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result)
 {
@@ -339,6 +342,9 @@ struct error *capture_probe(const struct path_tracer *path, const struct capture
                      .values = normal ? 3 : 3 * settings->order * settings->order};
     if (normal)
         w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
+    const struct vec3f local = trace_to_local(path->tracer, p);
+    if (!(fabsf(local.x) < farthest && fabsf(local.y) < farthest && fabsf(local.z) < farthest))
+        return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1], p[2], (double)farthest);
     w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
