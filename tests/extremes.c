@@ -421,8 +421,8 @@ static void test_empty(void)
 
 /* -- what cannot be held ---------------------------------------------------------------------- */
 
-/* Light that overflows 32 bits on its way is refused, with what helps. */
-static void test_overflow(void)
+/* Captures one probe at x, 0.2, 0.3 in a box that shines so brightly, by way of a table. */
+static struct error *capture_table(double x, float emission)
 {
     struct bench b;
     struct table table;
@@ -430,18 +430,34 @@ static void test_overflow(void)
     size_t captured;
     const struct capture_settings s = settings_of(64, 64);
     bench_start(&b);
-    add_cube(&b, 1, material(0.5f, 1e38f));
+    add_cube(&b, 1, material(0.5f, emission));
     bench_finish(&b, 64);
     must(table_init(&table, "probe"));
     must(table_add_column(&table, "position", COLUMN_F64, 3, &position));
     must(capture_add_columns(&s, &table));
     must(table_resize(&table, 1));
-    memcpy(column_f64(table_column(&table, "position")), (const double[3]){0.1, 0.2, 0.3}, sizeof(double[3]));
+    memcpy(column_f64(table_column(&table, "position")), (const double[3]){x, 0.2, 0.3}, sizeof(double[3]));
     struct error *err = capture_rows(&b.path, &s, &table, 0, 1, true, 1, NULL, &captured);
-    ok(err && strstr(error_message(err), "--light-scale"), "radiance of 1e38: %s", err ? error_message(err) : "not refused");
-    error_destroy(err);
     table_clear(&table);
     bench_clear(&b);
+    return err;
+}
+
+/* Light that overflows 32 bits on its way is refused, with what helps; so is a probe from where no ray can come. */
+static void test_refused(void)
+{
+    struct error *err = capture_table(0.1, 1e38f);
+    ok(err && strstr(error_message(err), "--light-scale"), "radiance of 1e38: %s", err ? error_message(err) : "not refused");
+    error_destroy(err);
+    static const double far[] = {1e16, 1e19, 1e40, 1e300};
+    for (int i = 0; i < 4; i++) {
+        err = capture_table(far[i], 1);
+        ok(err && strstr(error_message(err), "too far"), "a probe at %g: %s", far[i], err ? error_message(err) : "not refused");
+        error_destroy(err);
+    }
+    err = capture_table(1e14, 1);
+    ok(!err, "a probe at 1e14 is captured%s%s", err ? ": " : "", err ? error_message(err) : "");
+    error_destroy(err);
 }
 
 int main(void)
@@ -479,6 +495,6 @@ int main(void)
     test_tight();
     test_single();
     test_empty();
-    test_overflow();
+    test_refused();
     return tap_done();
 }
