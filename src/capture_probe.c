@@ -153,10 +153,11 @@ static void take_own(struct work *w, const struct grid *grid, int row, int colum
         weight = (float)ANGLE_PI / float_most(vec3f_dot(direction, w->receiver.at.normal), 1e-6f);
     project(w, vec3f_fma(s.scattered, s.weight, straight), direction, weight, sample);
     note(w, &s, direction);
-    if (cells->radiance) {
-        const int cell = row * grid->columns + column;
-        cells->radiance[cell] = vec3f_add(s.scattered, straight);
-        cells->nearness[cell] = s.hit ? 1 / s.distance : 0;
+    if (cells->cell) {
+        struct gradient_cell *cell = &cells->cell[row * grid->columns + column];
+        *cell = (struct gradient_cell){.radiance = vec3f_add(s.scattered, straight), .direction = direction};
+        if (s.hit)
+            cell->plane = vec3f_scale(1 / (s.distance * vec3f_dot(s.normal, direction)), s.normal);
     }
 }
 
@@ -212,11 +213,8 @@ static struct error *take_round(struct work *w, int rays)
     const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
     struct gradient_cells cells = {.rows = own.rows, .columns = own.columns};
     struct error *err = NULL;
-    if (w->settings->columns & CAPTURE_GRADIENT && !w->surface) {
-        err = array_create(&cells.radiance, (size_t)(own.rows * own.columns), sizeof *cells.radiance);
-        if (!err)
-            err = array_create(&cells.nearness, (size_t)(own.rows * own.columns), sizeof *cells.nearness);
-    }
+    if (w->settings->columns & CAPTURE_GRADIENT && !w->surface)
+        err = array_create(&cells.cell, (size_t)(own.rows * own.columns), sizeof *cells.cell);
     if (!err) {
         w->receiver.lights_share = w->receiver.sky_share = share;
         sample_cells(w, OWN, (uint32_t)w->rays, &own, &cells);
@@ -225,10 +223,9 @@ static struct error *take_round(struct work *w, int rays)
         if (ask_sky)
             ask_cells(w, SKY, &asks);
     }
-    if (!err && cells.radiance) /* distances are local: a world unit is `scale` of them */
+    if (!err && cells.cell) /* distances are local: a world unit is `scale` of them */
         gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale, w->gradient);
-    free(cells.radiance);
-    free(cells.nearness);
+    free(cells.cell);
     return err;
 }
 
