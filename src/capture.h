@@ -94,7 +94,8 @@ bool capture_header_has_settings(const struct stream_header *header);
 /* How many rays a round of this many has. */
 int capture_ray_count(int rays);
 
-/* Captures one probe at p (world, finite); normal: NULL, or the unit normal of a surface. Any thread. */
+/* Captures one probe at p (world, finite); normal: NULL, or the unit normal of a surface. Refused: p farther out
+ * than 1e15 times the scene's size. Any thread. */
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result);
 

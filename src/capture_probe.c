@@ -281,6 +281,8 @@ static void delta_of(const void *context, const double p[3], double direction[3]
 static void add_punctual(const struct path_tracer *path, struct work *w, const double p[3])
 {
     const struct scene *scene = trace_scene(path->tracer);
+    double start[3];
+    vec3_store(start, trace_to_world(path->tracer, w->receiver.at.position));
     for (size_t i = 0; i < scene->light_count; i++) {
         const struct scene_light *light = &scene->lights[i];
         double d[3], distance, rgb[3];
@@ -289,7 +291,7 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
             continue;
         const double at[3] = {light->position.x, light->position.y, light->position.z};
         const float visible =
-            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, p, d) : trace_visibility(path->tracer, p, at);
+            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, start, d) : trace_visibility(path->tracer, start, at);
         if (w->surface) {
             const struct vec3f n = w->receiver.at.normal;
             const double cosine = fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
@@ -327,14 +329,20 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->rays = w->rays;
 }
 
+/* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares of distances. */
+static const float farthest = 1e15f;
+
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result)
 {
     struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal,
-                     .values = normal ? 3 : 3 * settings->order * settings->order,
-                     .receiver.at = {.position = trace_to_local(path->tracer, p)}};
+                     .values = normal ? 3 : 3 * settings->order * settings->order};
     if (normal)
         w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
+    const struct vec3f local = trace_to_local(path->tracer, p);
+    if (!(fabsf(local.x) < farthest && fabsf(local.y) < farthest && fabsf(local.z) < farthest))
+        return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1], p[2], (double)farthest);
+    w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
     struct error *err = NULL;
