@@ -315,7 +315,8 @@ static void test_surface_points(void)
     shape_clear(&square);
 }
 
-/* The border of a square, where half of the half space below is the square and half is open. */
+/* The border of a square, where half of the half space below is the square and half is open: 7/8 of the light. Rays that pass the border
+ * nearer than floats can tell count as hits (no ray may slip between two triangles), which widens the square by less than 1 %. */
 static void test_on_border(void)
 {
     const double half = 10, p[3] = {half, 0, -1.3};
@@ -328,12 +329,12 @@ static void test_on_border(void)
     runs_take(&runs, &b, settings_of(512, 2), p, 32);
     double mean[TRUTH_VALUES];
     runs_mean(&runs, mean);
-    const double share = mean[0] / sqrt(4 * PI); /* 1 with nothing below, 3/4 with a half space of albedo 0.5 */
-    printf("# extreme probe on the border of a wall: mean radiance %.4f, between 0.7500 (wall below) and 1 (none)\n", share);
+    const double share = mean[0] / sqrt(4 * PI);
+    printf("# extreme probe on the border of a wall: error %+.4f %%\n", 100 * (share / 0.875 - 1));
     bool finite = true;
     for (int k = 0; k < TRUTH_VALUES; k++)
         finite = finite && isfinite(mean[k]) && isfinite(runs.variance[k]);
-    ok(finite && share > 0.745 && share < 1.005, "probe on the border of a wall: finite, between wall and sky");
+    ok(finite && fabs(share / 0.875 - 1) < 0.01, "probe on the border of a wall: finite, and within 1 %% of the light that one above it has");
     bench_clear(&b);
 }
 
