@@ -61,7 +61,9 @@ struct work {
     struct path_receiver receiver;
     double sum[3 * SH_COUNT_MAX];            /* of samples */
     double square[3 * SH_COUNT_MAX];         /* of differences between diagonals, squared */
-    double luminance_square[SH_COUNT_MAX];   /* the same of luminance, where an error is asked for */
+    double largest[3 * SH_COUNT_MAX];        /* of those squares */
+    double luminance_square[SH_COUNT_MAX];   /* the same two of luminance, where an error is asked for */
+    double luminance_largest[SH_COUNT_MAX];
     double gradient[9 * SH_COUNT_MAX];       /* times rays */
     double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
     double certain_gradient[9 * SH_COUNT_MAX];
@@ -108,10 +110,12 @@ static void add_four(struct work *w, const double *a, const double *b)
         const double difference = a[k] - b[k];
         w->sum[k] += a[k] + b[k];
         w->square[k] += difference * difference;
+        w->largest[k] = fmax(w->largest[k], difference * difference);
     }
     for (int k = 0; k < w->values && w->settings->error > 0; k += 3) {
         const double difference = 0.2126 * (a[k] - b[k]) + 0.7152 * (a[k + 1] - b[k + 1]) + 0.0722 * (a[k + 2] - b[k + 2]);
         w->luminance_square[k / 3] += difference * difference;
+        w->luminance_largest[k / 3] = fmax(w->luminance_largest[k / 3], difference * difference);
     }
 }
 
@@ -238,13 +242,13 @@ static void irradiance_error(const struct work *w, double *mean, double *error)
     const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     if (w->surface) {
         *mean = luminance;
-        *error = sqrt(w->luminance_square[0]);
+        *error = sqrt(w->luminance_square[0] + w->luminance_largest[0]);
         return;
     }
     double variance = 0;
     for (int l = 0, i = 0; l < w->settings->order; l++)
         for (; i < (l + 1) * (l + 1); i++)
-            variance += sh_cosine(l) * sh_cosine(l) * w->luminance_square[i];
+            variance += sh_cosine(l) * sh_cosine(l) * (w->luminance_square[i] + w->luminance_largest[i]);
     *mean = sh_cosine(0) * luminance * sqrt(1 / (4 * ANGLE_PI));
     *error = sqrt(variance / (4 * ANGLE_PI));
 }
@@ -314,7 +318,7 @@ static void finish(const struct work *w, struct capture_probe *result)
     const int count = w->settings->order * w->settings->order;
     for (int k = 0; k < w->values; k++) {
         result->sh[k] = (float)(w->sum[k] / w->rays + w->certain[k]);
-        result->sh_error[k] = (float)(sqrt(w->square[k]) / w->rays);
+        result->sh_error[k] = (float)(sqrt(w->square[k] + w->largest[k]) / w->rays);
     }
     for (int k = 0; k < 9 * count; k++)
         result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
