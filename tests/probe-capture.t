@@ -38,6 +38,29 @@ refused 1 "another scene" probe-capture --sky 1,1,1 "$scene" a.probe
 check "--again captures all anew" sh -c "probe-capture --again --rays 64 '$scene' a.probe | probe-cat --info | grep -q 'key capture-rays 64'"
 check "direct and indirect are accepted" capture --light direct "$scene" placed.probe
 
+# Rays by error, orders by what irradiance needs, columns on request, surfaces.
+check "every probe as exactly as is asked" sh -c "probe-capture -e 0.1 --emit front --columns sh_error,rays --text '$scene' placed.probe >error.probe &&
+    grep -q '^capture-error 0.1' error.probe && probe-cat --where 'rays[0]>200' error.probe | probe-cat --info | grep -q 'table probe: [1-9]'"
+check "such a stream goes on as it began" sh -c "probe-tet --enclose error.probe | probe-capture -q '$scene' | probe-cat --info | grep -q 'key capture-error 0.1'"
+refused 1 "captured with capture-error 0.1, not 0.2" probe-capture -e 0.2 "$scene" error.probe
+check "--order auto says what it keeps" sh -c "probe-capture --rays 64 --order auto --order-loss 0.05 '$scene' placed.probe 2>err >auto.probe &&
+    grep -q 'order [1-5] loses 0.0' err && order=\$(sed -n 's/.*order \([1-5]\) loses.*/\1/p' err) && probe-cat --info auto.probe | grep -q \"key sh-order \$order\""
+probe-capture --rays 64 --order "$(probe-cat --info auto.probe | sed -n 's/^key sh-order //p')" "$scene" placed.probe >same.probe
+check "and it is what that order gives" sh -c "probe-cat --no-provenance auto.probe >x && probe-cat --no-provenance same.probe | cmp - x"
+check "--columns writes what was asked for" sh -c "capture() { probe-capture --rays 32 \"\$@\"; }
+    capture --columns sh_gradient,visibility,ao,rays --text '$scene' placed.probe |
+    grep -qx 'table probe position:f64:3 sh:f32:27 sh_gradient:f32:81 visibility:f32:9 ao:f32:1 rays:i32:1'"
+{ printf '#?probe 1\ntable probe position:f64:3 normal:f32:3\n'; printf '%s\n' "2.7 0.001 2.7 0 1 0" "2.7 5.4 2.7 0 -1 0"; echo end; } >surface.probe
+check "surfaces get irradiance" sh -c "probe-capture --columns irradiance_error,ao,bent_normal --text '$scene' surface.probe |
+    grep -qx 'table probe position:f64:3 normal:f32:3 irradiance:f32:3 irradiance_error:f32:3 ao:f32:1 bent_normal:f32:3'"
+refused 1 "bent_normal is known of probes with a normal alone" probe-capture --columns bent_normal "$scene" placed.probe
+refused 1 "sh_gradient is known of probes without a normal alone" probe-capture --columns sh_gradient "$scene" surface.probe
+sed 's/0 1 0$/0 0 0/' surface.probe >flat.probe
+refused 1 "probe 0: expected a normal, got (0, 0, 0)" probe-capture "$scene" flat.probe
+refused 2 "--error" probe-capture --error 0 "$scene" placed.probe
+refused 2 "--ao-distance" probe-capture --ao-distance -1 "$scene" placed.probe
+refused 2 "auto" probe-capture --order most "$scene" placed.probe
+
 # Work starts before the input ends.
 mkfifo pipe
 capture --text "$scene" pipe >streamed.probe &
@@ -56,10 +79,10 @@ head -c 300 placed.probe >cut.probe
 refused 1 "cut.probe" probe-capture "$scene" cut.probe
 refused 1 "No such file" probe-capture none.obj placed.probe
 refused 1 "No space left" sh -c "probe-capture --rays 4 '$scene' placed.probe >/dev/full"
-refused 2 "--order: expected a number at least 1 and at most 6, got 7" probe-capture --order 7 "$scene"
+refused 2 "--order: expected a whole number from 1 to 6, or auto, got '7'" probe-capture --order 7 "$scene"
 refused 2 "--rays" probe-capture --rays 0 "$scene"
 refused 2 "--sky" probe-capture --sky 1,2 "$scene"
 refused 2 "--sun" probe-capture --sun 0,0,0,1,1,1 "$scene"
-refused 2 "sh_error, validity, depth" probe-capture --columns sh,foo "$scene"
+refused 2 "expected some of sh_error" probe-capture --columns sh,foo "$scene"
 refused 2 "SCENE" probe-capture
 tap_done
