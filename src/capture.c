@@ -241,7 +241,7 @@ static struct error *capture_one(void *context, size_t index, int thread)
     struct capture_probe result;
     struct error *err = capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
     if (err)
-        return err;
+        return error_wrap(err, "probe %zu", row);
     for (size_t i = 0; i < OUTPUTS; i++) {
         const struct column *column = job->column[i];
         if (!column)

@@ -7,7 +7,8 @@
  * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the
  * difference between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's variance and
  * what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
- * "Sampling Techniques", 1977, sec. 5A.12). Emissive surfaces are asked in cells of their own (path_light), and so is an uneven sky. Point,
+ * "Sampling Techniques", 1977, sec. 5A.12). The largest of these differences counts twice: light that few rays find is missed by most
+ * probes, and what a probe has not seen is about as large as the largest that it has. Emissive surfaces are asked in cells of their own (path_light), and so is an uneven sky. Point,
  * spot and sun lights enter as deltas in their direction. Sums are in double.
  *
  * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays
@@ -94,7 +95,8 @@ bool capture_header_has_settings(const struct stream_header *header);
 /* How many rays a round of this many has. */
 int capture_ray_count(int rays);
 
-/* Captures one probe at p (world, finite); normal: NULL, or the unit normal of a surface. Any thread. */
+/* Captures one probe at p (world, finite); normal: NULL, or the unit normal of a surface. Refused: p farther out
+ * than 1e15 times the scene's size. Any thread. */
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result);
 

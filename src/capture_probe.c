@@ -61,7 +61,9 @@ struct work {
     struct path_receiver receiver;
     double sum[3 * SH_COUNT_MAX];            /* of samples */
     double square[3 * SH_COUNT_MAX];         /* of differences between diagonals, squared */
-    double luminance_square[SH_COUNT_MAX];   /* the same of luminance, where an error is asked for */
+    double largest[3 * SH_COUNT_MAX];        /* of those squares */
+    double luminance_square[SH_COUNT_MAX];   /* the same two of luminance, where an error is asked for */
+    double luminance_largest[SH_COUNT_MAX];
     double gradient[9 * SH_COUNT_MAX];       /* times rays */
     double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
     double certain_gradient[9 * SH_COUNT_MAX];
@@ -108,10 +110,12 @@ static void add_four(struct work *w, const double *a, const double *b)
         const double difference = a[k] - b[k];
         w->sum[k] += a[k] + b[k];
         w->square[k] += difference * difference;
+        w->largest[k] = fmax(w->largest[k], difference * difference);
     }
     for (int k = 0; k < w->values && w->settings->error > 0; k += 3) {
         const double difference = 0.2126 * (a[k] - b[k]) + 0.7152 * (a[k + 1] - b[k + 1]) + 0.0722 * (a[k + 2] - b[k + 2]);
         w->luminance_square[k / 3] += difference * difference;
+        w->luminance_largest[k / 3] = fmax(w->luminance_largest[k / 3], difference * difference);
     }
 }
 
@@ -153,10 +157,11 @@ static void take_own(struct work *w, const struct grid *grid, int row, int colum
         weight = (float)ANGLE_PI / float_most(vec3f_dot(direction, w->receiver.at.normal), 1e-6f);
     project(w, vec3f_fma(s.scattered, s.weight, straight), direction, weight, sample);
     note(w, &s, direction);
-    if (cells->radiance) {
-        const int cell = row * grid->columns + column;
-        cells->radiance[cell] = vec3f_add(s.scattered, straight);
-        cells->nearness[cell] = s.hit ? 1 / s.distance : 0;
+    if (cells->cell) {
+        struct gradient_cell *cell = &cells->cell[row * grid->columns + column];
+        *cell = (struct gradient_cell){.radiance = vec3f_add(s.scattered, straight), .direction = direction};
+        if (s.hit)
+            cell->plane = vec3f_scale(1 / (s.distance * vec3f_dot(s.normal, direction)), s.normal);
     }
 }
 
@@ -212,11 +217,8 @@ static struct error *take_round(struct work *w, int rays)
     const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
     struct gradient_cells cells = {.rows = own.rows, .columns = own.columns};
     struct error *err = NULL;
-    if (w->settings->columns & CAPTURE_GRADIENT && !w->surface) {
-        err = array_create(&cells.radiance, (size_t)(own.rows * own.columns), sizeof *cells.radiance);
-        if (!err)
-            err = array_create(&cells.nearness, (size_t)(own.rows * own.columns), sizeof *cells.nearness);
-    }
+    if (w->settings->columns & CAPTURE_GRADIENT && !w->surface)
+        err = array_create(&cells.cell, (size_t)(own.rows * own.columns), sizeof *cells.cell);
     if (!err) {
         w->receiver.lights_share = w->receiver.sky_share = share;
         sample_cells(w, OWN, (uint32_t)w->rays, &own, &cells);
@@ -225,10 +227,9 @@ static struct error *take_round(struct work *w, int rays)
         if (ask_sky)
             ask_cells(w, SKY, &asks);
     }
-    if (!err && cells.radiance) /* distances are local: a world unit is `scale` of them */
+    if (!err && cells.cell) /* distances are local: a world unit is `scale` of them */
         gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale, w->gradient);
-    free(cells.radiance);
-    free(cells.nearness);
+    free(cells.cell);
     return err;
 }
 
@@ -241,13 +242,13 @@ static void irradiance_error(const struct work *w, double *mean, double *error)
     const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     if (w->surface) {
         *mean = luminance;
-        *error = sqrt(w->luminance_square[0]);
+        *error = sqrt(w->luminance_square[0] + w->luminance_largest[0]);
         return;
     }
     double variance = 0;
     for (int l = 0, i = 0; l < w->settings->order; l++)
         for (; i < (l + 1) * (l + 1); i++)
-            variance += sh_cosine(l) * sh_cosine(l) * w->luminance_square[i];
+            variance += sh_cosine(l) * sh_cosine(l) * (w->luminance_square[i] + w->luminance_largest[i]);
     *mean = sh_cosine(0) * luminance * sqrt(1 / (4 * ANGLE_PI));
     *error = sqrt(variance / (4 * ANGLE_PI));
 }
@@ -284,6 +285,8 @@ static void delta_of(const void *context, const double p[3], double direction[3]
 static void add_punctual(const struct path_tracer *path, struct work *w, const double p[3])
 {
     const struct scene *scene = trace_scene(path->tracer);
+    double start[3];
+    vec3_store(start, trace_to_world(path->tracer, w->receiver.at.position));
     for (size_t i = 0; i < scene->light_count; i++) {
         const struct scene_light *light = &scene->lights[i];
         double d[3], distance, rgb[3];
@@ -292,7 +295,7 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
             continue;
         const double at[3] = {light->position.x, light->position.y, light->position.z};
         const float visible =
-            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, p, d) : trace_visibility(path->tracer, p, at);
+            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, start, d) : trace_visibility(path->tracer, start, at);
         if (w->surface) {
             const struct vec3f n = w->receiver.at.normal;
             const double cosine = fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
@@ -315,7 +318,7 @@ static void finish(const struct work *w, struct capture_probe *result)
     const int count = w->settings->order * w->settings->order;
     for (int k = 0; k < w->values; k++) {
         result->sh[k] = (float)(w->sum[k] / w->rays + w->certain[k]);
-        result->sh_error[k] = (float)(sqrt(w->square[k]) / w->rays);
+        result->sh_error[k] = (float)(sqrt(w->square[k] + w->largest[k]) / w->rays);
     }
     for (int k = 0; k < 9 * count; k++)
         result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
@@ -330,14 +333,20 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->rays = w->rays;
 }
 
+/* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares of distances. */
+static const float farthest = 1e15f;
+
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result)
 {
     struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal,
-                     .values = normal ? 3 : 3 * settings->order * settings->order,
-                     .receiver.at = {.position = trace_to_local(path->tracer, p)}};
+                     .values = normal ? 3 : 3 * settings->order * settings->order};
     if (normal)
         w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
+    const struct vec3f local = trace_to_local(path->tracer, p);
+    if (!(fabsf(local.x) < farthest && fabsf(local.y) < farthest && fabsf(local.z) < farthest))
+        return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1], p[2], (double)farthest);
+    w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
     struct error *err = NULL;

@@ -2,17 +2,29 @@
 #include "angle.h"
 #include "sh.h"
 
+#include <stdbool.h>
+
 /* The integral of Y along part of a wall that is short enough for one point of it: its direction, length and normal. */
 struct wall {
     double direction[3], normal[3];
     double length;
 };
 
+/* 1 / distance to what moves at the wall. */
+static float wall_nearness(const struct gradient_cell *a, const struct gradient_cell *b, struct vec3f wall)
+{
+    const float near_a = vec3f_dot(a->plane, wall), near_b = vec3f_dot(b->plane, wall);
+    const bool bulges = vec3f_dot(a->plane, b->direction) > vec3f_dot(b->plane, b->direction) &&
+                        vec3f_dot(b->plane, a->direction) > vec3f_dot(a->plane, a->direction);
+    return bulges ? float_least(near_a, near_b) : float_most(near_a, near_b);
+}
+
 static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int a, int b, int order, double weight, double *d)
 {
-    const float near_a = cells->nearness[a], near_b = cells->nearness[b];
-    const struct vec3f gain = vec3f_sub(cells->radiance[b], cells->radiance[a]);
-    const double speed = weight * wall->length * (double)float_most(near_a, near_b);
+    const struct gradient_cell *cell_a = &cells->cell[a], *cell_b = &cells->cell[b];
+    const struct vec3f direction = {(float)wall->direction[0], (float)wall->direction[1], (float)wall->direction[2]};
+    const struct vec3f gain = vec3f_sub(cell_b->radiance, cell_a->radiance);
+    const double speed = weight * wall->length * (double)wall_nearness(cell_a, cell_b, direction);
     if (!(speed > 0) || (gain.x == 0 && gain.y == 0 && gain.z == 0))
         return;
     double y[SH_COUNT_MAX];

@@ -6,7 +6,8 @@
  *
  *     dL_lm = sum over walls of (L_b - L_a) (dx . t) / min(r_a, r_b) * integral of Y_lm along the wall
  *
- * with t the wall's normal on the sphere, from a to b (after Ward and Heckbert, "Irradiance gradients", EGWR 1992, translational
+ * with t the wall's normal on the sphere, from a to b, and r where the planes that were hit lie in the wall's direction; across an
+ * edge that bulges towards the probe the farther of them is what is seen (after Ward and Heckbert, "Irradiance gradients", EGWR 1992, translational
  * gradient, with Y_lm in place of the cosine). Radiance of Lambertian surfaces does not change with the view, so as cells
  * shrink the sum tends to the gradient. What is infinitely far does not move. Light of point and spot
  * lights changes as its closed form does, its visibility held.
@@ -18,11 +19,17 @@
 
 #include <stddef.h>
 
+/* What is seen in a cell, through one direction of it. */
+struct gradient_cell {
+    struct vec3f radiance;
+    struct vec3f direction; /* unit */
+    struct vec3f plane;     /* of what is hit: its product with a direction is 1 / distance; 0: nothing */
+};
+
 /* Cells of the sphere: `rows` equal steps of z from -1, times `columns` equal steps of phi, row by row. */
 struct gradient_cells {
     int rows, columns;
-    struct vec3f *radiance; /* rows * columns */
-    float *nearness;        /* 1 / distance; 0 where nothing is hit */
+    struct gradient_cell *cell; /* rows * columns */
 };
 
 /* Adds the gradient times weight to d: d/dx, d/dy, d/dz, each of 3 * order^2 values. */

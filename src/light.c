@@ -14,12 +14,21 @@ struct light {
     float area, strength;               /* strength: as a node's */
 };
 
-/* A box of lights, the cone of the directions that they face, and their strength. Children stand together. */
-struct light_node {
+/* Where lights are and which way they face. */
+struct bounds {
     struct vec3f low, high;
     struct vec3f axis; /* unit */
     float cosine;      /* of the cone's half angle: normals are no farther from the axis; -1 for lights that shine all round */
     float strength;    /* emissive: radiance times area; point and spot: intensity, in local units; luminance */
+};
+
+/* What of them a choice has to know. Children stand together. */
+struct light_node {
+    struct vec3f centre;
+    float radius2; /* of the sphere about the box, squared */
+    struct vec3f axis;
+    float cosine, sine; /* of the cone */
+    float strength;
     uint32_t parent;
     uint32_t child;        /* the first of two; 0: a leaf, of: */
     uint32_t light, count; /* one light; or two triangles that make a flat quadrilateral, chosen by strength alone */
@@ -41,17 +50,17 @@ static float cosine_between(float sine_a, float cosine_a, float sine_b, float co
 /* An upper bound, up to a constant, of what a node's lights give the receiver. */
 static float importance(const struct light_node *node, const struct lights_receiver *receiver, bool front_only)
 {
-    const struct vec3f centre = vec3f_scale(0.5f, vec3f_add(node->low, node->high));
-    const struct vec3f half = vec3f_sub(node->high, centre), way = vec3f_sub(receiver->position, centre);
-    const float radius2 = vec3f_dot(half, half), distance2 = vec3f_dot(way, way);
+    const struct vec3f way = vec3f_sub(receiver->position, node->centre);
+    const float radius2 = node->radius2, distance2 = vec3f_dot(way, way);
     if (!(distance2 > radius2)) /* inside the box's sphere: any direction is possible */
         return radius2 > 0 ? node->strength / radius2 : node->strength;
-    const float inverse = 1 / sqrtf(distance2), sine_box = sqrtf(radius2) * inverse, cosine_box = sine_of(sine_box);
+    const float inverse2 = 1 / distance2, inverse = sqrtf(inverse2);
+    const float sine_box = sqrtf(radius2 * inverse2), cosine_box = sqrtf(1 - radius2 * inverse2);
     float leaving = 1; /* cosine at the light */
     if (node->cosine > -1) {
         float cosine = vec3f_dot(node->axis, way) * inverse;
         cosine = front_only ? cosine : fabsf(cosine);
-        const float within = cosine_between(sine_of(cosine), cosine, sine_of(node->cosine), node->cosine);
+        const float within = cosine_between(sine_of(cosine), cosine, node->sine, node->cosine);
         leaving = cosine_between(sine_of(within), within, sine_box, cosine_box);
     }
     if (!(leaving > 0))
@@ -62,11 +71,11 @@ static float importance(const struct light_node *node, const struct lights_recei
         const float cosine = -vec3f_dot(n, way) * inverse;
         arriving = float_most(cosine_between(sine_of(cosine), cosine, sine_box, cosine_box), 0);
     }
-    return node->strength * leaving * arriving * inverse * inverse;
+    return node->strength * leaving * arriving * inverse2;
 }
 
 /* The cone that holds two: about the mean of their axes, as wide as the wider reaches. Not the least, but no angle is needed. */
-static void join_cones(const struct light_node *a, const struct light_node *b, bool front_only, struct light_node *to)
+static void join_cones(const struct bounds *a, const struct bounds *b, bool front_only, struct bounds *to)
 {
     to->axis = a->axis;
     to->cosine = -1;
@@ -90,12 +99,14 @@ static void join_cones(const struct light_node *a, const struct light_node *b, b
     }
 }
 
-static void join(const struct light_node *a, const struct light_node *b, bool front_only, struct light_node *to)
+static struct bounds join(const struct bounds *a, const struct bounds *b, bool front_only)
 {
-    to->low = (struct vec3f){float_least(a->low.x, b->low.x), float_least(a->low.y, b->low.y), float_least(a->low.z, b->low.z)};
-    to->high = (struct vec3f){float_most(a->high.x, b->high.x), float_most(a->high.y, b->high.y), float_most(a->high.z, b->high.z)};
-    to->strength = a->strength + b->strength;
-    join_cones(a, b, front_only, to);
+    struct bounds both = {
+        .low = {float_least(a->low.x, b->low.x), float_least(a->low.y, b->low.y), float_least(a->low.z, b->low.z)},
+        .high = {float_most(a->high.x, b->high.x), float_most(a->high.y, b->high.y), float_most(a->high.z, b->high.z)},
+        .strength = a->strength + b->strength};
+    join_cones(a, b, front_only, &both);
+    return both;
 }
 
 /* -- leaves ------------------------------------------------------------------------------------ */
@@ -244,13 +255,24 @@ static int widest_axis(const struct light *light, size_t count)
     return axis;
 }
 
-static struct light_node node_of(const struct light *l)
+static struct bounds bounds_of(const struct light *l)
 {
     const struct vec3f p = l->corner, q = vec3f_add(p, l->along), r = vec3f_add(p, l->across);
-    return (struct light_node){
+    return (struct bounds){
         .low = {float_least(p.x, float_least(q.x, r.x)), float_least(p.y, float_least(q.y, r.y)), float_least(p.z, float_least(q.z, r.z))},
         .high = {float_most(p.x, float_most(q.x, r.x)), float_most(p.y, float_most(q.y, r.y)), float_most(p.z, float_most(q.z, r.z))},
-        .axis = l->axis, .cosine = l->instance == PUNCTUAL ? -1 : 1, .strength = l->strength, .count = 1};
+        .axis = l->axis, .cosine = l->instance == PUNCTUAL ? -1 : 1, .strength = l->strength};
+}
+
+static void set_bounds(struct light_node *node, const struct bounds *b)
+{
+    const struct vec3f half = vec3f_scale(0.5f, vec3f_sub(b->high, b->low));
+    node->centre = vec3f_add(b->low, half);
+    node->radius2 = vec3f_dot(half, half);
+    node->axis = b->axis;
+    node->cosine = b->cosine;
+    node->sine = sine_of(b->cosine);
+    node->strength = b->strength;
 }
 
 /* Whether two triangles are the halves of a flat quadrilateral: the same normal, and two corners that are the same. */
@@ -267,35 +289,40 @@ static bool make_quadrilateral(const struct light *a, const struct light *b)
     return same == 2;
 }
 
-/* Makes node `at` of `count` lights from `first`: halves them along the axis on which they spread most. */
-static void grow(struct lights *lights, uint32_t at, uint32_t first, uint32_t count, uint32_t *used)
+/* Makes a leaf of one light or two. */
+static struct bounds make_leaf(struct lights *lights, struct light_node *node, uint32_t first, uint32_t count)
 {
-    struct light_node *node = &lights->node[at];
+    const struct light *light = &lights->light[first];
+    node->light = first;
+    node->count = count;
+    for (uint32_t i = 0; i < count; i++)
+        if (light[i].instance != PUNCTUAL)
+            lights->number[light[i].instance][light[i].triangle] = first + i;
+    const struct bounds bounds = bounds_of(&light[0]);
+    if (count == 1)
+        return bounds;
+    const struct bounds other = bounds_of(&light[1]);
+    return join(&bounds, &other, lights->front_only);
+}
+
+/* Makes node `at` of `count` lights from `first`: halves them along the axis on which they spread most. */
+static struct bounds grow(struct lights *lights, uint32_t at, uint32_t first, uint32_t count, uint32_t *used)
+{
     struct light *light = &lights->light[first];
-    const uint32_t parent = node->parent;
+    struct bounds bounds;
     if (count == 1 || (count == 2 && make_quadrilateral(&light[0], &light[1]))) {
-        *node = node_of(&light[0]);
-        if (count == 2) {
-            const struct light_node a = *node, b = node_of(&light[1]);
-            join(&a, &b, lights->front_only, node);
-        }
-        node->parent = parent;
-        node->light = first;
-        node->count = count;
-        for (uint32_t i = 0; i < count; i++)
-            if (light[i].instance != PUNCTUAL)
-                lights->number[light[i].instance][light[i].triangle] = first + i;
-        return;
+        bounds = make_leaf(lights, &lights->node[at], first, count);
+    } else {
+        const uint32_t half = count / 2, child = *used;
+        split(light, count, half, widest_axis(light, count));
+        *used += 2;
+        lights->node[at].child = child;
+        lights->node[child].parent = lights->node[child + 1].parent = at;
+        const struct bounds a = grow(lights, child, first, half, used), b = grow(lights, child + 1, first + half, count - half, used);
+        bounds = join(&a, &b, lights->front_only);
     }
-    const uint32_t half = count / 2, child = *used;
-    split(light, count, half, widest_axis(light, count));
-    *used += 2;
-    node->child = child;
-    for (uint32_t i = 0; i < 2; i++) {
-        lights->node[child + i].parent = at;
-        grow(lights, child + i, i ? first + half : first, i ? count - half : half, used);
-    }
-    join(&lights->node[child], &lights->node[child + 1], lights->front_only, node);
+    set_bounds(&lights->node[at], &bounds);
+    return bounds;
 }
 
 /* Tells every light which leaf holds it. */

@@ -283,6 +283,7 @@ struct path_sample path_sample(const struct path_tracer *path, const struct path
     sample.hit = true;
     sample.front = point.front;
     sample.distance = point.distance;
+    sample.normal = point.normal;
     if (with_scattered)
         sample.scattered = scattered(path, &point, direction, random);
     if (path->emissive) {

@@ -39,6 +39,7 @@ struct path_sample {
     struct vec3f scattered; /* radiance that the surface there scatters towards the receiver */
     bool hit, front;       /* what the ray met */
     float distance;        /* local units; INFINITY where it met nothing */
+    struct vec3f normal;   /* unit, of the surface there; 0 where it met nothing */
 };
 
 /* What one question to the lights or the sky found. */

@@ -305,6 +305,80 @@ struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal)
     return vec3f_fma(p, 4 * FLT_EPSILON * size, normal);
 }
 
+/* -- eyes on surfaces -------------------------------------------------------------------------- */
+
+/* An eye that is moved off the triangles it stands on; local coordinates in double. */
+struct eye {
+    const struct tracer *tracer;
+    struct vec3 place, start, normal;
+    double rounding; /* what may be between a place on a surface and the surface, in double */
+};
+
+static double largest(struct vec3 a)
+{
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
+
+/* How far an eye keeps off a surface, of the largest coordinate. trace_leave's 4 suffices for the rays of the eye itself; beside an edge
+ * the points that they meet need room as well: of the light in the corner of a box 0.6 % is lost at 4, 0.2 % at 16, 0.1 % at 32. */
+static const double eye_gap = 32 * (double)FLT_EPSILON;
+
+/* Moves the start off this triangle, where it is nearer than the gap. */
+static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle)
+{
+    const struct tracer *t = eye->tracer;
+    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
+    double m[12], size = largest(eye->place);
+    struct vec3 corner[3];
+    local_transform(t, &t->scene->instances[instance], m);
+    for (int k = 0; k < 3; k++) {
+        const double *p = mesh->position + 3 * (size_t)mesh->index[3 * (size_t)triangle + (size_t)k];
+        corner[k] = (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
+                                  m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
+        size = fmax(size, largest(corner[k]));
+    }
+    const double gap = eye_gap * size;
+    struct vec3 n = vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
+    for (int k = 0; k < 3; k++) { /* not beyond an edge */
+        const struct vec3 edge = vec3_normalize(vec3_sub(corner[(k + 1) % 3], corner[k]));
+        if (vec3_dot(vec3_cross(n, edge), vec3_sub(eye->place, corner[k])) < -gap)
+            return;
+    }
+    if (t->geometry[instance].mirrored)
+        n = vec3_scale(-1, n);
+    const double height = vec3_dot(n, vec3_sub(eye->place, corner[0]));
+    if (fabs(height) >= gap)
+        return;
+    const double facing = vec3_dot(n, eye->normal); /* a smoothed normal is still on the surface's side; walls beside it have theirs */
+    if (fabs(facing) > 0.5 ? facing < 0 : height < -eye->rounding)
+        n = vec3_scale(-1, n);
+    const double now = vec3_dot(n, vec3_sub(eye->start, corner[0]));
+    if (now < gap)
+        eye->start = vec3_fma(eye->start, gap - now, n);
+}
+
+static bool clear_candidate(struct RTCPointQueryFunctionArguments *args)
+{
+    const uint32_t placed = args->context->instStackSize ? args->context->instID[0] : RTC_INVALID_GEOMETRY_ID;
+    clear_triangle(args->userPtr, placed != RTC_INVALID_GEOMETRY_ID ? placed : args->geomID, args->primID);
+    return false; /* the radius stays */
+}
+
+struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f normal)
+{
+    const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
+    const double size = fmax(1, largest(place)); /* no corner is farther out than 1 */
+    struct eye eye = {.tracer = t, .place = place, .start = place,
+                      .normal = {(double)normal.x, (double)normal.y, (double)normal.z},
+                      .rounding = 8 * DBL_EPSILON * (size + t->scale * largest(vec3_load(p)))};
+    struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
+                                  .radius = (float)(2 * eye_gap * size)};
+    struct RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(t->embree, &query, &context, clear_candidate, &eye);
+    return (struct vec3f){(float)eye.start.x, (float)eye.start.y, (float)eye.start.z};
+}
+
 /* -- rays ------------------------------------------------------------------------------------- */
 
 static struct trace_query start_query(const struct tracer *t, uint32_t salt, float opaque)

@@ -88,6 +88,10 @@ bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ra
 /* Whether anything is between; blended surfaces as above. */
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray);
 
+/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it: on p's side; before its
+ * front, where p is on it; on the side of `normal`, where that is given (unit; zero: none) and the surface's own. */
+struct vec3f trace_start(const struct tracer *tracer, const double p[3], struct vec3f normal);
+
 /* Where a ray starts that leaves the point to the side of `normal` (unit; either sign of point->normal). */
 struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal);
 
