@@ -2,7 +2,8 @@
 # A bake in pieces is the bake in one: slices, a capture that was killed, a capture that was asked to end.
 . "${SRC:?}/tests/setup.sh"
 scene=$SRC/scenes/two-rooms.obj
-capture() { probe-capture --quiet --bounces 2 "$@"; }
+options="--quiet --threads 2 --bounces 2"
+capture() { probe-capture $options "$@"; }
 # rows STREAM: the tables alone, as text
 rows() { probe-cat --text "$1" | grep -v '^#'; }
 # same_rows A B
@@ -47,9 +48,10 @@ refused 2 "--slice needs a fixed --order" probe-capture --slice 1/2 --order auto
 probe-place grid -q --count 4500 --inside keep "$scene" >placed.binary
 probe-cat --text placed.binary >placed.text
 probes=$(grep -c '^[0-9-]' placed.text)
-capture --rays 256 "$scene" placed.binary >whole.binary
+capture --rays 1024 "$scene" placed.binary >whole.binary
 for encoding in text binary; do
-    capture --rays 256 "$scene" placed.$encoding >killed &
+    : >killed
+    probe-capture $options --rays 1024 "$scene" placed.$encoding >killed &
     program=$!
     wait_for test -s killed
     kill -9 $program
@@ -73,7 +75,8 @@ ends() {
         tr '\r' '\n' <err | grep -q "^probe-capture: interrupted: $ends_lit of $probes probes captured; given back to probe-capture, the rest is captured$"
 }
 for signal in TERM INT; do
-    env --default-signal=INT probe-capture --quiet --bounces 2 --rays 256 "$scene" placed.binary >ended 2>err &
+    : >ended
+    env --default-signal=INT probe-capture $options --rays 1024 "$scene" placed.binary >ended 2>err &
     program=$!
     wait_for test -s ended
     kill -$signal $program
@@ -90,7 +93,7 @@ if [ -r /proc/self/status ]; then
     echo old >kept
     probe-cat --rows 0:20 placed.binary >few.probe
     probes=20
-    capture --rays 200000 --output kept "$scene" few.probe 2>err &
+    probe-capture $options --rays 200000 --output kept "$scene" few.probe 2>err &
     program=$!
     wait_for caught $program
     kill -TERM $program
@@ -101,7 +104,7 @@ if [ -r /proc/self/status ]; then
     check "no probe beyond those in work was captured" [ "$(lit kept)" -lt 20 ]
 
     echo old >kept
-    capture --rays 16777216 --output kept "$scene" few.probe 2>err &
+    probe-capture $options --rays 16777216 --output kept "$scene" few.probe 2>err &
     program=$!
     wait_for caught $program
     kill -TERM $program
@@ -112,7 +115,7 @@ if [ -r /proc/self/status ]; then
     check "a second signal ends at once" [ $? -eq 143 ]
     check "and leaves the old file" sh -c "[ \"\$(cat kept)\" = old ] && ! ls -A | grep '^\.probe'"
 
-    env --ignore-signal=INT probe-capture --quiet --rays 16777216 "$scene" few.probe >ended 2>err &
+    env --ignore-signal=INT probe-capture $options --rays 16777216 "$scene" few.probe >ended 2>err &
     program=$!
     wait_for caught $program
     kill -INT $program

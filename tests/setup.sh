@@ -65,9 +65,9 @@ $(head -n 5 refused.err)"
     fi
 }
 
-# wait_for COMMAND...: until it succeeds, ten seconds at most
+# wait_for COMMAND...: until it succeeds, a minute at most
 wait_for() {
-    wait_left=100
+    wait_left=600
     until "$@"; do
         wait_left=$((wait_left - 1))
         [ $wait_left -gt 0 ] || return 1
