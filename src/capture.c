@@ -1,6 +1,7 @@
 #include "capture.h"
 #include "array.h"
 #include "error.h"
+#include "interrupt.h"
 #include "number.h"
 #include "progress.h"
 #include "scene.h"
@@ -10,6 +11,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stddef.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -220,13 +222,18 @@ struct job {
     struct output output[OUTPUTS];
     struct column *column[OUTPUTS], *rays; /* NULL: not in the table */
     const size_t *row;
+    atomic_size_t left; /* rows that a signal came before */
     struct progress *progress;
 };
 
 static struct error *capture_one(void *context, size_t index, int thread)
 {
     (void)thread;
-    const struct job *job = context;
+    struct job *job = context;
+    if (interrupt_came()) {
+        job->left++;
+        return NULL;
+    }
     const size_t row = job->row[index];
     const float *normal = job->normal ? job->normal + 3 * row : NULL;
     if (normal && !(vec3f_length((struct vec3f){normal[0], normal[1], normal[2]}) > 0))
@@ -278,11 +285,11 @@ static struct error *find_columns(struct job *job, const struct table *table)
 }
 
 struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
-                           size_t first, size_t count, bool again, int threads, struct progress *progress,
-                           size_t *captured)
+                           size_t first, size_t count, bool again, const struct capture_slice *slice, int threads,
+                           struct progress *progress, size_t *captured, size_t *left)
 {
     struct job job = {.path = path, .settings = *settings, .progress = progress};
-    size_t *row = NULL;
+    size_t *row = NULL, due = 0;
     *captured = 0;
     struct error *err = find_columns(&job, table);
     if (!err)
@@ -290,11 +297,16 @@ struct error *capture_rows(const struct path_tracer *path, const struct capture_
     if (err)
         return err;
     const struct column *light = job.column[0];
-    for (size_t i = first; i < first + count; i++)
-        if (again || isnan(column_f32(light)[i * light->width]))
-            row[(*captured)++] = i;
+    for (size_t i = first; i < first + count; i++) {
+        const bool turn = !slice || (slice->number + i - first) % slice->parts == slice->part;
+        if (turn && (again || isnan(column_f32(light)[i * light->width])))
+            row[due++] = i;
+    }
     job.row = row;
-    err = threads_for(threads, *captured, capture_one, &job);
+    err = threads_for(threads, due, capture_one, &job);
+    *captured = due - job.left;
+    if (left)
+        *left = job.left;
     free(row);
     return err;
 }

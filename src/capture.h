@@ -106,10 +106,17 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
 /* An error when probes captured so far had other settings or another scene (key scene-key) than `now`, which says what differs. */
 struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now);
 
-/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) on `threads` threads, into those of its columns that the
- * table has. *captured: how many were. */
+/* The rows whose turn it is: those whose number, divided by `parts`, leaves `part`. */
+struct capture_slice {
+    size_t part, parts; /* part < parts */
+    size_t number;      /* of the first row that capture_rows is given */
+};
+
+/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) and which are in the slice (NULL: all) on `threads`
+ * threads, into those of its columns that the table has. *captured: how many were. *left (may be NULL): how many were to be, and stay as
+ * they are, since a signal came (interrupt.h). */
 struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
-                           size_t first, size_t count, bool again, int threads, struct progress *progress,
-                           size_t *captured);
+                           size_t first, size_t count, bool again, const struct capture_slice *slice, int threads,
+                           struct progress *progress, size_t *captured, size_t *left);
 
 #endif

@@ -7,6 +7,7 @@
 #include "threads.h"
 #include "trace.h"
 #include "vec.h"
+#include "vertices.h"
 #include "warning.h"
 
 #include <math.h>
@@ -16,6 +17,7 @@
 void place_clear(struct place *place)
 {
     free(place->position);
+    free(place->normal);
     *place = (struct place){0};
 }
 
@@ -128,6 +130,30 @@ struct error *place_path(struct place *place, const char *path, double step, dou
         }
     }
     place_clear(&vertices);
+    return err;
+}
+
+/* -- vertices --------------------------------------------------------------------------------- */
+
+struct error *place_vertices(struct place *place, const struct scene *scene, double offset, double crease, double most)
+{
+    struct vertices vertices = {0};
+    struct error *err = vertices_find(scene, crease, &vertices);
+    if (!err && !vertices.count)
+        err = error_new("no face of the scene has an area: there are no vertices");
+    if (!err)
+        err = check_count((double)vertices.count, most);
+    if (!err)
+        err = array_create(&place->normal, 3 * vertices.count, sizeof *place->normal);
+    for (size_t i = 0; i < vertices.count && !err; i++) {
+        const struct vertex *v = &vertices.list[i];
+        double p[3];
+        vec3_store(p, vec3_fma(vec3_load(v->position), offset, vec3_load(v->normal)));
+        for (size_t k = 0; k < 3; k++)
+            place->normal[3 * i + k] = (float)v->normal[k];
+        err = append(place, p);
+    }
+    vertices_clear(&vertices);
     return err;
 }
 

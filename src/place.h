@@ -1,6 +1,6 @@
 /* place: where probes go.
  *
- * A method yields positions: a grid, given points, or steps along a path. Afterwards, the same way for all,
+ * A method yields positions: a grid, given points, steps along a path, or the vertices of the scene. Afterwards, the same way for all,
  * place_inside tells which of them are inside solids.
  *
  * What is a solid? A closed piece of the surface whose faces look outward encloses matter, unless it is a room: a
@@ -24,6 +24,7 @@ struct warnings;
 /* Positions, owned: 3 * count doubles; starts as {0}. */
 struct place {
     double *position;
+    float *normal; /* of the surfaces that they are at, unit: 3 * count, owned; NULL: they are at none */
     size_t count, capacity;
 };
 void place_clear(struct place *place);
@@ -48,6 +49,13 @@ struct error *place_points(struct place *place, const char *path, double most);
 
 /* Appends positions every `step` along the polyline of such a file, and its vertices. */
 struct error *place_path(struct place *place, const char *path, double step, double most);
+
+/* The share of the diagonal of the scene's box by which place_vertices stays off the surface, unless told otherwise. */
+#define PLACE_OFFSET_SHARE 1e-3
+
+/* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h), moved by `offset` along their normals.
+ * crease: degrees. Errors: more than `most`. */
+struct error *place_vertices(struct place *place, const struct scene *scene, double offset, double crease, double most);
 
 struct place_inside_settings {
     int rays;              /* looks around from each position */

@@ -1,6 +1,8 @@
 /* probe-capture: path traces the light that reaches each probe of a stream and projects it to SH. */
 #include "capture.h"
 #include "error.h"
+#include "interrupt.h"
+#include "number.h"
 #include "options.h"
 #include "order.h"
 #include "progress.h"
@@ -22,6 +24,7 @@ struct arguments {
     double order_loss;
     int light;
     bool again;
+    struct capture_slice slice; /* its number: rows that came before */
     struct scene_settings scene;
     struct common common;
 };
@@ -30,7 +33,8 @@ static struct arguments arguments_default(void)
 {
     const struct capture_settings c = capture_settings_default();
     return (struct arguments){.capture = c, .order = c.order, .order_loss = 0.01, .rays = 0, .max_rays = c.rays_most,
-                              .bounces = c.bounces, .light = (int)c.light, .scene = scene_settings_default(), .common = common_default()};
+                              .bounces = c.bounces, .light = (int)c.light, .slice = {.parts = 1},
+                              .scene = scene_settings_default(), .common = common_default()};
 }
 
 /* What --columns may name. */
@@ -73,6 +77,21 @@ static struct error *parse_order(void *value, const char *text)
     return NULL;
 }
 
+/* "I/N", I from 1. */
+static struct error *parse_slice(void *value, const char *text)
+{
+    struct capture_slice *slice = value;
+    const char *end = text + strlen(text);
+    int32_t part = 0, parts = 0;
+    const char *at = number_read_i32(text, end, &part);
+    at = at && at < end && *at == '/' ? number_read_i32(at + 1, end, &parts) : NULL;
+    if (at != end || part < 1 || part > parts)
+        return error_usage("expected I/N, whole numbers with 1 <= I <= N, got '%s'", text);
+    slice->part = (size_t)part - 1;
+    slice->parts = (size_t)parts;
+    return NULL;
+}
+
 /* Parses the command line over what stands in `a`. */
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
@@ -101,6 +120,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "ao-distance", .argument = "D", .kind = OPTION_REAL, .value = &a->capture.ao_distance, .least_open = true,
          .most = (double)INFINITY, .shown = "none", .help = "surfaces beyond do not occlude, for ao and bent_normal"},
         {.name = "again", .kind = OPTION_FLAG, .value = &a->again, .help = "capture all probes, not only those that have no light yet"},
+        {.name = "slice", .argument = "I/N", .kind = OPTION_CALL, .value = &a->slice, .parse = parse_slice, .shown = "1/1",
+         .help = "capture the I-th of N parts of the probes: every N-th from\nthe I-th on (probe-cat --fill puts slices together)"},
         {0}};
     struct option_row scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     program->groups[0] = rows;
@@ -114,6 +135,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     a->capture.bounces = (int)a->bounces;
     a->capture.light = (enum capture_light)a->light;
     a->capture.seed = (uint64_t)a->common.seed;
+    if (!err && !a->order && a->slice.parts > 1)
+        err = error_usage("--slice needs a fixed --order: with auto every slice would choose its own");
     return err;
 }
 
@@ -172,8 +195,9 @@ struct run {
     const struct path_tracer *path;
     struct progress *progress;
     struct warnings *warnings;
-    size_t probes, captured;
-    double sky; /* sum of the probes' share of rays that escaped, where it is kept */
+    size_t probes, captured; /* of the slice */
+    size_t left;             /* that a signal came before */
+    double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
 };
 
 static struct error *open_writer(struct run *run)
@@ -184,17 +208,40 @@ static struct error *open_writer(struct run *run)
     return err ? err : stream_writer_open(&run->writer, a->common.output, asked == STREAM_AS_READ ? read : asked, &run->header);
 }
 
-/* Captures what is without light in rows [first, first + count) and remembers what was seen. */
-static struct error *capture_block(struct run *run, struct table *out, size_t first, size_t count)
+/* Makes the light of all rows missing, and what was learned with it: rows that are not captured again must not keep light that
+ * the header's settings did not make. */
+static struct error *forget_light(struct table *table)
 {
-    const struct arguments *a = &run->arguments;
-    size_t captured = 0;
-    struct error *err = capture_rows(run->path, &a->capture, out, first, count, a->again, (int)a->common.threads, run->progress, &captured);
-    run->probes += count;
+    struct error *err = NULL;
+    for (size_t i = 0; i < table->column_count && !err; i++) {
+        const struct column *c = &table->columns[i];
+        const char *known = !strcmp(c->name, "sh") ? "sh" : !strcmp(c->name, "irradiance") ? "irradiance" : NULL;
+        for (size_t k = 0; k < sizeof columns_known / sizeof *columns_known && !known; k++)
+            if (columns_known[k].flag && !strcmp(c->name, columns_known[k].name))
+                known = columns_known[k].name;
+        if (known)
+            err = table_add_column(table, known, c->type, c->width, NULL);
+    }
+    return err;
+}
+
+/* Captures what is without light in the table, whose first row is the slice's next, and remembers what was seen. */
+static struct error *capture_block(struct run *run, struct table *out)
+{
+    struct arguments *a = &run->arguments;
+    size_t captured = 0, left = 0;
+    struct error *err = a->again ? forget_light(out) : NULL;
+    if (!err)
+        err = capture_rows(run->path, &a->capture, out, 0, out->rows, a->again, &a->slice, (int)a->common.threads, run->progress,
+                           &captured, &left);
     run->captured += captured;
+    run->left += left;
+    for (size_t i = 0; i < out->rows; i++)
+        run->probes += (a->slice.number + i) % a->slice.parts == a->slice.part;
+    a->slice.number += out->rows;
     const struct column *sky = table_column(out, "sky");
-    for (size_t i = first; sky && i < first + count && !err; i++)
-        run->sky += (double)column_f32(sky)[i];
+    for (size_t i = 0; sky && i < out->rows && !err; i++)
+        run->sky += isnan(column_f32(sky)[i]) ? 0 : (double)column_f32(sky)[i];
     return err;
 }
 
@@ -225,7 +272,7 @@ static struct error *capture_blocks(struct run *run, const struct table *schema,
         if (err)
             break;
         table_copy_rows(out, 0, &in, 0, got);
-        err = capture_block(run, out, 0, got);
+        err = capture_block(run, out);
         if (!err)
             err = stream_writer_rows(run->writer, out, 0, got);
     }
@@ -251,11 +298,12 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
         err = table_resize(out, in.rows);
     if (!err) {
         table_copy_rows(out, 0, &in, 0, in.rows);
-        err = capture_block(run, out, 0, in.rows);
+        err = capture_block(run, out);
     }
-    if (!err)
+    const bool whole = !run->left; /* a part of the probes does not tell what all need */
+    if (!err && whole)
         err = order_least(out, a->order_loss, &a->capture.order, &lost);
-    if (!err)
+    if (!err && whole)
         err = order_reduce(out, a->capture.order);
     if (!err && !keep_error)
         table_remove_column(out, "sh_error");
@@ -265,7 +313,7 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
         err = stream_writer_table(run->writer, out);
     if (!err)
         err = stream_writer_rows(run->writer, out, 0, out->rows);
-    if (!err && !a->common.quiet)
+    if (!err && whole && !a->common.quiet)
         fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", run->program->name, a->capture.order, lost);
     table_clear(&in);
     return err;
@@ -332,8 +380,9 @@ static void warn_after(const struct run *run)
     if (white && run->captured && run->sky == 0)
         warnings_add(run->warnings, "white", "%s: the scene is closed and reflects all light: only --bounces ends it (--albedo-scale "
                      "or --max-albedo makes walls darker)", scene->path);
-    if (run->probes && !run->captured)
-        warnings_add(run->warnings, "nothing to do", "all %zu probes have light already (--again captures them anew)", run->probes);
+    if (run->probes && !run->captured && !run->left)
+        warnings_add(run->warnings, "nothing to do", "all %zu probes%s have light already (--again captures them anew)", run->probes,
+                     run->arguments.slice.parts > 1 ? " of the slice" : "");
 }
 
 int main(int argc, char **argv)
@@ -373,6 +422,7 @@ int main(int argc, char **argv)
     if (!err) {
         run.scene = scene;
         run.path = &path;
+        interrupt_catch(); /* from here on there is something to lose */
         run.progress = progress_start(a->common.progress && !a->common.quiet, program.name, "probes", 0);
         err = capture_stream(&run);
         progress_end(run.progress);
@@ -386,6 +436,9 @@ int main(int argc, char **argv)
     if (!err && !a->common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
+    if (!err && run.left)
+        err = error_new("interrupted: %zu of %zu probes captured; given back to probe-capture, the rest is captured", run.captured,
+                        run.captured + run.left);
     path_clear(&path);
     trace_destroy(tracer);
     scene_destroy(scene);

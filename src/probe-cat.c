@@ -1,9 +1,12 @@
 /* probe-cat: converts, merges, selects and describes probe streams. */
+#include "array.h"
 #include "error.h"
 #include "number.h"
 #include "options.h"
 #include "stream.h"
 #include "stream_edit.h"
+#include "stream_fill.h"
+#include "stream_salvage.h"
 #include "warning.h"
 
 #include <errno.h>
@@ -40,6 +43,24 @@ static struct error *parse_condition(void *value, const char *text)
     return stream_selection_add(value, text);
 }
 
+/* What is to be done with the streams. */
+struct arguments {
+    struct stream_selection selection;
+    const char **fills; /* files to fill from; point into argv */
+    size_t fill_count, fill_capacity;
+    bool info, salvage, no_provenance;
+    struct common common;
+};
+
+static struct error *parse_fill(void *value, const char *text)
+{
+    struct arguments *a = value;
+    struct error *err = array_reserve(&a->fills, &a->fill_capacity, a->fill_count + 1, sizeof *a->fills);
+    if (!err)
+        a->fills[a->fill_count++] = text;
+    return err;
+}
+
 static struct error *describe(const char *path)
 {
     struct stream_reader *reader = NULL;
@@ -57,9 +78,9 @@ static enum stream_encoding encoding_for(const struct common *common, enum strea
     return common->encoding == STREAM_AS_READ ? read : (enum stream_encoding)common->encoding;
 }
 
-static struct error *change_provenance(struct stream_header *header, bool drop, const char *recorded)
+static struct error *change_provenance(struct stream_header *header, const struct arguments *a, const char *recorded)
 {
-    if (!drop)
+    if (!a->no_provenance)
         return header_add_provenance(header, recorded);
     for (size_t i = 0; i < header->provenance_count; i++)
         free(header->provenance[i]);
@@ -68,8 +89,7 @@ static struct error *change_provenance(struct stream_header *header, bool drop, 
 }
 
 /* One stream whose rows all pass: block by block. */
-static struct error *pass(const char *path, const struct stream_selection *s, const struct common *common,
-                          bool no_provenance, const char *recorded)
+static struct error *pass(const char *path, const struct arguments *a, const char *recorded)
 {
     struct stream_reader *reader = NULL;
     struct stream_writer *writer = NULL;
@@ -78,12 +98,11 @@ static struct error *pass(const char *path, const struct stream_selection *s, co
     if (!err)
         err = header_copy(&header, stream_reader_header(reader));
     if (!err)
-        err = change_provenance(&header, no_provenance, recorded);
+        err = change_provenance(&header, a, recorded);
     if (!err)
-        err =
-            stream_writer_open(&writer, common->output, encoding_for(common, stream_reader_encoding(reader)), &header);
+        err = stream_writer_open(&writer, a->common.output, encoding_for(&a->common, stream_reader_encoding(reader)), &header);
     if (!err)
-        err = stream_filter(reader, writer, s);
+        err = stream_filter(reader, writer, &a->selection);
     if (!err)
         err = stream_writer_finish(writer);
     else
@@ -93,16 +112,33 @@ static struct error *pass(const char *path, const struct stream_selection *s, co
     return err;
 }
 
-/* Streams that are merged, or whose rows are chosen: in memory. */
-static struct error *gather(const char **paths, int count, const struct stream_selection *s,
-                            const struct common *common, bool no_provenance, const char *recorded,
+static struct error *read_whole(struct stream **stream, const char *path, const struct arguments *a, struct warnings *warnings)
+{
+    return a->salvage ? stream_salvage(stream, path, warnings) : stream_read(stream, path);
+}
+
+static struct error *fill_from(struct stream *all, const struct arguments *a, struct warnings *warnings)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < a->fill_count && !err; i++) {
+        struct stream *one = NULL;
+        err = read_whole(&one, a->fills[i], a, warnings);
+        if (!err)
+            err = stream_fill(all, one, a->fills[i], warnings);
+        stream_destroy(one);
+    }
+    return err;
+}
+
+/* Streams that are merged, filled or salvaged, or whose rows are chosen: in memory. */
+static struct error *gather(const char **paths, int count, const struct arguments *a, const char *recorded,
                             struct warnings *warnings)
 {
     struct stream *all = NULL;
     struct error *err = NULL;
     for (int i = 0; i < count && !err; i++) {
         struct stream *one = NULL;
-        err = stream_read(&one, paths[i]);
+        err = read_whole(&one, paths[i], a, warnings);
         if (!err && all)
             err = error_wrap(stream_merge(all, one, warnings), "%s", paths[i]);
         if (!all)
@@ -111,68 +147,77 @@ static struct error *gather(const char **paths, int count, const struct stream_s
             stream_destroy(one);
     }
     if (!err)
-        err = stream_select(all, s, warnings);
+        err = fill_from(all, a, warnings);
     if (!err)
-        err = change_provenance(&all->header, no_provenance, recorded);
+        err = stream_select(all, &a->selection, warnings);
     if (!err)
-        err = stream_write(all, common->output, encoding_for(common, all->encoding));
+        err = change_provenance(&all->header, a, recorded);
+    if (!err)
+        err = stream_write(all, a->common.output, encoding_for(&a->common, all->encoding));
     stream_destroy(all);
     return err;
 }
 
 int main(int argc, char **argv)
 {
-    struct stream_selection s = {.step = 1, .end = -1};
-    bool info = false, no_provenance = false;
+    struct arguments a = {.selection = {.step = 1, .end = -1}, .common = common_default()};
+    struct stream_selection *s = &a.selection;
     const struct option_row rows[] = {
-        {.name = "info", .letter = 'i', .kind = OPTION_FLAG, .value = &info,
+        {.name = "info", .letter = 'i', .kind = OPTION_FLAG, .value = &a.info,
          .help = "print what the streams hold instead: tables, columns, ranges, history"},
-        {.name = "tables", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.tables,
+        {.name = "tables", .argument = "LIST", .kind = OPTION_TEXT, .value = &s->tables,
          .help = "keep these tables alone (probe, tet)"},
-        {.name = "columns", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.columns,
+        {.name = "columns", .argument = "LIST", .kind = OPTION_TEXT, .value = &s->columns,
          .help = "keep these columns alone"},
-        {.name = "drop", .argument = "LIST", .kind = OPTION_TEXT, .value = &s.drop, .help = "drop these columns"},
-        {.name = "rows", .argument = "FIRST:END[:STEP]", .kind = OPTION_CALL, .value = &s, .parse = parse_rows,
+        {.name = "drop", .argument = "LIST", .kind = OPTION_TEXT, .value = &s->drop, .help = "drop these columns"},
+        {.name = "rows", .argument = "FIRST:END[:STEP]", .kind = OPTION_CALL, .value = s, .parse = parse_rows,
          .shown = "all", .help = "keep these probes, counted from 0, END not included"},
-        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &s.captured,
+        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &s->captured,
          .help = "keep the probes that have light"},
-        {.name = "uncaptured", .kind = OPTION_SET, .count = ROWS_UNCAPTURED, .value = &s.captured,
+        {.name = "uncaptured", .kind = OPTION_SET, .count = ROWS_UNCAPTURED, .value = &s->captured,
          .help = "keep the probes that have no light yet"},
-        {.name = "where", .argument = "CONDITION", .kind = OPTION_CALL, .value = &s, .parse = parse_condition,
+        {.name = "where", .argument = "CONDITION", .kind = OPTION_CALL, .value = s, .parse = parse_condition,
          .help = "keep the probes for which CONDITION holds, as 'validity < 0.9' or 'position[1] >= 2';\n"
                  "one of < <= > >= = !=; given more than once, all must hold"},
-        {.name = "no-provenance", .kind = OPTION_FLAG, .value = &no_provenance,
+        {.name = "fill", .argument = "FILE", .kind = OPTION_CALL, .value = &a, .parse = parse_fill, .shown = "none",
+         .help = "take what probes lack (light, columns) from the same probes in\nthe stream FILE; may repeat"},
+        {.name = "salvage", .kind = OPTION_FLAG, .value = &a.salvage,
+         .help = "of streams that were cut short, keep the probes up to the damage"},
+        {.name = "no-provenance", .kind = OPTION_FLAG, .value = &a.no_provenance,
          .help = "leave out the command lines that made the stream"},
         {0}};
-    struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
     struct program program = {
         .name = "probe-cat",
         .usage = "[OPTION]... [STREAM]...",
-        .summary = "Converts probe streams between text and binary, merges several into one, selects tables,\n"
-                   "columns and probes, or describes them. Without STREAM reads standard input.",
-        .groups = {rows, common_rows(&common, COMMON_STREAM, shared)},
+        .summary = "Converts probe streams between text and binary, merges several into one, fills one from\n"
+                   "others, salvages what was cut short, selects tables, columns and probes, or describes\n"
+                   "streams. Without STREAM reads standard input.",
+        .groups = {rows, common_rows(&a.common, COMMON_STREAM, shared)},
         .operands_most = -1};
     struct warnings warnings = {0};
     struct error *err = options_parse(&program, argc, argv);
     static const char *standard[] = {"-"};
     const char **paths = program.operand_count ? program.operands : standard;
     const int count = program.operand_count ? program.operand_count : 1;
-    if (!err && info) {
+    if (!err && a.info && (a.salvage || a.fill_count))
+        err = error_usage("--info describes streams as they are: without --fill and --salvage");
+    if (!err && a.info) {
         for (int i = 0; i < count && !err; i++) {
             if (count > 1)
                 printf("%s%s:\n", i ? "\n" : "", paths[i]);
             err = describe(paths[i]);
         }
-    } else if (!err && count == 1 && !stream_selects_rows(&s)) {
-        err = pass(paths[0], &s, &common, no_provenance, program.recorded);
+    } else if (!err && count == 1 && !stream_selects_rows(s) && !a.fill_count && !a.salvage) {
+        err = pass(paths[0], &a, program.recorded);
     } else if (!err) {
-        err = gather(paths, count, &s, &common, no_provenance, program.recorded, &warnings);
+        err = gather(paths, count, &a, program.recorded, &warnings);
     }
-    if (!common.quiet)
+    if (!a.common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    stream_selection_clear(&s);
+    stream_selection_clear(s);
+    free(a.fills);
     program_clear(&program);
     return error_exit(program.name, err);
 }

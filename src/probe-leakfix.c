@@ -193,8 +193,8 @@ static struct error *capture_new(struct stream *stream, const struct light *ligh
     }
     size_t captured = 0;
     struct progress *progress = progress_start(common->progress && !common->quiet, program, "probes", count);
-    struct error *err = capture_rows(&light->path, &light->capture_settings, probes, first, count, false, (int)common->threads,
-                                     progress, &captured);
+    struct error *err = capture_rows(&light->path, &light->capture_settings, probes, first, count, false, NULL,
+                                     (int)common->threads, progress, &captured, NULL);
     progress_end(progress);
     return err;
 }

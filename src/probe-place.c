@@ -6,18 +6,19 @@
 #include "scene.h"
 #include "stream.h"
 #include "trace.h"
+#include "vec.h"
 #include "warning.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum method { METHOD_GRID, METHOD_POINTS, METHOD_PATH };
+enum method { METHOD_GRID, METHOD_POINTS, METHOD_PATH, METHOD_VERTICES, METHODS };
 enum inside { INSIDE_DROP, INSIDE_KEEP, INSIDE_MARK };
 
 struct arguments {
-    double spacing[3], count, bounds[6], step, max_probes;
-    bool spacing_given, count_given, bounds_given, step_given, inside_given;
+    double spacing[3], count, bounds[6], step, offset, crease, max_probes;
+    bool spacing_given, count_given, bounds_given, step_given, offset_given, crease_given, inside_given;
     int inside;
     int64_t inside_rays;
     double backface_share;
@@ -40,17 +41,18 @@ static struct error *parse_spacing(void *value, const char *text)
 /* The operands: a method's name, its file, the scene; and which options go with it. */
 static struct error *check_arguments(struct arguments *a, const struct program *program)
 {
-    static const char *const methods[] = {"grid", "points", "path"};
+    static const char *const methods[METHODS] = {"grid", "points", "path", "vertices"};
     int m = 0;
-    while (m < 3 && strcmp(program->operands[0], methods[m]))
+    while (m < METHODS && strcmp(program->operands[0], methods[m]))
         m++;
-    if (m == 3)
-        return error_usage("expected a method grid, points or path, got '%s'", program->operands[0]);
+    if (m == METHODS)
+        return error_usage("expected a method grid, points, path or vertices, got '%s'", program->operands[0]);
     a->method = (enum method)m;
-    const int next = m == METHOD_GRID ? 1 : 2;
-    if (m != METHOD_GRID && program->operand_count < 2)
+    const bool has_file = m == METHOD_POINTS || m == METHOD_PATH;
+    const int next = has_file ? 2 : 1;
+    if (has_file && program->operand_count < 2)
         return error_usage("%s: expected a FILE of positions", methods[m]);
-    a->file = m == METHOD_GRID ? NULL : program->operands[1];
+    a->file = has_file ? program->operands[1] : NULL;
     a->scene = program->operand_count > next ? program->operands[next] : NULL;
     if (program->operand_count > next + 1)
         return error_usage("unexpected operand '%s'", program->operands[next + 1]);
@@ -62,6 +64,12 @@ static struct error *check_arguments(struct arguments *a, const struct program *
         return error_usage("--spacing, --count and --bounds go with the method grid");
     if ((m == METHOD_PATH) != a->step_given)
         return error_usage(m == METHOD_PATH ? "path: expected --step" : "--step goes with the method path");
+    if (m == METHOD_VERTICES && !a->scene)
+        return error_usage("vertices: expected a SCENE");
+    if (m != METHOD_VERTICES && (a->offset_given || a->crease_given))
+        return error_usage("--offset and --crease go with the method vertices");
+    if (m == METHOD_VERTICES && !a->inside_given)
+        a->inside = INSIDE_KEEP;
     if (a->inside_given && !a->scene)
         return error_usage("--inside needs a SCENE");
     return NULL;
@@ -84,12 +92,20 @@ static struct error *grid_bounds(const struct arguments *a, const struct scene *
     return NULL;
 }
 
+static double default_offset(const struct scene *scene)
+{
+    const struct vec3 size = vec3_sub(scene->box_max, scene->box_min);
+    return PLACE_OFFSET_SHARE * vec3_length(size);
+}
+
 static struct error *place_probes(const struct arguments *a, const struct scene *scene, struct place *place)
 {
     if (a->method == METHOD_POINTS)
         return place_points(place, a->file, a->max_probes);
     if (a->method == METHOD_PATH)
         return place_path(place, a->file, a->step, a->max_probes);
+    if (a->method == METHOD_VERTICES)
+        return place_vertices(place, scene, a->offset_given ? a->offset : default_offset(scene), a->crease, a->max_probes);
     struct place_grid grid = {.spacing = {a->spacing[0], a->spacing[1], a->spacing[2]}};
     struct error *err = grid_bounds(a, scene, grid.min, grid.max);
     if (!err && a->count_given) {
@@ -123,14 +139,17 @@ static struct error *fill(struct stream *stream, const struct arguments *a, cons
                           struct warnings *warnings)
 {
     struct table *probes = NULL;
-    struct column *position = NULL, *mark = NULL;
+    struct column *position = NULL, *normal = NULL, *mark = NULL;
     struct error *err = stream_add_table(stream, "probe", &probes);
     if (!err)
         err = table_resize(probes, place->count);
     if (!err && inside && a->inside == INSIDE_MARK)
-        err = table_add_column(probes, "inside", COLUMN_I32, 1, &mark);
+        err = table_add_column(probes, "inside", COLUMN_I32, 1, NULL);
     if (!err)
-        err = table_add_column(probes, "position", COLUMN_F64, 3, &position);
+        err = table_add_column(probes, "position", COLUMN_F64, 3, NULL);
+    if (!err && place->normal)
+        err = table_add_column(probes, "normal", COLUMN_F32, 3, &normal);
+    position = err ? NULL : table_column(probes, "position");
     mark = err ? NULL : table_column(probes, "inside");
     size_t kept = 0, within = 0;
     for (size_t i = 0; i < place->count && !err; i++) {
@@ -138,6 +157,8 @@ static struct error *fill(struct stream *stream, const struct arguments *a, cons
         if (inside && inside[i] && a->inside == INSIDE_DROP)
             continue;
         memcpy(column_f64(position) + 3 * kept, place->position + 3 * i, 3 * sizeof(double));
+        if (normal)
+            memcpy(column_f32(normal) + 3 * kept, place->normal + 3 * i, 3 * sizeof(float));
         if (mark)
             column_i32(mark)[kept] = inside[i];
         kept++;
@@ -157,7 +178,7 @@ int main(int argc, char **argv)
 {
     static const char *const insides[] = {"drop", "keep", "mark", NULL};
     const struct place_inside_settings inside_default = place_inside_default();
-    struct arguments a = {.spacing = {NAN, NAN, NAN}, .count = NAN, .bounds = {NAN}, .step = NAN, .max_probes = 1e6,
+    struct arguments a = {.spacing = {NAN, NAN, NAN}, .count = NAN, .bounds = {NAN}, .step = NAN, .offset = NAN, .crease = 60, .max_probes = 1e6,
                           .inside_rays = inside_default.rays, .backface_share = inside_default.backface_share};
     const struct option_row rows[] = {
         {.name = "spacing", .letter = 's', .argument = "S|SX,SY,SZ", .kind = OPTION_CALL, .value = a.spacing,
@@ -168,10 +189,16 @@ int main(int argc, char **argv)
          .given = &a.bounds_given, .help = "grid: fill this box (default: the scene's)"},
         {.name = "step", .argument = "S", .kind = OPTION_REAL, .value = &a.step, .least_open = true, .most = INFINITY,
          .given = &a.step_given, .help = "path: the greatest distance between probes along the path"},
+        {.name = "offset", .argument = "D", .kind = OPTION_REAL, .value = &a.offset, .least_open = true, .most = INFINITY,
+         .given = &a.offset_given, .shown = "0.001 of the scene's diagonal",
+         .help = "vertices: how far off the surface, in units of the scene"},
+        {.name = "crease", .argument = "DEGREES", .kind = OPTION_REAL, .value = &a.crease, .most = 180, .given = &a.crease_given,
+         .help = "vertices: faces that turn more than this do not share a probe"},
         {.name = "max-probes", .argument = "N", .kind = OPTION_REAL, .value = &a.max_probes, .least = 1, .most = INT32_MAX,
          .help = "refuse to make more", .unrecorded = true},
         {.name = "inside", .argument = "HOW", .kind = OPTION_CHOICE, .choices = insides, .value = &a.inside,
-         .given = &a.inside_given, .help = "probes inside solids: drop, keep, or mark in a column `inside`"},
+         .given = &a.inside_given, .shown = "drop; at vertices keep",
+         .help = "probes inside solids: drop, keep, or mark in a column `inside`"},
         {.name = "inside-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &a.inside_rays, .least = 8, .most = 65536,
          .help = "rays around a probe that look for solids"},
         {.name = "backface-share", .argument = "X", .kind = OPTION_REAL, .value = &a.backface_share, .most = 1, .least = 1e-9,
@@ -182,9 +209,9 @@ int main(int argc, char **argv)
     struct option_row shared[COMMON_ROWS];
     struct program program = {
         .name = "probe-place",
-        .usage = "grid|points FILE|path FILE [OPTION]... [SCENE]",
-        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line), or along the\n"
-                   "path through them. Probes inside solids are dropped.",
+        .usage = "grid|points FILE|path FILE|vertices [OPTION]... [SCENE]",
+        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line), along the\n"
+                   "path through them, or at its vertices. Probes inside solids are dropped.",
         .groups = {rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_least = 1,
         .operands_most = 3};

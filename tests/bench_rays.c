@@ -89,7 +89,7 @@ static double capture_all(const struct path_tracer *path, const struct capture_s
 {
     size_t captured;
     const double start = seconds();
-    fail(capture_rows(path, settings, probes, 0, probes->rows, true, 1, NULL, &captured));
+    fail(capture_rows(path, settings, probes, 0, probes->rows, true, NULL, 1, NULL, &captured, NULL));
     return seconds() - start;
 }
 

@@ -438,7 +438,7 @@ static struct error *capture_table(double x, float emission)
     must(capture_add_columns(&s, &table));
     must(table_resize(&table, 1));
     memcpy(column_f64(table_column(&table, "position")), (const double[3]){x, 0.2, 0.3}, sizeof(double[3]));
-    struct error *err = capture_rows(&b.path, &s, &table, 0, 1, true, 1, NULL, &captured);
+    struct error *err = capture_rows(&b.path, &s, &table, 0, 1, true, NULL, 1, NULL, &captured, NULL);
     table_clear(&table);
     bench_clear(&b);
     return err;

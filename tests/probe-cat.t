@@ -29,15 +29,6 @@ rows() { probe-cat --text "$@" | grep -v '^# '; }
 same() { expected=$1; shift; "$@" | cmp - "$expected"; }
 # table NAME FILE: the rows of one table
 table() { sed -n "/^table $1 /,/^[te]/p" "$2" | grep -v '^[te]'; }
-# wait_for COMMAND...: until it succeeds, ten seconds at most
-wait_for() {
-    wait_left=100
-    until "$@"; do
-        wait_left=$((wait_left - 1))
-        [ $wait_left -gt 0 ] || return 1
-        sleep .1
-    done
-}
 
 # -- converting --------------------------------------------------------------------------------------
 grep -v '^# ' small.probe >small.rows
@@ -129,6 +120,131 @@ sed 's/^sh-order.*/sh-order 2/; s/sh:f32:3/sh:f32:12/; s/ 7 8 9 / 1 2 3 4 5 6 7 
     second >other
 refused 1 "cannot be merged: sh-order is 1 in the first and 2 in another" probe-cat first other
 
+# -- filling -----------------------------------------------------------------------------------------
+# full.probe: small.probe with light everywhere; part0, part1, part2: a third of that light each.
+sed 's/^1 0 0 nan nan nan nan/1 0 0 4 5 6 0.25/' small.probe >full.probe
+grep -v '^# ' full.probe >full.rows
+for part in 0 1 2; do
+    awk -v part=$part '/^[a-z]/ { probes = $2 == "probe"; row = 0 }
+        probes && /^[0-9-]/ && row++ % 3 != part { $4 = $5 = $6 = $7 = "nan" }
+        { print }' full.probe >part$part
+    probe-cat --binary part$part >binary$part
+done
+for order in "0 1 2" "0 2 1" "2 1 0"; do
+    set -- $order
+    check "parts $order fill up to the whole, cells and keys included" same full.rows rows --fill part$2 --fill part$3 part$1
+    check "and so they do in binary" same full.rows rows --fill binary$2 --fill binary$3 binary$1
+done
+probe-cat --text --fill binary1 --fill part2 --fill part1 part0 >filled 2>filled.err
+check "without a warning" test ! -s filled.err
+check "the history is kept of all, each line once" sh -c "sed -n 's/^# //p' filled | tr '\n' / |
+    grep -qx 'probe-place points some.txt/probe-cat/probe-cat --fill binary1 --fill part2 --fill part1/'"
+probe-cat --text --tables probe --columns position small.probe | grep -v '^sh-' >placed
+check "columns and keys that the input lacks are added" sh -c "probe-cat --text --fill full.probe placed >filled &&
+    grep -qx 'sh-order 1' filled && grep -qx 'table probe position:f64:3 sh:f32:3 validity:f32:1 their_column:i32:2' filled"
+table probe full.probe >wanted
+table probe filled >got
+check "with their values" cmp wanted got
+{ sed '/^table probe/q' full.probe; sort -r wanted; echo end; } >turned
+check "the order of the other stream does not matter" sh -c "
+    probe-cat --text --fill turned placed | sed -n '/^table probe/,\$p' | grep '^[0-9-]' | cmp - wanted"
+sed 's/0\.1 0\.2 0\.3/9 9 9/' full.probe >other
+check "what is there stays" same full.rows rows --fill other part0 --fill part1 --fill part2
+probe-cat --quiet --text --rows 1:3 part1 >few
+probe-cat --text --fill full.probe few >filled 2>filled.err
+check "probes that are not in the input are left out, with a warning" sh -c "[ \$(grep -c '^[0-9-].* ' filled) = 2 ] &&
+    grep -q 'warning: full.probe: 3 of its 5 probes are not among those to be filled' filled.err"
+sed 's/^5e-324 -0 0.1/5e-324 0 0.1/' full.probe >other
+check "0 and -0 are two places" sh -c "probe-cat --quiet --text --fill other placed | grep -qx '5e-324 -0 0.1 nan nan nan nan -1 -1'"
+
+printf '%s\n' '#?probe 1' 'table probe position:f64:3 id:i32:1 sh:f32:3' '1 1 1 7 nan nan nan' '0 0 0 5 nan nan nan' \
+    '1 1 1 8 nan nan nan' end >twins
+sed 's/7 nan nan nan/7 1 2 3/; s/8 nan nan nan/8 4 5 6/; /^0 0 0/d' twins >twins.lit
+check "of probes at one place the first is the first" sh -c "
+    probe-cat --text --fill twins.lit twins | grep '^[0-9]' | tr '\n' / | grep -qx '1 1 1 7 1 2 3/0 0 0 5 nan nan nan/1 1 1 8 4 5 6/'"
+printf '%s\n' '#?probe 1' 'table probe position:f64:3 normal:f32:3' '1 1 1 0 0 1' '1 1 1 1 0 0' end >sides
+printf '%s\n' '#?probe 1' 'table probe normal:f32:3 position:f64:3 irradiance:f32:3' '1 0 0 1 1 1 4 5 6' '0 0 1 1 1 1 1 2 3' end >sides.lit
+check "normals tell probes at one place apart" sh -c "
+    probe-cat --text --fill sides.lit sides | grep '^[0-9]' | tr '\n' / | grep -qx '1 1 1 0 0 1 1 2 3/1 1 1 1 0 0 4 5 6/'"
+printf '%s\n' '#?probe 1' 'table probe position:f64:3 hull_normal:f32:3' '1 1 1 0 0 1' end >hull
+check "hull_normal is not taken from another stream's cells" sh -c "! probe-cat --text --fill hull twins | grep -q '^table.*hull_normal'"
+
+sed 's/^sh-order/capture-rays 32\nsh-order/' part0 >rays32
+sed 's/^sh-order/capture-rays 64\nsh-order/' part1 >rays64
+refused 1 "rays64: its light is not that of the probes to be filled: capture-rays is 64, and theirs is 32" probe-cat --fill rays64 rays32
+sed 's/^sh-content.*/sh-content irradiance/' part1 >other
+refused 1 "sh-content is irradiance, and theirs is radiance" probe-cat --fill other part0
+sed 's/^sh-order/sun-1 0,0,1,1,1,1\nsh-order/' part0 >sun
+sed 's/^sun-1.*/sun-1 0,0,1,1,1,2/' sun >other
+refused 1 "sun-1 is 0,0,1,1,1,2, and theirs is 0,0,1,1,1,1" probe-cat --fill other sun
+sed 's/^somebody-else.*/somebody-else no/' part1 >other
+probe-cat --text --fill other part0 >filled 2>filled.err
+check "another key stays, with a warning" sh -c "grep -q '^somebody-else any value' filled && grep -q 'other: key somebody-else is .no' filled.err"
+sed 's/validity:f32/validity:i32/; s/nan -*[0-9]* \(-*[0-9]*\)$/0 0 \1/; s/ 1 1 -1$/ 0 1 -1/' part1 | grep -v '^table validity' >other
+refused 1 "column validity: expected f32:1, got i32:1" probe-cat --fill other part0
+sed 's/their_column:i32:2/their_column:f32:2/' part1 >other
+refused 1 "other: column their_column is f32:2, and i32:2 in the stream to be filled" probe-cat --fill other part0
+printf '%s\n' '#?probe 1' 'table thing number:f32:1' 1 end >thing
+refused 1 "thing: nothing can be filled: it has no table probe" probe-cat --fill thing part0
+refused 1 "the input has no table probe" probe-cat --fill part0 thing
+refused 1 "nowhere: No such file or directory" probe-cat --fill nowhere part0
+refused 2 "without --fill and --salvage" probe-cat --info --fill part1 part0
+
+# -- salvaging ---------------------------------------------------------------------------------------
+# Cut anywhere, a text keeps its whole lines, and a binary its whole blocks (here one a table), or it is refused.
+salvages() { # FILE STEP ROWS: awk that tells from what is left how many rows are to be kept; -1: refused
+    salvages_size=$(wc -c <"$1") salvages_at=1 salvages_bad=
+    while [ $salvages_at -lt $((salvages_size - 1)) ]; do
+        head -c $salvages_at "$1" >cut
+        expected=$($3 cut)
+        if probe-cat --text --salvage cut >kept 2>kept.err; then got=$(table probe kept | wc -l); else got=-1; fi
+        table probe kept | head -n "$got" | cmp -s - wanted -n "$(table probe kept | wc -c)" &&
+            [ "$got" = "$expected" ] && [ -s kept.err ] || salvages_bad="$salvages_bad $salvages_at:$got:$expected"
+        salvages_at=$((salvages_at + $2))
+    done
+    echo "$salvages_bad"
+    [ -z "$salvages_bad" ]
+}
+lines_left() { # in text; the last line does not count without its newline
+    { cat "$1"; echo x; } | awk 'BEGIN { rows = -1 } { if (NR > 1) take(last); last = $0 }
+        function take(line) { if (line ~ /^[a-z]/) inside = line ~ /^table probe /; if (inside) rows++ }
+        END { print rows }'
+}
+check "a text, cut anywhere" salvages full.probe 1 lines_left
+probe-cat --binary full.probe >full.binary
+probe_line=$(grep -abo '^table probe.*' full.binary | head -n 1 | awk -F: '{ print $1 + length($0) - length($1) }')
+blocks_left() { # the block's end: 16 bytes of head, and 5 rows of 3 * 8 + 3 * 4 + 4 + 2 * 4 bytes
+    blocks_size=$(wc -c <"$1")
+    if [ "$blocks_size" -lt "$probe_line" ]; then echo -1
+    elif [ "$blocks_size" -lt $((probe_line + 16 + 5 * 48)) ]; then echo 0
+    else echo 5; fi
+}
+check "a binary, cut anywhere" salvages full.binary 3 blocks_left
+head -c -30 full.probe | sed '$d' >cut
+head -c -56 full.probe >cut
+check "a cut table tet is dropped, and that is said" sh -c "probe-cat --text --salvage cut >kept 2>kept.err && [ \$(grep -c '^table' kept) = 1 ] &&
+    grep -q 'cut:13: .*not whole: 5 rows of table probe are kept, table tet is dropped' kept.err"
+head -c -5 full.probe >cut
+check "a cut table behind it leaves it" sh -c "probe-cat --text --salvage cut >kept 2>kept.err && [ \$(grep -c '^table' kept) = 2 ] &&
+    [ \$(grep -c '^[01] .* -1$' kept) = 2 ] && grep -q '5 rows of table probe are kept, table their_table is dropped' kept.err"
+sed 's/^0 1 0 .*/0 1 0 rubbish/' full.probe >cut
+check "rubbish in a row ends what is kept, and cells go with the probes" sh -c "probe-cat --text --salvage cut >kept 2>kept.err &&
+    [ \$(grep -c '^[0-9]' kept) = 2 ] && ! grep -q '^table tet' kept && grep -q 'warning: cut:9: .*got .rubbish.*: 2 rows of table probe are kept' kept.err"
+check "a whole stream passes unchanged, without a word" sh -c "probe-cat --salvage --no-provenance full.binary >kept 2>kept.err &&
+    [ ! -s kept.err ] && probe-cat --no-provenance full.binary | cmp - kept"
+head -n 8 part1 >cut
+check "files to fill from are salvaged as well" sh -c "
+    probe-cat --text --salvage --fill cut part0 2>kept.err | grep -qx '1 0 0 4 5 6 0.25 2 -2' && grep -q 'cut:8: .*: 2 rows' kept.err"
+refused 1 "cut:8" probe-cat --fill cut part0
+for bytes in 0 5 20 60; do
+    head -c $bytes full.probe >cut
+    refused 1 "cut" probe-cat --salvage cut
+done
+head -c 3000 /dev/urandom | tr '\n' x >garbage
+refused 1 "expected a probe stream" probe-cat --salvage garbage
+{ head -n 3 full.probe; cat garbage; } >cut
+refused 1 "cut" probe-cat --salvage cut
+
 # -- describing --------------------------------------------------------------------------------------
 probe-cat --info small.binary >info
 check "--info says encoding, history and keys" sh -c "
@@ -175,6 +291,16 @@ check "a link stays a link" sh -c "[ -L link ] && head -n 1 link.target | grep -
 awk 'BEGIN { print "#?probe 1\ntable probe position:f64:3"
     for (i = 0; i < 400000; i++) printf "%d.5 %d.25 -%d.125\n", i, i, i
     print "end" }' >big.probe
+
+# Blocks of 10922 rows of 24 bytes, and 16 bytes of head.
+probe-cat --binary --no-provenance big.probe >big.binary
+head -c 1000000 big.binary | probe-cat --text --salvage >kept 2>kept.err
+check "a binary keeps its whole blocks" sh -c "[ \$(grep -c '^[0-9]' kept) = 32766 ] && grep -q ': 32766 rows of table probe are kept' kept.err"
+grep '^[0-9]' big.probe | head -n 32766 >wanted
+check "to the bit" sh -c "grep '^[0-9]' kept | cmp - wanted"
+{ head -c 600000 big.binary; printf x; tail -c +600002 big.binary; } >flipped
+probe-cat --salvage --text flipped >kept 2>kept.err
+check "a wrong byte ends what is kept" sh -c "[ \$(grep -c '^[0-9]' kept) = 21844 ] && grep -q 'flipped: byte .*checksum does not match: 21844 rows' kept.err"
 
 { probe-cat big.probe 2>pipe.err; echo $? >pipe.status; } | head -c 100 >/dev/null
 check "a closed pipe ends it quietly, status not 0" sh -c "[ \$(cat pipe.status) != 0 ] && [ ! -s pipe.err ]"

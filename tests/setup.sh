@@ -3,6 +3,7 @@
 #   . "${SRC:?}/tests/setup.sh"
 #   check "adjacency survives a round trip" cmp a b
 #   refused 1 "stdin:3: expected 3 numbers, got 2" probe-cat <bad.probe     # status and a part of the message
+#   wait_for test -s out
 #   tap_done
 #
 # A script runs in a directory of its own that is removed at the end.
@@ -62,6 +63,16 @@ $(head -n 5 refused.err)"
     else
         pass "$refused_name"
     fi
+}
+
+# wait_for COMMAND...: until it succeeds, a minute at most
+wait_for() {
+    wait_left=600
+    until "$@"; do
+        wait_left=$((wait_left - 1))
+        [ $wait_left -gt 0 ] || return 1
+        sleep .1
+    done
 }
 
 tap_done() {

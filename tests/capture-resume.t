@@ -1,0 +1,130 @@
+#!/bin/sh
+# A bake in pieces is the bake in one: slices, a capture that was killed, a capture that was asked to end.
+. "${SRC:?}/tests/setup.sh"
+scene=$SRC/scenes/two-rooms.obj
+options="--quiet --threads 2 --bounces 2"
+capture() { probe-capture $options "$@"; }
+# rows STREAM: the tables alone, as text
+rows() { probe-cat --text "$1" | grep -v '^#'; }
+# same_rows A B
+same_rows() { rows "$1" >same.a && rows "$2" >same.b && cmp same.a same.b; }
+# lit STREAM: how many probes have light
+lit() { probe-cat --text --tables probe --columns position,sh --captured "$1" 2>/dev/null | grep -c '^[0-9-]'; }
+
+# -- slices ------------------------------------------------------------------------------------------
+probe-place grid -q --count 60 "$scene" | probe-tet >placed.probe
+probes=$(probe-cat --text --tables probe placed.probe | grep -c '^[0-9-]')
+capture --rays 32 "$scene" placed.probe >whole.probe
+for i in 1 2 3; do capture --rays 32 --slice $i/3 "$scene" placed.probe >slice$i.probe; done
+check "slice 2/3 captures every third probe, from the second" sh -c "probe-cat --text --tables probe --columns validity,position slice2.probe |
+    grep '^[0-9n-]' | awk '(NR % 3 == 2) != (\$4 != \"nan\") { bad = 1 } END { exit bad || NR != $probes }'"
+check "and leaves the others as they are" [ "$(lit slice2.probe)" -eq $(((probes + 1) / 3)) ]
+for order in "1 2 3" "3 1 2" "2 3 1"; do
+    set -- $order
+    probe-cat --fill slice$2.probe --fill slice$3.probe slice$1.probe >filled.probe
+    check "slices $order fill up to the whole, byte for byte, cells as well" same_rows filled.probe whole.probe
+done
+probe-cat --fill slice1.probe --fill slice2.probe --fill slice3.probe placed.probe >filled.probe
+check "and so they fill what was placed" same_rows filled.probe whole.probe
+capture --slice 2/3 "$scene" slice1.probe | capture --slice 3/3 "$scene" >chained.probe
+check "slices one after the other are the whole, too" same_rows chained.probe whole.probe
+probe-cat --text placed.probe | capture --rays 32 --slice 1/1 "$scene" >text.probe
+check "1/1 is all, in text as in binary" same_rows text.probe whole.probe
+capture --rays 32 --slice 999/1000 "$scene" placed.probe >none.probe
+check "a slice may have no probes" [ "$(lit none.probe)" -eq 0 ]
+probe-capture --slice 1/3 "$scene" slice1.probe 2>err >again.probe
+check "a slice that is done is said to be" grep -q "all $(((probes + 2) / 3)) probes of the slice have light already" err
+capture --again --rays 16 --slice 1/3 "$scene" whole.probe >again.probe
+check "captured again, the others lose their light: other settings made it" [ "$(lit again.probe)" -eq $(((probes + 2) / 3)) ]
+capture --rays 16 "$scene" placed.probe >other.probe
+refused 1 "capture-rays is 16, and theirs is 32" probe-cat --fill other.probe slice1.probe
+for slice in 0/3 4/3 1/0 -1/3 x 1 1/ /3 1/3x 1/3/3 1.5/3 ''; do
+    refused 2 "--slice: expected I/N" probe-capture --slice "$slice" "$scene" placed.probe
+done
+refused 2 "--slice needs a fixed --order" probe-capture --slice 1/2 --order auto "$scene" placed.probe
+
+# -- killed ------------------------------------------------------------------------------------------
+# Enough probes for rows to arrive while others are still to come, and enough rays for that to take a while.
+probe-place grid -q --count 4500 --inside keep "$scene" >placed.binary
+probe-cat --text placed.binary >placed.text
+probes=$(grep -c '^[0-9-]' placed.text)
+capture --rays 1024 "$scene" placed.binary >whole.binary
+for encoding in text binary; do
+    : >killed
+    probe-capture $options --rays 1024 "$scene" placed.$encoding >killed &
+    program=$!
+    wait_for test -s killed
+    kill -9 $program
+    wait $program 2>/dev/null
+    check "$encoding: a killed capture is in its middle" sh -c "[ -s killed ] && ! probe-cat killed >/dev/null 2>&1"
+    probe-cat --salvage killed >salvaged 2>salvaged.err
+    kept=$(lit salvaged)
+    check "$encoding: some rows are salvaged" [ "$kept" -gt 0 -a "$kept" -lt "$probes" ]
+    check "$encoding: and it is said how many" grep -q ": $kept rows of table probe are kept" salvaged.err
+    probe-cat --quiet --salvage --fill killed placed.$encoding >resumed
+    check "$encoding: they fill what was placed" [ "$(lit resumed)" -eq "$kept" ]
+    capture "$scene" resumed >finished
+    check "$encoding: the rest is captured, and all is as in one go" same_rows finished whole.binary
+done
+
+# -- asked to end ------------------------------------------------------------------------------------
+# ends FILE: after a signal, FILE holds a whole stream with some light, and the status and the message say so
+ends() {
+    ends_lit=$(lit "$1")
+    [ "$status" -eq 1 ] && [ "$ends_lit" -gt 0 ] && [ "$ends_lit" -lt "$probes" ] &&
+        tr '\r' '\n' <err | grep -q "^probe-capture: interrupted: $ends_lit of $probes probes captured; given back to probe-capture, the rest is captured$"
+}
+for signal in TERM INT; do
+    : >ended
+    env --default-signal=INT probe-capture $options --rays 1024 "$scene" placed.binary >ended 2>err &
+    program=$!
+    wait_for test -s ended
+    kill -$signal $program
+    wait $program
+    status=$?
+    check "SIG$signal: what was captured is written, status 1" ends ended
+    capture "$scene" ended >finished
+    check "SIG$signal: given back, the rest is captured, and all is as in one go" same_rows finished whole.binary
+done
+
+# caught PID: whether SIGTERM has a handler
+caught() { grep -q '^SigCgt:.*[4-7c-f]...$' "/proc/$1/status"; }
+if [ -r /proc/self/status ]; then
+    echo old >kept
+    probe-cat --rows 0:20 placed.binary >few.probe
+    probes=20
+    probe-capture $options --rays 200000 --output kept "$scene" few.probe 2>err &
+    program=$!
+    wait_for caught $program
+    kill -TERM $program
+    wait $program
+    status=$?
+    check "SIGTERM: a file named by --output appears, whole" sh -c "probe-cat kept >/dev/null && [ $status -eq 1 ] &&
+        grep -q 'interrupted: [0-9]* of 20 probes captured' err"
+    check "no probe beyond those in work was captured" [ "$(lit kept)" -lt 20 ]
+
+    echo old >kept
+    probe-capture $options --rays 16777216 --output kept "$scene" few.probe 2>err &
+    program=$!
+    wait_for caught $program
+    kill -TERM $program
+    sleep .1
+    check "a probe that takes long is waited for" kill -0 $program
+    kill -TERM $program
+    wait $program 2>/dev/null
+    check "a second signal ends at once" [ $? -eq 143 ]
+    check "and leaves the old file" sh -c "[ \"\$(cat kept)\" = old ] && ! ls -A | grep '^\.probe'"
+
+    env --ignore-signal=INT probe-capture $options --rays 16777216 "$scene" few.probe >ended 2>err &
+    program=$!
+    wait_for caught $program
+    kill -INT $program
+    kill -INT $program
+    sleep .1
+    check "a signal that is ignored stays ignored" kill -0 $program
+    kill -9 $program
+    wait $program 2>/dev/null
+else
+    skip "there is no /proc to see a signal's handler in"
+fi
+tap_done
