@@ -92,6 +92,13 @@ static struct error *parse_slice(void *value, const char *text)
     return NULL;
 }
 
+/* Rays of the first round where an error is asked for: a share of what it will take at the least, and enough to meet what is bright and
+ * seldom seen. (Rounds of 128 that were to tell of 1 % took a sun's patch in the distance for nothing.) */
+static int first_round(const struct capture_settings *c)
+{
+    return (int)fmin(fmax(0.1 / (c->error * c->error), 128), c->rays_most);
+}
+
 /* Parses the command line over what stands in `a`. */
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
@@ -102,7 +109,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "order-loss", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->order_loss, .most = 1,
          .help = "share of irradiance that --order auto may lose"},
         {.name = "rays", .letter = 'r', .argument = "N", .kind = OPTION_INTEGER, .value = &a->rays, .least = 1,
-         .most = CAPTURE_RAYS_MOST, .shown = "512; with --error 128",
+         .most = CAPTURE_RAYS_MOST, .shown = "512; with --error 0.1 / SHARE^2, at least 128",
          .help = "rays a probe; the error falls faster than the root of\ntheir number"},
         {.name = "error", .letter = 'e', .argument = "SHARE", .kind = OPTION_REAL, .value = &a->capture.error, .least_open = true, .most = 1,
          .shown = "none", .help = "after the first --rays, more of them until the standard\nerror of irradiance is below this share of it"},
@@ -130,8 +137,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     struct error *err = options_parse(program, argc, argv);
     memset(program->groups, 0, sizeof program->groups); /* they end with this function */
     a->capture.order = a->order ? a->order : SH_ORDER_MAX;
-    a->capture.rays = a->rays ? (int)a->rays : a->capture.error > 0 ? 128 : capture_settings_default().rays;
     a->capture.rays_most = (int)a->max_rays;
+    a->capture.rays = a->rays ? (int)a->rays : a->capture.error > 0 ? first_round(&a->capture) : capture_settings_default().rays;
     a->capture.bounces = (int)a->bounces;
     a->capture.light = (enum capture_light)a->light;
     a->capture.seed = (uint64_t)a->common.seed;
