@@ -8,7 +8,7 @@
  * difference between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's variance and
  * what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
  * "Sampling Techniques", 1977, sec. 5A.12). The largest of these differences counts twice: light that few rays find is missed by most
- * probes, and what a probe has not seen is about as large as the largest that it has. Emissive surfaces are asked in cells of their own (path_light), and so is an uneven sky. Point,
+ * probes, and what a probe has not seen is about as large as the largest that it has. Emissive surfaces are asked in cells of their own (path_lights), and so is an uneven sky. Point,
  * spot and sun lights enter as deltas in their direction. Sums are in double.
  *
  * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays

@@ -44,13 +44,6 @@ int capture_ray_count(int rays)
     return grid_samples(&grid);
 }
 
-/* A point of cell (row, column). */
-static void cell_point(const struct grid *grid, int row, int column, struct random *random, float *x, double *y)
-{
-    *x = (float)(((double)column + (double)random_float(random)) / grid->columns);
-    *y = ((double)row + (double)random_float(random)) / grid->rows;
-}
-
 /* A probe at work. */
 struct work {
     const struct path_tracer *path;
@@ -86,8 +79,8 @@ static struct vec3f own_direction(const struct work *w, float x, double y)
     return (struct vec3f){r * c, r * s, z};
 }
 
-/* Adds light from a direction, radiance times solid angle, to a sample. */
-static void project(const struct work *w, struct vec3f light, struct vec3f direction, float weight, double *sample)
+/* Adds light from a direction, radiance times solid angle, to the sum of a diagonal. */
+static void project(const struct work *w, struct vec3f light, struct vec3f direction, float weight, double *sum)
 {
     if (light.x == 0 && light.y == 0 && light.z == 0)
         return;
@@ -96,27 +89,11 @@ static void project(const struct work *w, struct vec3f light, struct vec3f direc
     if (w->surface) {
         const double cosine = (double)vec3f_dot(direction, w->receiver.at.normal);
         for (int k = 0; k < 3; k++)
-            sample[k] += (double)weight * fmax(cosine, 0) * rgb[k];
+            sum[k] += (double)weight * fmax(cosine, 0) * rgb[k];
         return;
     }
     sh_basis(w->settings->order, (const double[3]){(double)direction.x, (double)direction.y, (double)direction.z}, y);
-    sh_project(w->settings->order, y, rgb, (double)weight, sample);
-}
-
-/* Four neighbouring cells, one sample each: a is the sum of those on one diagonal, b of the other. */
-static void add_four(struct work *w, const double *a, const double *b)
-{
-    for (int k = 0; k < w->values; k++) {
-        const double difference = a[k] - b[k];
-        w->sum[k] += a[k] + b[k];
-        w->square[k] += difference * difference;
-        w->largest[k] = fmax(w->largest[k], difference * difference);
-    }
-    for (int k = 0; k < w->values && w->settings->error > 0; k += 3) {
-        const double difference = 0.2126 * (a[k] - b[k]) + 0.7152 * (a[k + 1] - b[k + 1]) + 0.0722 * (a[k + 2] - b[k + 2]);
-        w->luminance_square[k / 3] += difference * difference;
-        w->luminance_largest[k / 3] = fmax(w->luminance_largest[k / 3], difference * difference);
-    }
+    sh_project(w->settings->order, y, rgb, (double)weight, sum);
 }
 
 /* What a ray met, apart from light. */
@@ -141,63 +118,120 @@ static void note(struct work *w, const struct path_sample *s, struct vec3f direc
     }
 }
 
-/* One ray of the probe's own, added to `sample`; what it saw, unweighted, is a gradient's cell. */
-static void take_own(struct work *w, const struct grid *grid, int row, int column, struct random *random, double *sample,
-                     struct gradient_cells *cells)
+/* A sample in a cell. */
+struct sample {
+    int row, column; /* of the cell */
+    struct random random;
+    struct vec3f direction, light; /* what it found: radiance, times */
+    float weight;                  /* solid angle */
+};
+
+/* A point of a sample's cell in the unit square. */
+static void cell_point(const struct grid *grid, struct sample *s, float *x, double *y)
+{
+    *x = (float)(((double)s->column + (double)random_float(&s->random)) / grid->columns);
+    *y = ((double)s->row + (double)random_float(&s->random)) / grid->rows;
+}
+
+/* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
+static void take_own(struct work *w, const struct grid *grid, size_t count, struct sample *sample, struct gradient_cells *cells)
 {
     const enum capture_light which = w->settings->light;
-    float x;
-    double y;
-    cell_point(grid, row, column, random, &x, &y);
-    const struct vec3f direction = own_direction(w, x, y);
-    const struct path_sample s = path_sample(w->path, &w->receiver, direction, which != CAPTURE_DIRECT, random);
-    const struct vec3f straight = which != CAPTURE_INDIRECT ? s.straight : (struct vec3f){0};
-    float weight = 4 * (float)ANGLE_PI; /* 1 / density */
-    if (w->surface)
-        weight = (float)ANGLE_PI / float_most(vec3f_dot(direction, w->receiver.at.normal), 1e-6f);
-    project(w, vec3f_fma(s.scattered, s.weight, straight), direction, weight, sample);
-    note(w, &s, direction);
-    if (cells->cell) {
-        struct gradient_cell *cell = &cells->cell[row * grid->columns + column];
-        *cell = (struct gradient_cell){.radiance = vec3f_add(s.scattered, straight), .direction = direction};
-        if (s.hit)
-            cell->plane = vec3f_scale(1 / (s.distance * vec3f_dot(s.normal, direction)), s.normal);
+    struct vec3f direction[PATH_WAVE];
+    struct random random[PATH_WAVE];
+    struct path_sample met[PATH_WAVE];
+    for (size_t i = 0; i < count; i++) {
+        float x;
+        double y;
+        cell_point(grid, &sample[i], &x, &y);
+        direction[i] = own_direction(w, x, y);
+        random[i] = sample[i].random;
+    }
+    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, random, met);
+    for (size_t i = 0; i < count; i++) {
+        const struct path_sample *m = &met[i];
+        const struct vec3f straight = which != CAPTURE_INDIRECT ? m->straight : (struct vec3f){0};
+        sample[i].direction = direction[i];
+        sample[i].light = vec3f_fma(m->scattered, m->weight, straight);
+        sample[i].weight = 4 * (float)ANGLE_PI; /* 1 / density */
+        if (w->surface)
+            sample[i].weight = (float)ANGLE_PI / float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+        note(w, m, direction[i]);
+        if (cells->cell) {
+            struct gradient_cell *cell = &cells->cell[sample[i].row * grid->columns + sample[i].column];
+            *cell = (struct gradient_cell){.radiance = vec3f_add(m->scattered, straight), .direction = direction[i]};
+            if (m->hit)
+                cell->plane = vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
+        }
     }
 }
 
-/* One question to the lights or the sky, added to `sample`. */
-static void ask(const struct work *w, enum kind kind, const struct grid *grid, int row, int column, struct random *random,
-                double *sample)
+/* Questions to the lights or the sky. */
+static void ask(const struct work *w, enum kind kind, const struct grid *grid, size_t count, struct sample *sample)
 {
-    float x;
-    double y;
-    cell_point(grid, row, column, random, &x, &y);
-    const struct path_found found = kind == LIGHTS ? path_light(w->path, &w->receiver, y, x, random)
-                                                   : path_sky(w->path, &w->receiver, (double)x, y, random);
-    project(w, found.light, found.direction, 1, sample);
+    float x[PATH_WAVE];
+    double y[PATH_WAVE];
+    struct random random[PATH_WAVE];
+    struct path_found found[PATH_WAVE];
+    for (size_t i = 0; i < count; i++) {
+        cell_point(grid, &sample[i], &x[i], &y[i]);
+        random[i] = sample[i].random;
+    }
+    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, x, y, random, found);
+    for (size_t i = 0; i < count; i++) {
+        sample[i].direction = found[i].direction;
+        sample[i].light = found[i].light;
+        sample[i].weight = 1;
+    }
+}
+
+/* Adds four neighbouring cells, row by row: their light, and what their diagonals differ by. */
+static void add_four(struct work *w, const struct sample sample[4])
+{
+    double diagonal[2][3 * SH_COUNT_MAX];
+    for (int i = 0; i < 2; i++)
+        memset(diagonal[i], 0, (size_t)w->values * sizeof **diagonal);
+    for (int i = 0; i < 4; i++)
+        project(w, sample[i].light, sample[i].direction, sample[i].weight, diagonal[i == 1 || i == 2]);
+    const double *a = diagonal[0], *b = diagonal[1];
+    for (int k = 0; k < w->values; k++) {
+        const double difference = a[k] - b[k];
+        w->sum[k] += a[k] + b[k];
+        w->square[k] += difference * difference;
+        w->largest[k] = fmax(w->largest[k], difference * difference);
+    }
+    for (int k = 0; k < w->values && w->settings->error > 0; k += 3) {
+        const double difference = 0.2126 * (a[k] - b[k]) + 0.7152 * (a[k + 1] - b[k + 1]) + 0.0722 * (a[k + 2] - b[k + 2]);
+        w->luminance_square[k / 3] += difference * difference;
+        w->luminance_largest[k / 3] = fmax(w->luminance_largest[k / 3], difference * difference);
+    }
 }
 
 /* -- rounds ------------------------------------------------------------------------------------ */
 
-/* A sample in every cell of a grid; `first` is the number of the first sample of this kind. */
+/* A sample in every cell of a grid, by fours, as many fours at once as make a wave; `first` is the number of the first sample of
+ * this kind. */
 static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid, struct gradient_cells *cells)
 {
-    double diagonal[2][3 * SH_COUNT_MAX];
-    for (int row = 0; row < grid->rows; row += 2) {
-        for (int column = 0; column < grid->columns; column += 2) {
-            for (int i = 0; i < 2; i++)
-                memset(diagonal[i], 0, (size_t)w->values * sizeof **diagonal);
+    const int across = grid->columns / 2, fours = grid->rows / 2 * across;
+    struct sample sample[PATH_WAVE];
+    for (int done = 0; done < fours;) {
+        size_t count = 0;
+        for (; done < fours && count < PATH_WAVE; done++) {
             for (int i = 0; i < 4; i++) {
-                const int down = i >> 1, along = i & 1;
-                const uint32_t number = first + (uint32_t)((row + down) * grid->columns + column + along);
-                struct random random = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | number);
-                if (kind == OWN)
-                    take_own(w, grid, row + down, column + along, &random, diagonal[down ^ along], cells);
-                else
-                    ask(w, kind, grid, row + down, column + along, &random, diagonal[down ^ along]);
+                struct sample *s = &sample[count++];
+                s->row = done / across * 2 + (i >> 1);
+                s->column = done % across * 2 + (i & 1);
+                const uint32_t number = first + (uint32_t)(s->row * grid->columns + s->column);
+                s->random = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | number);
             }
-            add_four(w, diagonal[0], diagonal[1]);
         }
+        if (kind == OWN)
+            take_own(w, grid, count, sample, cells);
+        else
+            ask(w, kind, grid, count, sample);
+        for (size_t four = 0; four < count; four += 4)
+            add_four(w, sample + four);
     }
 }
 

@@ -5,9 +5,12 @@
  * multiple importance sampling between the ways to reach an emissive surface or the sky (Veach 1997, balance heuristic);
  * Russian roulette by throughput. What a scene does not have is not asked for.
  *
+ * Paths go in waves, each stage of all of them before the next stage of any: while one path's arithmetic waits for its
+ * operands, or for memory, another's is done, and Embree has many rays in a row.
+ *
  * A receiver is a point that takes light from the whole sphere, or a surface that takes it from its half. Its light
  * straight from emissive surfaces and from an uneven sky comes in two parts, whose expectations add up: what its own rays meet,
- * and what path_light and path_sky find. Light straight from point, spot and sun lights is the caller's.
+ * and what path_lights and path_skies find. Light straight from point, spot and sun lights is the caller's.
  */
 #ifndef PATH_H
 #define PATH_H
@@ -29,13 +32,13 @@ struct path_tracer {
 /* How a receiver's directions are drawn, against which light that it could meet both ways is weighted. */
 struct path_receiver {
     struct lights_receiver at; /* local; normal zero: the whole sphere, uniformly; else the half about it, by the cosine */
-    float lights_share, sky_share; /* samples of path_light and path_sky for each of path_sample */
+    float lights_share, sky_share; /* questions of path_lights and path_skies for each sample */
 };
 
 /* What comes along one direction of a receiver. */
 struct path_sample {
     struct vec3f straight; /* radiance of the emissive surface or sky that the ray meets */
-    float weight;          /* of that, against path_light or path_sky */
+    float weight;          /* of that, against path_lights or path_skies */
     struct vec3f scattered; /* radiance that the surface there scatters towards the receiver */
     bool hit, front;       /* what the ray met */
     float distance;        /* local units; INFINITY where it met nothing */
@@ -46,20 +49,26 @@ struct path_sample {
 struct path_found {
     struct vec3f direction; /* unit */
     /* radiance over the density per solid angle of both ways together (share times its own, and the receiver's): to be summed
-     * over all questions and divided by the number of path_sample's; 0: none */
+     * over all questions and divided by the number of samples; 0: none */
     struct vec3f light;
 };
 
 struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
 
-/* Samples along the unit `direction`. with_scattered false: scattered is 0, and costs nothing. */
-struct path_sample path_sample(const struct path_tracer *path, const struct path_receiver *receiver, struct vec3f direction,
-                               bool with_scattered, struct random *random);
+enum { PATH_WAVE = 64 }; /* paths that go together; more than 32 gain nothing, and 128 no longer fit into the nearest cache */
 
-/* Asks the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by (x, y) uniform in the unit square. */
-struct path_found path_light(const struct path_tracer *path, const struct path_receiver *receiver, double x, float y, struct random *random);
-struct path_found path_sky(const struct path_tracer *path, const struct path_receiver *receiver, double x, double y, struct random *random);
+/* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own. with_scattered false: scattered is 0,
+ * and costs nothing. */
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const struct vec3f *direction,
+                  bool with_scattered, struct random *random, struct path_sample *sample);
+
+/* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by (x, y)
+ * uniform in the unit square. */
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
+                 struct random *random, struct path_found *found);
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
+                struct random *random, struct path_found *found);
 
 /* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square (Malley's method). */
 struct vec3f path_scatter(struct vec3f normal, float u, float turn);
