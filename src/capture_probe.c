@@ -5,6 +5,7 @@
 #include "error.h"
 #include "gradient.h"
 #include "scene.h"
+#include "strata.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -50,13 +51,8 @@ struct work {
     const struct capture_settings *settings;
     uint64_t name;
     bool surface;
-    int values; /* of its light: 3 a basis function */
     struct path_receiver receiver;
-    double sum[3 * SH_COUNT_MAX];            /* of samples */
-    double square[3 * SH_COUNT_MAX];         /* of differences between diagonals, squared */
-    double largest[3 * SH_COUNT_MAX];        /* of those squares */
-    double luminance_square[SH_COUNT_MAX];   /* the same two of luminance, where an error is asked for */
-    double luminance_largest[SH_COUNT_MAX];
+    struct strata light;
     double gradient[9 * SH_COUNT_MAX];       /* times rays */
     double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
     double certain_gradient[9 * SH_COUNT_MAX];
@@ -79,23 +75,6 @@ static struct vec3f own_direction(const struct work *w, float x, double y)
     return (struct vec3f){r * c, r * s, z};
 }
 
-/* Adds light from a direction, radiance times solid angle, to the sum of a diagonal. */
-static void project(const struct work *w, struct vec3f light, struct vec3f direction, float weight, double *sum)
-{
-    if (light.x == 0 && light.y == 0 && light.z == 0)
-        return;
-    const double rgb[3] = {(double)light.x, (double)light.y, (double)light.z};
-    double y[SH_COUNT_MAX];
-    if (w->surface) {
-        const double cosine = (double)vec3f_dot(direction, w->receiver.at.normal);
-        for (int k = 0; k < 3; k++)
-            sum[k] += (double)weight * fmax(cosine, 0) * rgb[k];
-        return;
-    }
-    sh_basis(w->settings->order, (const double[3]){(double)direction.x, (double)direction.y, (double)direction.z}, y);
-    sh_project(w->settings->order, y, rgb, (double)weight, sum);
-}
-
 /* What a ray met, apart from light. */
 static void note(struct work *w, const struct path_sample *s, struct vec3f direction)
 {
@@ -110,128 +89,90 @@ static void note(struct work *w, const struct path_sample *s, struct vec3f direc
         w->open[1] += (double)direction.y;
         w->open[2] += (double)direction.z;
     }
-    if (!s->hit && !w->surface && w->settings->columns & CAPTURE_VISIBILITY) {
-        double y[SH_COUNT_MAX];
-        sh_basis(w->settings->order, (const double[3]){(double)direction.x, (double)direction.y, (double)direction.z}, y);
-        for (int i = 0; i < w->settings->order * w->settings->order; i++)
-            w->visibility[i] += y[i];
-    }
 }
 
-/* A sample in a cell. */
-struct sample {
-    int row, column; /* of the cell */
-    struct random random;
-    struct vec3f direction, light; /* what it found: radiance, times */
-    float weight;                  /* solid angle */
+/* The samples of a wave: corner k (row by row) of its four f is number k * fours + f. */
+struct draw {
+    size_t fours;
+    int cell[PATH_WAVE]; /* row by row */
+    float x[PATH_WAVE];  /* a point of the unit square in that cell */
+    double y[PATH_WAVE];
+    struct random random[PATH_WAVE];
 };
 
-/* A point of a sample's cell in the unit square. */
-static void cell_point(const struct grid *grid, struct sample *s, float *x, double *y)
+/* Draws a point in each cell of the grid's fours from `four` on; `first` is the number of the first sample of this kind. */
+static void draw_points(const struct work *w, enum kind kind, uint32_t first, const struct grid *grid, int four, struct draw *draw)
 {
-    *x = (float)(((double)s->column + (double)random_float(&s->random)) / grid->columns);
-    *y = ((double)s->row + (double)random_float(&s->random)) / grid->rows;
+    const int across = grid->columns / 2, left = grid->rows / 2 * across - four;
+    draw->fours = left < STRATA_FOURS ? (size_t)left : STRATA_FOURS;
+    for (size_t i = 0; i < 4 * draw->fours; i++) {
+        const int corner = (int)(i / draw->fours), at = four + (int)(i % draw->fours);
+        const int row = at / across * 2 + (corner >> 1), column = at % across * 2 + (corner & 1);
+        draw->cell[i] = row * grid->columns + column;
+        struct random r = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | (first + (uint32_t)draw->cell[i]));
+        draw->x[i] = (float)(((double)column + (double)random_float(&r)) / grid->columns);
+        draw->y[i] = ((double)row + (double)random_float(&r)) / grid->rows;
+        draw->random[i] = r;
+    }
 }
 
 /* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
-static void take_own(struct work *w, const struct grid *grid, size_t count, struct sample *sample, struct gradient_cells *cells)
+static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave, struct gradient_cells *cells)
 {
     const enum capture_light which = w->settings->light;
+    const size_t count = 4 * draw->fours;
     struct vec3f direction[PATH_WAVE];
-    struct random random[PATH_WAVE];
     struct path_sample met[PATH_WAVE];
-    for (size_t i = 0; i < count; i++) {
-        float x;
-        double y;
-        cell_point(grid, &sample[i], &x, &y);
-        direction[i] = own_direction(w, x, y);
-        random[i] = sample[i].random;
-    }
-    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, random, met);
+    for (size_t i = 0; i < count; i++)
+        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, draw->random, met);
     for (size_t i = 0; i < count; i++) {
         const struct path_sample *m = &met[i];
         const struct vec3f straight = which != CAPTURE_INDIRECT ? m->straight : (struct vec3f){0};
-        sample[i].direction = direction[i];
-        sample[i].light = vec3f_fma(m->scattered, m->weight, straight);
-        sample[i].weight = 4 * (float)ANGLE_PI; /* 1 / density */
+        float solid_angle = 4 * (float)ANGLE_PI; /* 1 / density */
         if (w->surface)
-            sample[i].weight = (float)ANGLE_PI / float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+            solid_angle = (float)ANGLE_PI / float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+        strata_set(wave, i / draw->fours, i % draw->fours, vec3f_fma(m->scattered, m->weight, straight), direction[i], solid_angle);
         note(w, m, direction[i]);
         if (cells->cell) {
-            struct gradient_cell *cell = &cells->cell[sample[i].row * grid->columns + sample[i].column];
+            struct gradient_cell *cell = &cells->cell[draw->cell[i]];
             *cell = (struct gradient_cell){.radiance = vec3f_add(m->scattered, straight), .direction = direction[i]};
             if (m->hit)
                 cell->plane = vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
         }
     }
+    strata_functions(&w->light, wave, draw->fours, w->receiver.at.normal);
+    for (size_t i = 0; i < count && w->settings->columns & CAPTURE_VISIBILITY && !w->surface; i++)
+        for (int k = 0; k < w->light.functions && !met[i].hit; k++)
+            w->visibility[k] += wave->function[k][i / draw->fours * STRATA_FOURS + i % draw->fours];
 }
 
 /* Questions to the lights or the sky. */
-static void ask(const struct work *w, enum kind kind, const struct grid *grid, size_t count, struct sample *sample)
+static void ask(const struct work *w, enum kind kind, struct draw *draw, struct strata_wave *wave)
 {
-    float x[PATH_WAVE];
-    double y[PATH_WAVE];
-    struct random random[PATH_WAVE];
+    const size_t count = 4 * draw->fours;
     struct path_found found[PATH_WAVE];
-    for (size_t i = 0; i < count; i++) {
-        cell_point(grid, &sample[i], &x[i], &y[i]);
-        random[i] = sample[i].random;
-    }
-    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, x, y, random, found);
-    for (size_t i = 0; i < count; i++) {
-        sample[i].direction = found[i].direction;
-        sample[i].light = found[i].light;
-        sample[i].weight = 1;
-    }
-}
-
-/* Adds four neighbouring cells, row by row: their light, and what their diagonals differ by. */
-static void add_four(struct work *w, const struct sample sample[4])
-{
-    double diagonal[2][3 * SH_COUNT_MAX];
-    for (int i = 0; i < 2; i++)
-        memset(diagonal[i], 0, (size_t)w->values * sizeof **diagonal);
-    for (int i = 0; i < 4; i++)
-        project(w, sample[i].light, sample[i].direction, sample[i].weight, diagonal[i == 1 || i == 2]);
-    const double *a = diagonal[0], *b = diagonal[1];
-    for (int k = 0; k < w->values; k++) {
-        const double difference = a[k] - b[k];
-        w->sum[k] += a[k] + b[k];
-        w->square[k] += difference * difference;
-        w->largest[k] = fmax(w->largest[k], difference * difference);
-    }
-    for (int k = 0; k < w->values && w->settings->error > 0; k += 3) {
-        const double difference = 0.2126 * (a[k] - b[k]) + 0.7152 * (a[k + 1] - b[k + 1]) + 0.0722 * (a[k + 2] - b[k + 2]);
-        w->luminance_square[k / 3] += difference * difference;
-        w->luminance_largest[k / 3] = fmax(w->luminance_largest[k / 3], difference * difference);
-    }
+    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, draw->x, draw->y, draw->random, found);
+    for (size_t i = 0; i < count; i++)
+        strata_set(wave, i / draw->fours, i % draw->fours, found[i].light, found[i].direction, 1);
+    strata_functions(&w->light, wave, draw->fours, w->receiver.at.normal);
 }
 
 /* -- rounds ------------------------------------------------------------------------------------ */
 
-/* A sample in every cell of a grid, by fours, as many fours at once as make a wave; `first` is the number of the first sample of
- * this kind. */
+/* A sample in every cell of a grid, by fours, as many fours at once as make a wave. */
 static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid, struct gradient_cells *cells)
 {
-    const int across = grid->columns / 2, fours = grid->rows / 2 * across;
-    struct sample sample[PATH_WAVE];
-    for (int done = 0; done < fours;) {
-        size_t count = 0;
-        for (; done < fours && count < PATH_WAVE; done++) {
-            for (int i = 0; i < 4; i++) {
-                struct sample *s = &sample[count++];
-                s->row = done / across * 2 + (i >> 1);
-                s->column = done % across * 2 + (i & 1);
-                const uint32_t number = first + (uint32_t)(s->row * grid->columns + s->column);
-                s->random = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | number);
-            }
-        }
+    const int fours = grid->rows / 2 * (grid->columns / 2);
+    struct draw draw;
+    struct strata_wave wave;
+    for (int four = 0; four < fours; four += (int)draw.fours) {
+        draw_points(w, kind, first, grid, four, &draw);
         if (kind == OWN)
-            take_own(w, grid, count, sample, cells);
+            take_own(w, &draw, &wave, cells);
         else
-            ask(w, kind, grid, count, sample);
-        for (size_t four = 0; four < count; four += 4)
-            add_four(w, sample + four);
+            ask(w, kind, &draw, &wave);
+        strata_add(&w->light, &wave, draw.fours);
     }
 }
 
@@ -270,19 +211,17 @@ static struct error *take_round(struct work *w, int rays)
 /* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio capture_settings.error bounds. */
 static void irradiance_error(const struct work *w, double *mean, double *error)
 {
-    double rgb[3];
-    for (int k = 0; k < 3; k++)
-        rgb[k] = w->sum[k] + w->rays * w->certain[k];
-    const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+    const double luminance = strata_sum(&w->light, 3, 0) +
+                             w->rays * (0.2126 * w->certain[0] + 0.7152 * w->certain[1] + 0.0722 * w->certain[2]);
     if (w->surface) {
         *mean = luminance;
-        *error = sqrt(w->luminance_square[0] + w->luminance_largest[0]);
+        *error = sqrt(strata_variance(&w->light, 3, 0));
         return;
     }
     double variance = 0;
     for (int l = 0, i = 0; l < w->settings->order; l++)
         for (; i < (l + 1) * (l + 1); i++)
-            variance += sh_cosine(l) * sh_cosine(l) * (w->luminance_square[i] + w->luminance_largest[i]);
+            variance += sh_cosine(l) * sh_cosine(l) * strata_variance(&w->light, 3, i);
     *mean = sh_cosine(0) * luminance * sqrt(1 / (4 * ANGLE_PI));
     *error = sqrt(variance / (4 * ANGLE_PI));
 }
@@ -350,9 +289,9 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
 static void finish(const struct work *w, struct capture_probe *result)
 {
     const int count = w->settings->order * w->settings->order;
-    for (int k = 0; k < w->values; k++) {
-        result->sh[k] = (float)(w->sum[k] / w->rays + w->certain[k]);
-        result->sh_error[k] = (float)(sqrt(w->square[k] + w->largest[k]) / w->rays);
+    for (int k = 0; k < 3 * w->light.functions; k++) {
+        result->sh[k] = (float)(strata_sum(&w->light, k % 3, k / 3) / w->rays + w->certain[k]);
+        result->sh_error[k] = (float)(sqrt(strata_variance(&w->light, k % 3, k / 3)) / w->rays);
     }
     for (int k = 0; k < 9 * count; k++)
         result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
@@ -373,8 +312,8 @@ static const float farthest = 1e15f;
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result)
 {
-    struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal,
-                     .values = normal ? 3 : 3 * settings->order * settings->order};
+    struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
+    strata_start(&w.light, normal ? 0 : settings->order, settings->error > 0);
     if (normal)
         w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
     const struct vec3f local = trace_to_local(path->tracer, p);

@@ -12,21 +12,22 @@
  * C_m + i S_m = (x + i y)^m, what is left is a polynomial in z. With its constant K_lm sqrt2 taken in, it starts as first[m] and
  * goes on as p_l = rise[m][l] z p_(l-1) - fall[m][l] p_(l-2), where
  * rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2 - m^2) / (4 (l - 1)^2 - 1)). */
+static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292, 0.5462742152960396,
+                                           0.5900435899266436, 0.6258357354491763, 0.6563820568401701};
+static const double rise[SH_ORDER_MAX][SH_ORDER_MAX] = {
+    {0, 1.7320508075688772, 1.9364916731037085, 1.9720265943665387, 1.984313483298443, 1.98997487421324},
+    {0, 0, 2.23606797749979, 2.091650066335189, 2.04939015319192, 2.03100960115899},
+    {0, 0, 0, 2.6457513110645907, 2.29128784747792, 2.1712405933672376},
+    {0, 0, 0, 0, 3.0, 2.48746859276655},
+    {0, 0, 0, 0, 0, 3.3166247903554}};
+static const double fall[SH_ORDER_MAX][SH_ORDER_MAX] = {
+    {0, 0, 1.118033988749895, 1.018350154434631, 1.0062305898749055, 1.002853072844814},
+    {0, 0, 0, 0.9354143466934853, 0.9797958971132713, 0.991031208965115},
+    {0, 0, 0, 0, 0.8660254037844386, 0.9476070829586856},
+    {0, 0, 0, 0, 0, 0.82915619758885}};
+
 void sh_basis(int order, const double d[3], double *y)
 {
-    static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292, 0.5462742152960396,
-                                               0.5900435899266436, 0.6258357354491763, 0.6563820568401701};
-    static const double rise[SH_ORDER_MAX][SH_ORDER_MAX] = {
-        {0, 1.7320508075688772, 1.9364916731037085, 1.9720265943665387, 1.984313483298443, 1.98997487421324},
-        {0, 0, 2.23606797749979, 2.091650066335189, 2.04939015319192, 2.03100960115899},
-        {0, 0, 0, 2.6457513110645907, 2.29128784747792, 2.1712405933672376},
-        {0, 0, 0, 0, 3.0, 2.48746859276655},
-        {0, 0, 0, 0, 0, 3.3166247903554}};
-    static const double fall[SH_ORDER_MAX][SH_ORDER_MAX] = {
-        {0, 0, 1.118033988749895, 1.018350154434631, 1.0062305898749055, 1.002853072844814},
-        {0, 0, 0, 0.9354143466934853, 0.9797958971132713, 0.991031208965115},
-        {0, 0, 0, 0, 0.8660254037844386, 0.9476070829586856},
-        {0, 0, 0, 0, 0, 0.82915619758885}};
     double c = 1, s = 0; /* C_m, S_m */
     for (int m = 0; m < order; m++) {
         double before = 0, p = first[m]; /* of l - 1, of l */
@@ -43,6 +44,38 @@ void sh_basis(int order, const double d[3], double *y)
         const double c_next = d[0] * c - d[1] * s;
         s = d[0] * s + d[1] * c;
         c = c_next;
+    }
+}
+
+/* The same with the innermost loop over directions, so that several are done by each instruction. */
+void sh_basis_wave(int order, const struct vec3f direction[SH_WAVE], double (*y)[SH_WAVE])
+{
+    double dx[SH_WAVE], dy[SH_WAVE], dz[SH_WAVE], c[SH_WAVE], s[SH_WAVE];
+    for (int k = 0; k < SH_WAVE; k++) {
+        dx[k] = (double)direction[k].x, dy[k] = (double)direction[k].y, dz[k] = (double)direction[k].z;
+        c[k] = 1, s[k] = 0;
+    }
+    for (int m = 0; m < order; m++) {
+        double before[SH_WAVE], p[SH_WAVE]; /* of l - 1, of l */
+        for (int k = 0; k < SH_WAVE; k++)
+            before[k] = 0, p[k] = first[m];
+        for (int l = m; l < order; l++) {
+            for (int k = 0; k < SH_WAVE && l > m; k++) {
+                const double next = rise[m][l] * dz[k] * p[k] - fall[m][l] * before[k];
+                before[k] = p[k];
+                p[k] = next;
+            }
+            double *plus = y[l * (l + 1) + m], *minus = y[l * (l + 1) - m];
+            for (int k = 0; k < SH_WAVE; k++) {
+                minus[k] = s[k] * p[k];
+                plus[k] = c[k] * p[k]; /* after the other: m may be 0 */
+            }
+        }
+        for (int k = 0; k < SH_WAVE; k++) {
+            const double c_next = dx[k] * c[k] - dy[k] * s[k];
+            s[k] = dx[k] * s[k] + dy[k] * c[k];
+            c[k] = c_next;
+        }
     }
 }
 

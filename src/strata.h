@@ -1,0 +1,54 @@
+/* strata: sums of stratified samples of light, and how far off they may be.
+ *
+ * The light of a receiver is a vector of products, light times function: the SH basis in the sample's direction for a point, the cosine
+ * alone for a surface; in red, green, blue and, where it is wanted, luminance. There is one sample in each cell, so none knows its own variance. Cells come
+ * in fours, 2 by 2, and a four is judged by the difference between its diagonals (capture.h says why, and why the largest counts twice).
+ *
+ * Sums are in double, in STRATA_LANES partial sums, so that several fours are added by each instruction; always in the same order.
+ */
+#ifndef STRATA_H
+#define STRATA_H
+
+#include "path.h"
+#include "sh.h"
+
+#include <stdbool.h>
+
+enum { STRATA_LANES = 4, STRATA_FOURS = PATH_WAVE / 4, STRATA_CHANNELS = 4 };
+
+/* Samples of up to STRATA_FOURS fours: corner k (row by row) of four f stands at k * STRATA_FOURS + f. */
+struct strata_wave {
+    struct vec3f direction[PATH_WAVE]; /* unit */
+    double light[STRATA_CHANNELS][PATH_WAVE]; /* times the solid angle for which it stands */
+    double function[SH_COUNT_MAX][PATH_WAVE];
+};
+
+struct strata_sum {
+    double sum[STRATA_LANES];     /* of samples */
+    double square[STRATA_LANES];  /* of differences between diagonals, squared */
+    double largest[STRATA_LANES]; /* of those squares */
+};
+
+struct strata {
+    int order;      /* of SH; 0: a surface, whose one function is the cosine */
+    int functions, channels; /* 3, or 4 with luminance */
+    struct strata_sum of[STRATA_CHANNELS][SH_COUNT_MAX];
+};
+
+/* Starts without samples. order 0: a surface. */
+void strata_start(struct strata *strata, int order, bool luminance);
+
+/* Sets the light of a corner of a four. */
+void strata_set(struct strata_wave *wave, size_t corner, size_t four, struct vec3f radiance, struct vec3f direction, float solid_angle);
+
+/* The functions of all samples whose directions are set: of the first `fours` fours; normal: the surface's. */
+void strata_functions(const struct strata *strata, struct strata_wave *wave, size_t fours, struct vec3f normal);
+
+/* Adds the first `fours` fours. */
+void strata_add(struct strata *strata, struct strata_wave *wave, size_t fours);
+
+/* The sum of samples, and the square of its standard error. */
+double strata_sum(const struct strata *strata, int channel, int function);
+double strata_variance(const struct strata *strata, int channel, int function);
+
+#endif
