@@ -59,18 +59,6 @@ double angle_cos(double x)
     return octant == 2 || octant == 4 ? -y : y;
 }
 
-void angle_turn(float turn, float *x, float *y)
-{
-    const int quarters = (int)(4 * turn + 0.5f);
-    const float z = (4 * turn - (float)quarters) * (float)(ANGLE_PI / 2), zz = z * z;
-    /* Moshier's sinf.c and cosf.c, |z| <= pi/4 */
-    const float s = z + z * zz * ((-1.9515295891e-4f * zz + 8.3321608736e-3f) * zz - 1.6666654611e-1f);
-    const float c = 1 - 0.5f * zz + zz * zz * ((2.443315711809948e-5f * zz - 1.388731625493765e-3f) * zz + 4.166664568298827e-2f);
-    const float along = quarters & 1 ? s : c, across = quarters & 1 ? c : s;
-    *x = (quarters + 1) & 2 ? -along : along;
-    *y = quarters & 2 ? -across : across;
-}
-
 /* Arc tangent of x >= 0. */
 static double arc_tangent(double x)
 {

@@ -15,6 +15,7 @@
 #ifndef PATH_H
 #define PATH_H
 
+#include "angle.h"
 #include "light.h"
 #include "random.h"
 #include "sky.h"
@@ -56,21 +57,31 @@ struct path_found {
 struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
 
-enum { PATH_WAVE = 64 }; /* paths that go together; more than 32 gain nothing, and 128 no longer fit into the nearest cache */
+enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */
 
 /* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own. with_scattered false: scattered is 0,
  * and costs nothing. */
 void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const struct vec3f *direction,
-                  bool with_scattered, struct random *random, struct path_sample *sample);
+                  bool with_scattered, const struct random *random, struct path_sample *sample);
 
 /* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by (x, y)
  * uniform in the unit square. */
 void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
-                 struct random *random, struct path_found *found);
+                 const struct random *random, struct path_found *found);
 void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
-                struct random *random, struct path_found *found);
+                const struct random *random, struct path_found *found);
 
 /* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square (Malley's method). */
-struct vec3f path_scatter(struct vec3f normal, float u, float turn);
+static inline struct vec3f path_scatter(struct vec3f n, float u, float turn)
+{
+    const float r = sqrtf(u), z = sqrtf(1 - u);
+    float x, y;
+    angle_turn(turn, &x, &y);
+    x *= r;
+    y *= r;
+    const float sign = n.z < 0 ? -1.0f : 1.0f, a = -1 / (sign + n.z), b = n.x * n.y * a;
+    const struct vec3f s = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, t = {b, sign + n.y * n.y * a, -n.y};
+    return vec3f_add(vec3f_scale(x, s), vec3f_add(vec3f_scale(y, t), vec3f_scale(z, n)));
+}
 
 #endif

@@ -335,7 +335,7 @@ static struct error *finish_material(struct scene *scene, struct scene_material 
     m->albedo = vec3f_scale((float)settings->albedo_scale, legal_colour(m->albedo, "an albedo", m, warnings));
     m->emission = vec3f_scale((float)settings->light_scale, legal_colour(m->emission, "an emission", m, warnings));
     if (!(m->opacity >= 0 && m->opacity <= 1)) {
-        const float used = m->opacity < 0 ? 0 : 1;
+        const float used = m->opacity < 0 ? 0.0f : 1.0f;
         warnings_add(warnings, "material out of range", "material '%s': an opacity of %g: %g is used", m->name,
                      (double)m->opacity, (double)used);
         m->opacity = used;

@@ -6,6 +6,7 @@
 #include "trace.h"
 
 #include <embree3/rtcore.h>
+#include <float.h>
 
 /* An instance of the scene as Embree has it. */
 struct trace_geometry {
@@ -73,6 +74,54 @@ static inline void trace_point_shade(const struct tracer *tracer, struct trace_p
     }
 }
 
+/* -- waves -------------------------------------------------------------------------------------- */
+
+/* Rays that go together: component by component, so that one instruction works on several of them. */
+enum { TRACE_WAVE = 64 };
+
+/* Of functions that loop over a wave. Embree runs nowhere without AVX; without fused operations, which these are not, its results are
+ * the same bits as any other instruction's. */
+#define TRACE_VECTORS __attribute__((target("avx")))
+
+struct wave_vec {
+    float x[TRACE_WAVE], y[TRACE_WAVE], z[TRACE_WAVE];
+};
+
+static inline struct vec3f wave_get(const struct wave_vec *v, size_t i)
+{
+    return (struct vec3f){v->x[i], v->y[i], v->z[i]};
+}
+
+static inline void wave_put(struct wave_vec *v, size_t i, struct vec3f a)
+{
+    v->x[i] = a.x, v->y[i] = a.y, v->z[i] = a.z;
+}
+
+/* As trace_ray and trace_point, but that a point may be none: hit is 1 or 0, and then distance is INFINITY and the rest has no meaning. */
+struct trace_rays {
+    struct wave_vec origin, direction;
+    float most[TRACE_WAVE];
+    uint32_t salt[TRACE_WAVE];
+};
+
+struct trace_points {
+    struct wave_vec position, normal;
+    float distance[TRACE_WAVE];
+    int32_t hit[TRACE_WAVE], front[TRACE_WAVE];
+    uint32_t instance[TRACE_WAVE], triangle[TRACE_WAVE];
+    float b[TRACE_WAVE], c[TRACE_WAVE];
+    const struct scene_material *material[TRACE_WAVE];
+    float u[TRACE_WAVE], v[TRACE_WAVE];
+};
+
+/* Nearest surfaces of the first `count` rays, shaded. */
+void trace_rays_nearest(const struct tracer *tracer, size_t count, const struct trace_rays *rays, struct trace_points *points);
+
+/* Makes seen 0 where anything is on the way of a ray; rays whose seen is 0 are not traced. */
+void trace_rays_occluded(const struct tracer *tracer, size_t count, const struct trace_rays *rays, int32_t *seen);
+
+/* -- points --------------------------------------------------------------------------------------- */
+
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
 struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
 
@@ -92,7 +141,11 @@ bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *r
  * front, where p is on it; on the side of `normal`, where that is given (unit; zero: none) and the surface's own. */
 struct vec3f trace_start(const struct tracer *tracer, const double p[3], struct vec3f normal);
 
-/* Where a ray starts that leaves the point to the side of `normal` (unit; either sign of point->normal). */
-struct vec3f trace_leave(const struct trace_point *point, struct vec3f normal);
+/* Where a ray starts that leaves a surface's point, met at `distance`, to the side of `normal` (unit; either sign of the surface's). */
+static inline struct vec3f trace_leave(struct vec3f position, float distance, struct vec3f normal)
+{
+    const float size = float_most(float_most(fabsf(position.x), fabsf(position.y)), float_most(fabsf(position.z), distance));
+    return vec3f_fma(position, 4 * FLT_EPSILON * size, normal);
+}
 
 #endif
