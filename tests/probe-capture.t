@@ -13,6 +13,9 @@ capture "$scene" <placed.probe >b.probe
 check "a file and standard input are the same" cmp a.probe b.probe
 for threads in 1 2 4; do capture --threads $threads "$scene" placed.probe >t$threads.probe; done
 check "1, 2 and 4 threads give the same bytes" sh -c "cmp t1.probe t2.probe && cmp t1.probe t4.probe"
+GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-AVX512F capture --columns sh_error,sh_gradient "$scene" placed.probe >plain.probe
+capture --columns sh_error,sh_gradient "$scene" placed.probe >fast.probe
+check "libm's faster instructions change nothing" cmp plain.probe fast.probe
 capture --seed 1 "$scene" placed.probe >seed.probe
 check "another seed gives other light" sh -c "! cmp -s a.probe seed.probe"
 capture --order 1 --columns none --text "$scene" placed.probe >small.probe
