@@ -105,14 +105,20 @@ static void draw_points(const struct work *w, enum kind kind, uint32_t first, co
 {
     const int across = grid->columns / 2, left = grid->rows / 2 * across - four;
     draw->fours = left < STRATA_FOURS ? (size_t)left : STRATA_FOURS;
-    for (size_t i = 0; i < 4 * draw->fours; i++) {
-        const int corner = (int)(i / draw->fours), at = four + (int)(i % draw->fours);
-        const int row = at / across * 2 + (corner >> 1), column = at % across * 2 + (corner & 1);
-        draw->cell[i] = row * grid->columns + column;
-        struct random r = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | (first + (uint32_t)draw->cell[i]));
-        draw->x[i] = (float)(((double)column + (double)random_float(&r)) / grid->columns);
-        draw->y[i] = ((double)row + (double)random_float(&r)) / grid->rows;
-        draw->random[i] = r;
+    for (int corner = 0, i = 0; corner < 4; corner++) {
+        int row = four / across * 2 + (corner >> 1), column = four % across * 2 + (corner & 1);
+        for (size_t f = 0; f < draw->fours; f++, i++) {
+            draw->cell[i] = row * grid->columns + column;
+            struct random r = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | (first + (uint32_t)draw->cell[i]));
+            draw->x[i] = (float)(((double)column + (double)random_float(&r)) / grid->columns);
+            draw->y[i] = ((double)row + (double)random_float(&r)) / grid->rows;
+            draw->random[i] = r;
+            column += 2;
+            if (column >= grid->columns) {
+                column -= grid->columns;
+                row += 2;
+            }
+        }
     }
 }
 
@@ -121,7 +127,7 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
 {
     const enum capture_light which = w->settings->light;
     const size_t count = 4 * draw->fours;
-    struct vec3f direction[PATH_WAVE];
+    struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
     struct path_sample met[PATH_WAVE];
     for (size_t i = 0; i < count; i++)
         direction[i] = own_direction(w, draw->x[i], draw->y[i]);
@@ -132,7 +138,7 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
         float solid_angle = 4 * (float)ANGLE_PI; /* 1 / density */
         if (w->surface)
             solid_angle = (float)ANGLE_PI / float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
-        strata_set(wave, i / draw->fours, i % draw->fours, vec3f_fma(m->scattered, m->weight, straight), direction[i], solid_angle);
+        light[i] = vec3f_scale(solid_angle, vec3f_fma(m->scattered, m->weight, straight));
         note(w, m, direction[i]);
         if (cells->cell) {
             struct gradient_cell *cell = &cells->cell[draw->cell[i]];
@@ -141,21 +147,24 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
                 cell->plane = vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
         }
     }
-    strata_functions(&w->light, wave, draw->fours, w->receiver.at.normal);
+    strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
     for (size_t i = 0; i < count && w->settings->columns & CAPTURE_VISIBILITY && !w->surface; i++)
         for (int k = 0; k < w->light.functions && !met[i].hit; k++)
-            w->visibility[k] += wave->function[k][i / draw->fours * STRATA_FOURS + i % draw->fours];
+            w->visibility[k] += strata_function(wave, k, i / draw->fours, i % draw->fours);
 }
 
 /* Questions to the lights or the sky. */
-static void ask(const struct work *w, enum kind kind, struct draw *draw, struct strata_wave *wave)
+static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata_wave *wave)
 {
     const size_t count = 4 * draw->fours;
+    struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
     struct path_found found[PATH_WAVE];
     (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, draw->x, draw->y, draw->random, found);
-    for (size_t i = 0; i < count; i++)
-        strata_set(wave, i / draw->fours, i % draw->fours, found[i].light, found[i].direction, 1);
-    strata_functions(&w->light, wave, draw->fours, w->receiver.at.normal);
+    for (size_t i = 0; i < count; i++) {
+        direction[i] = found[i].direction;
+        light[i] = found[i].light;
+    }
+    strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
 }
 
 /* -- rounds ------------------------------------------------------------------------------------ */
@@ -172,7 +181,6 @@ static void sample_cells(struct work *w, enum kind kind, uint32_t first, const s
             take_own(w, &draw, &wave, cells);
         else
             ask(w, kind, &draw, &wave);
-        strata_add(&w->light, &wave, draw.fours);
     }
 }
 

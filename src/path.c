@@ -167,14 +167,14 @@ static void set_drawn(const struct path_tracer *path, const struct lights_choice
 TRACE_VECTORS static void aim(const struct wave_vec *restrict position, const struct wave_vec *restrict facing, bool surface, bool front_only,
                               float share, size_t count, const struct drawn *restrict drawn, struct questions *restrict q)
 {
-    const float lowest = front_only ? 0 : -1;
+    const float lowest = front_only ? 0 : -1, uniform = surface ? 0 : sphere_density, cosines = surface ? 1 : 0; /* no branch in the loop */
     for (size_t i = 0; i < count; i++) {
         const struct vec3f origin = wave_get(position, i), point = wave_get(&drawn->position, i), normal = wave_get(&drawn->normal, i);
         const struct vec3f way = vec3f_sub(point, origin), radiance = wave_get(&drawn->radiance, i);
         const float distance = vec3f_length(way);
         const struct vec3f direction = vec3f_scale(1 / distance, way);
         const float cosine = -vec3f_dot(direction, normal), side = cosine > 0 ? 1.0f : -1.0f;
-        const float by_cosine = cosine_density(vec3f_dot(direction, wave_get(facing, i))), own = surface ? by_cosine : sphere_density;
+        const float own = uniform + cosines * cosine_density(vec3f_dot(direction, wave_get(facing, i)));
         const float density = solid_density(drawn->density[i], distance, fabsf(cosine));
         const struct vec3f to_target = vec3f_sub(trace_leave(point, distance, vec3f_scale(side, normal)), origin);
         const float reach = vec3f_length(to_target);
@@ -435,10 +435,10 @@ static void end_paths(struct wave *w, bool roulette, struct path_sample *sample)
             if (on)
                 wave_put(&w->throughput, i, vec3f_scale(1 / most, wave_get(&w->throughput, i)));
         }
-        if (on)
-            move_path(w, left++, i);
-        else
+        if (!on)
             sample[w->sample[i]].scattered = wave_get(&w->sum, i);
+        else if (left++ != i)
+            move_path(w, left - 1, i);
     }
     w->count = left;
 }

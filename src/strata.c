@@ -12,61 +12,63 @@ void strata_start(struct strata *s, int order, bool luminance)
         memset(s->of[c], 0, (size_t)s->functions * sizeof s->of[c][0]);
 }
 
-void strata_set(struct strata_wave *wave, size_t corner, size_t four, struct vec3f radiance, struct vec3f direction, float solid_angle)
-{
-    const double weight = (double)solid_angle;
-    const double r = weight * (double)radiance.x, g = weight * (double)radiance.y, b = weight * (double)radiance.z;
-    const size_t sample = corner * STRATA_FOURS + four;
-    wave->direction[sample] = direction;
-    wave->light[0][sample] = r;
-    wave->light[1][sample] = g;
-    wave->light[2][sample] = b;
-    wave->light[3][sample] = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-}
-
-/* Fours are added LANES at once: those that are not there add nothing. */
+/* Fours are added LANES at once: those that are not there have no light. */
 static size_t whole_lanes(size_t fours)
 {
     return (fours + STRATA_LANES - 1) / STRATA_LANES * STRATA_LANES;
 }
 
-void strata_functions(const struct strata *s, struct strata_wave *wave, size_t fours, struct vec3f normal)
+static void set_samples(struct strata_wave *wave, size_t fours, const struct vec3f *direction, const struct vec3f *light)
 {
     for (size_t k = 0; k < 4; k++) {
-        for (size_t f = fours; f < whole_lanes(fours); f++)
-            wave->direction[k * STRATA_FOURS + f] = wave->direction[0];
-        if (s->order)
-            continue;
-        for (size_t f = 0; f < whole_lanes(fours); f++)
-            wave->function[0][k * STRATA_FOURS + f] = fmax((double)vec3f_dot(wave->direction[k * STRATA_FOURS + f], normal), 0);
-    }
-    if (s->order)
-        sh_basis_wave(s->order, wave->direction, wave->function);
-}
-
-void strata_add(struct strata *s, struct strata_wave *wave, size_t fours)
-{
-    for (int c = 0; c < s->channels; c++) {
-        double(*light)[STRATA_FOURS] = (double(*)[STRATA_FOURS])wave->light[c];
-        for (size_t k = 0; k < 4; k++)
-            for (size_t f = fours; f < whole_lanes(fours); f++)
-                light[k][f] = 0;
-        for (int i = 0; i < s->functions; i++) {
-            const double(*y)[STRATA_FOURS] = (const double(*)[STRATA_FOURS])wave->function[i];
-            struct strata_sum sum = s->of[c][i];
-            for (size_t f = 0; f < fours; f += STRATA_LANES) {
-                for (size_t j = 0; j < STRATA_LANES; j++) {
-                    const double a = light[0][f + j] * y[0][f + j] + light[3][f + j] * y[3][f + j];
-                    const double b = light[1][f + j] * y[1][f + j] + light[2][f + j] * y[2][f + j];
-                    const double square = (a - b) * (a - b);
-                    sum.sum[j] += a + b;
-                    sum.square[j] += square;
-                    sum.largest[j] = square > sum.largest[j] ? square : sum.largest[j];
-                }
-            }
-            s->of[c][i] = sum;
+        for (size_t f = 0; f < whole_lanes(fours); f++) {
+            const size_t from = k * fours + f, to = k * STRATA_FOURS + f;
+            const struct vec3f l = f < fours ? light[from] : (struct vec3f){0};
+            wave->direction[to] = f < fours ? direction[from] : direction[0];
+            wave->light[0][to] = (double)l.x;
+            wave->light[1][to] = (double)l.y;
+            wave->light[2][to] = (double)l.z;
+            wave->light[3][to] = 0.2126 * (double)l.x + 0.7152 * (double)l.y + 0.0722 * (double)l.z;
         }
     }
+}
+
+static void set_functions(const struct strata *s, struct strata_wave *wave, size_t fours, struct vec3f normal)
+{
+    if (s->order) {
+        sh_basis_wave(s->order, wave->direction, wave->function);
+        return;
+    }
+    for (size_t k = 0; k < 4; k++)
+        for (size_t f = 0; f < whole_lanes(fours); f++)
+            wave->function[0][k * STRATA_FOURS + f] = fmax((double)vec3f_dot(wave->direction[k * STRATA_FOURS + f], normal), 0);
+}
+
+/* Adds the light of one channel times one function. */
+static void add_product(struct strata_sum *to, size_t fours, const double (*light)[STRATA_FOURS], const double (*y)[STRATA_FOURS])
+{
+    struct strata_sum sum = *to;
+    for (size_t f = 0; f < fours; f += STRATA_LANES) {
+        for (size_t j = 0; j < STRATA_LANES; j++) {
+            const double a = light[0][f + j] * y[0][f + j] + light[3][f + j] * y[3][f + j];
+            const double b = light[1][f + j] * y[1][f + j] + light[2][f + j] * y[2][f + j];
+            const double square = (a - b) * (a - b);
+            sum.sum[j] += a + b;
+            sum.square[j] += square;
+            sum.largest[j] = square > sum.largest[j] ? square : sum.largest[j];
+        }
+    }
+    *to = sum;
+}
+
+void strata_add(struct strata *s, struct strata_wave *wave, size_t fours, const struct vec3f *direction, const struct vec3f *light,
+                struct vec3f normal)
+{
+    set_samples(wave, fours, direction, light);
+    set_functions(s, wave, fours, normal);
+    for (int c = 0; c < s->channels; c++)
+        for (int i = 0; i < s->functions; i++)
+            add_product(&s->of[c][i], fours, (const double(*)[STRATA_FOURS])wave->light[c], (const double(*)[STRATA_FOURS])wave->function[i]);
 }
 
 double strata_sum(const struct strata *s, int channel, int function)

@@ -16,10 +16,10 @@
 
 enum { STRATA_LANES = 4, STRATA_FOURS = PATH_WAVE / 4, STRATA_CHANNELS = 4 };
 
-/* Samples of up to STRATA_FOURS fours: corner k (row by row) of four f stands at k * STRATA_FOURS + f. */
+/* Samples of up to STRATA_FOURS fours: corner k of four f stands at k * STRATA_FOURS + f. */
 struct strata_wave {
-    struct vec3f direction[PATH_WAVE]; /* unit */
-    double light[STRATA_CHANNELS][PATH_WAVE]; /* times the solid angle for which it stands */
+    struct vec3f direction[PATH_WAVE];
+    double light[STRATA_CHANNELS][PATH_WAVE];
     double function[SH_COUNT_MAX][PATH_WAVE];
 };
 
@@ -38,14 +38,16 @@ struct strata {
 /* Starts without samples. order 0: a surface. */
 void strata_start(struct strata *strata, int order, bool luminance);
 
-/* Sets the light of a corner of a four. */
-void strata_set(struct strata_wave *wave, size_t corner, size_t four, struct vec3f radiance, struct vec3f direction, float solid_angle);
+/* Adds `fours` fours, at most STRATA_FOURS: corner k (row by row) of four f is sample k * fours + f. direction: unit; light: radiance times
+ * the solid angle for which the sample stands; normal: a surface's. Leaves the functions of the samples in `wave`. */
+void strata_add(struct strata *strata, struct strata_wave *wave, size_t fours, const struct vec3f *direction, const struct vec3f *light,
+                struct vec3f normal);
 
-/* The functions of all samples whose directions are set: of the first `fours` fours; normal: the surface's. */
-void strata_functions(const struct strata *strata, struct strata_wave *wave, size_t fours, struct vec3f normal);
-
-/* Adds the first `fours` fours. */
-void strata_add(struct strata *strata, struct strata_wave *wave, size_t fours);
+/* Function i of corner k of four f, as strata_add left it. */
+static inline double strata_function(const struct strata_wave *wave, int i, size_t k, size_t f)
+{
+    return wave->function[i][k * STRATA_FOURS + f];
+}
 
 /* The sum of samples, and the square of its standard error. */
 double strata_sum(const struct strata *strata, int channel, int function);
