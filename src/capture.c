@@ -1,5 +1,7 @@
 #include "capture.h"
 #include "array.h"
+#include "basis.h"
+#include "content.h"
 #include "error.h"
 #include "interrupt.h"
 #include "number.h"
@@ -47,7 +49,9 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
         header_remove_key(header, optional[i]);
     struct error *err = set_number(header, "sh-order", (uint64_t)settings->order);
     if (!err)
-        err = header_set_key(header, "sh-content", "radiance");
+        err = content_to_header(header, settings->convolved);
+    if (!err)
+        err = dering_to_header(&settings->dering, header);
     if (!err)
         err = header_set_key(header, "capture-light", light_names[settings->light]);
     if (!err)
@@ -127,6 +131,10 @@ struct error *capture_settings_from_header(struct capture_settings *settings, co
         err = get_real(header, "capture-ao-distance", &settings->ao_distance);
     if (!err)
         err = get_light(header, &settings->light);
+    if (!err)
+        err = content_from_header(header, &settings->convolved);
+    if (!err)
+        err = dering_from_header(&settings->dering, header);
     settings->order = (int)order;
     settings->rays = (int)rays;
     settings->rays_most = (int)rays_most;
@@ -141,7 +149,7 @@ bool capture_header_has_settings(const struct stream_header *header)
 
 struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now)
 {
-    static const char *const keys[] = {"sh-order",      "sh-content",          "capture-light",    "capture-rays",
+    static const char *const keys[] = {"sh-order",      "sh-content",          "sh-dering",        "capture-light",    "capture-rays",
                                        "capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance",
                                        "capture-bounces", "capture-seed",      "scene-key"};
     if (!capture_header_has_settings(before) || !capture_header_has_settings(now))
@@ -159,6 +167,25 @@ struct error *capture_check_same(const struct stream_header *before, const struc
     return NULL;
 }
 
+struct error *capture_make_header(struct stream_header *header, const struct stream_header *before, const struct capture_settings *settings,
+                                  const struct scene_settings *light, uint64_t scene_key, bool again, const char *recorded)
+{
+    char key[32];
+    snprintf(key, sizeof key, "%016" PRIx64, scene_key);
+    struct error *err = header_copy(header, before);
+    if (!err)
+        err = header_add_provenance(header, recorded);
+    if (!err)
+        err = capture_settings_to_header(settings, header);
+    if (!err)
+        err = scene_settings_to_header(light, header);
+    if (!err)
+        err = header_set_key(header, "scene-key", key);
+    if (!err && !again)
+        err = error_wrap(capture_check_same(before, header), "--again captures all anew");
+    return err;
+}
+
 /* -- tables ----------------------------------------------------------------------------------- */
 
 /* A column that capture may write: its name beside points and beside surfaces (NULL: not there), its width, where a probe's
@@ -169,7 +196,7 @@ struct output {
     unsigned flag;
 };
 
-enum { OUTPUTS = 9 }; /* without the count of rays, which is no float */
+enum { OUTPUTS = 10 }; /* without the count of rays, which is no float */
 
 #define AT(member) offsetof(struct capture_probe, member)
 
@@ -180,6 +207,7 @@ static void make_outputs(const struct capture_settings *settings, bool surface, 
         {"sh", "irradiance", light, AT(sh), 0},
         {"sh_error", "irradiance_error", light, AT(sh_error), CAPTURE_ERROR},
         {"sh_gradient", NULL, 9 * count, AT(sh_gradient), CAPTURE_GRADIENT},
+        {"sh_window", NULL, 1, AT(sh_window), CAPTURE_WINDOW},
         {"visibility", NULL, count, AT(visibility), CAPTURE_VISIBILITY},
         {"validity", "validity", 1, AT(validity), CAPTURE_VALIDITY},
         {"depth", "depth", 1, AT(depth), CAPTURE_DEPTH},
@@ -201,9 +229,10 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
     struct output output[OUTPUTS];
     make_outputs(settings, surface, output);
     struct error *err = NULL;
+    const unsigned columns = settings->columns | (settings->dering.target != DERING_NONE && !surface ? CAPTURE_WINDOW : 0);
     for (size_t i = 0; i < OUTPUTS && !err; i++) {
         const char *name = surface ? output[i].surface : output[i].point;
-        const bool wanted = !output[i].flag || settings->columns & output[i].flag;
+        const bool wanted = !output[i].flag || columns & output[i].flag;
         if (name)
             err = add_column(table, name, COLUMN_F32, output[i].width, wanted);
         else if (wanted)
@@ -211,6 +240,45 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
                             surface ? "without" : "with");
     }
     return err ? err : add_column(table, "rays", COLUMN_I32, 1, settings->columns & CAPTURE_RAYS);
+}
+
+void capture_drop_stale(struct table *table)
+{
+    table_remove_column(table, "sh_gradient");
+    table_remove_column(table, "sh_window");
+    basis_drop(table);
+}
+
+struct error *capture_forget(struct table *table)
+{
+    const struct capture_settings any = capture_settings_default();
+    struct output output[OUTPUTS];
+    make_outputs(&any, false, output);
+    const char *names[2 * OUTPUTS + 1] = {"rays"};
+    for (size_t i = 0; i < OUTPUTS; i++) {
+        names[2 * i + 1] = output[i].point;
+        names[2 * i + 2] = output[i].surface;
+    }
+    struct error *err = NULL;
+    for (size_t i = 0; i < sizeof names / sizeof *names && !err; i++) {
+        const struct column *c = names[i] ? table_column(table, names[i]) : NULL;
+        if (c)
+            err = table_add_column(table, names[i], c->type, c->width, NULL);
+    }
+    return err;
+}
+
+void capture_shape(const struct capture_settings *settings, struct capture_probe *result)
+{
+    float *error = result->sh_error, *gradient = settings->columns & CAPTURE_GRADIENT ? result->sh_gradient : NULL;
+    double r = 1;
+    if (settings->dering.target != DERING_NONE)
+        r = dering_window(&settings->dering, settings->order, false, result->sh);
+    if (r >= 0 && r < 1)
+        dering_apply(settings->order, r, result->sh, error, gradient);
+    result->sh_window = (float)(r < 0 ? 1 : r);
+    if (settings->convolved)
+        content_convolve(settings->order, result->sh, error, gradient);
 }
 
 /* The rows to be captured, and where their results go. */
@@ -242,6 +310,8 @@ static struct error *capture_one(void *context, size_t index, int thread)
     struct error *err = capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
     if (err)
         return error_wrap(err, "probe %zu", row);
+    if (!normal)
+        capture_shape(&job->settings, &result);
     for (size_t i = 0; i < OUTPUTS; i++) {
         const struct column *column = job->column[i];
         if (!column)

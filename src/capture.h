@@ -18,6 +18,7 @@
 #ifndef CAPTURE_H
 #define CAPTURE_H
 
+#include "dering.h"
 #include "path.h"
 #include "sh.h"
 
@@ -26,6 +27,7 @@
 
 struct error;
 struct progress;
+struct scene_settings;
 struct stream_header;
 struct table;
 
@@ -50,6 +52,8 @@ struct capture_settings {
     uint64_t seed;
     double ao_distance; /* scene units: surfaces beyond do not occlude; INFINITY: all do */
     unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
+    bool convolved;     /* sh, its error and gradient are written as irradiance (content.h) */
+    struct dering_settings dering; /* what is done to sh before that; of surfaces, nothing */
 };
 
 enum {
@@ -62,6 +66,7 @@ enum {
     CAPTURE_AO = 64,
     CAPTURE_BENT_NORMAL = 128,
     CAPTURE_RAYS = 256,
+    CAPTURE_WINDOW = 512, /* sh_window: goes with dering, not asked for by itself */
     CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
 };
 
@@ -78,13 +83,15 @@ struct capture_probe {
                              "Real-time rendering", 4th ed., eq. 11.8; of a point, the same without the cosine */
     float bent_normal[3]; /* unit mean of their directions (the same, eq. 11.10); 0 when there were none. Surfaces alone */
     int rays;             /* that were spent on its directions */
+    float sh_window;      /* r of the window that dering put on it; 1: none. Set by capture_shape */
 };
 
-/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao distance, default columns. */
+/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao distance, default columns, radiance as it is. */
 struct capture_settings capture_settings_default(void);
 
 /* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed; capture-error,
- * capture-error-floor, capture-max-rays where an error is asked for; capture-ao-distance where there is one), and back. */
+ * capture-error-floor, capture-max-rays where an error is asked for; capture-ao-distance where there is one; sh-dering where that is asked
+ * for), and back. */
 struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header);
 /* An error when keys make no sense. Missing keys leave the setting as it is. */
 struct error *capture_settings_from_header(struct capture_settings *settings, const struct stream_header *header);
@@ -92,16 +99,30 @@ struct error *capture_settings_from_header(struct capture_settings *settings, co
 /* Whether the header says that probes were captured. */
 bool capture_header_has_settings(const struct stream_header *header);
 
+/* The header of a captured stream: `before` with its command line, the settings of capture and of light, and the scene's key. An error where probes that are not
+ * captured again (again: all are) had other settings or another scene. */
+struct error *capture_make_header(struct stream_header *header, const struct stream_header *before, const struct capture_settings *settings,
+                                  const struct scene_settings *light, uint64_t scene_key, bool again, const char *recorded);
+
 /* How many rays a round of this many has. */
 int capture_ray_count(int rays);
 
-/* Captures one probe at p (world, finite); normal: NULL, or the unit normal of a surface. Refused: p farther out
+/* Captures one probe at p (world, finite): radiance as it is; normal: NULL, or the unit normal of a surface. Refused: p farther out
  * than 1e15 times the scene's size. Any thread. */
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result);
 
+/* De-rings and convolves what was captured of a point, as the settings say. */
+void capture_shape(const struct capture_settings *settings, struct capture_probe *result);
+
 /* Adds the columns that the settings ask for to a probe table, where they are missing. */
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table);
+
+/* For capturing anew. Removes columns that no capture fills unless it is asked to, and those made of the light that was. */
+void capture_drop_stale(struct table *table);
+/* Makes the light of all rows missing, and what was learned with it: rows that are not captured again must not keep light that the header's
+ * settings did not make. */
+struct error *capture_forget(struct table *table);
 
 /* An error when probes captured so far had other settings or another scene (key scene-key) than `now`, which says what differs. */
 struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now);
@@ -118,5 +139,11 @@ struct capture_slice {
 struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
                            size_t first, size_t count, bool again, const struct capture_slice *slice, int threads,
                            struct progress *progress, size_t *captured, size_t *left);
+
+/* Captures a whole table of points, as capture_rows does, to settings->order, the highest, and keeps the least order that loses no more
+ * than `loss` of its irradiance (order.h), which becomes settings->order; *lost: what it loses. Where a signal came, the order stays: a part of the
+ * probes does not tell what all need. De-ringing follows the choice. */
+struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings, struct table *table, bool again,
+                                  double loss, int threads, struct progress *progress, size_t *captured, size_t *left, double *lost);
 
 #endif

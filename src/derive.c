@@ -41,13 +41,15 @@ static void store(float to[3], const double from[3])
         to[k] = isfinite((float)from[k]) ? (float)from[k] : 0;
 }
 
-void derive_brightest(size_t count, int order, const float *sh, float *direction)
+void derive_brightest(size_t count, int order, bool convolved, const float *sh, float *direction)
 {
     const size_t width = (size_t)(3 * order * order);
     for (size_t i = 0; i < count; i++) {
         double d[3] = {0};
         if (!isnan(sh[i * width]))
             sh_dominant(order, sh + i * width, d);
+        for (int k = 0; k < 3 && convolved; k++)
+            d[k] /= sh_cosine(1);
         store(direction + 3 * i, d);
     }
 }

@@ -18,8 +18,8 @@ void derive_irradiance(size_t count, int order, bool convolved, const float *sh,
 /* Rec. 709 luminance of 3 * count colours. */
 void derive_luminance(size_t count, const float *rgb, float *luminance);
 
-/* The direction that light comes from (sh_dominant), 3 * count: its length is the amplitude of the band. */
-void derive_brightest(size_t count, int order, const float *sh, float *direction);
+/* The direction that light comes from (sh_dominant), 3 * count: its length is the amplitude of the band in radiance. */
+void derive_brightest(size_t count, int order, bool convolved, const float *sh, float *direction);
 
 /* Gradient of the luminance of the mean irradiance, 3 * count, from column sh_gradient: 9 * order^2 * count. */
 void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient, float *gradient);

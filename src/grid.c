@@ -1,4 +1,5 @@
 #include "grid.h"
+#include "content.h"
 #include "derive.h"
 #include "error.h"
 #include "sh.h"
@@ -120,7 +121,7 @@ static struct error *add_light(struct grid *grid, const struct table *probes, co
         return err;
     derive_irradiance(n, order, convolved, column_f32(sh), irradiance);
     derive_luminance(n, irradiance, *luminance);
-    derive_brightest(n, order, column_f32(sh), brightest);
+    derive_brightest(n, order, convolved, column_f32(sh), brightest);
     if (sh_gradient)
         derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved, column_f32(sh_gradient),
                                      gradient);
@@ -245,15 +246,17 @@ struct error *grid_create(struct grid *grid, const struct stream *stream, double
         if (&stream->tables[i] != probes && &stream->tables[i] != tets)
             warnings_add(warnings, "table", "table %s has no shape: it is left out", stream->tables[i].name);
     const struct column *sh = table_column(probes, "sh");
-    const char *content = header_key(&stream->header, "sh-content");
+    bool convolved = false;
     float *luminance = NULL;
     grid->mesh.point_count = probes->rows;
     grid->mesh.position = column_f64(table_column(probes, "position"));
-    struct error *err = add_columns(&grid->points, probes, warnings);
+    struct error *err = content_from_header(&stream->header, &convolved);
+    if (!err)
+        err = add_columns(&grid->points, probes, warnings);
     if (!err && tets && tets->rows)
         err = add_cells(grid, tets, warnings);
     if (!err && sh)
-        err = add_light(grid, probes, sh, content && !strcmp(content, "irradiance"), &exposure, &luminance);
+        err = add_light(grid, probes, sh, convolved, &exposure, &luminance);
     else if (!err)
         warnings_add(warnings, "no light", "the probes have no light (no column sh): nothing is derived from it");
     if (!err && sh && grid->mesh.cell_count)

@@ -7,20 +7,22 @@
 #include <string.h>
 
 /* Energy of irradiance in each band, summed over probes and colours. */
-static void band_energy(size_t count, int order, const float *sh, const float *error, double energy[SH_ORDER_MAX])
+static void band_energy(size_t count, int order, bool convolved, const float *sh, const float *error, double energy[SH_ORDER_MAX])
 {
     const size_t width = (size_t)(3 * order * order);
     memset(energy, 0, SH_ORDER_MAX * sizeof *energy);
     for (size_t i = 0; i < count; i++, sh += width, error += width) {
         if (isnan(sh[0]))
             continue;
-        for (int l = 0, k = 0; l < order; l++)
+        for (int l = 0, k = 0; l < order; l++) {
+            const double factor = convolved ? 1 : sh_cosine(l) * sh_cosine(l);
             for (; k < 3 * (l + 1) * (l + 1); k++)
-                energy[l] += sh_cosine(l) * sh_cosine(l) * ((double)sh[k] * (double)sh[k] - (double)error[k] * (double)error[k]);
+                energy[l] += factor * ((double)sh[k] * (double)sh[k] - (double)error[k] * (double)error[k]);
+        }
     }
 }
 
-struct error *order_least(const struct table *probes, double share, int *order, double *lost)
+struct error *order_least(const struct table *probes, bool convolved, double share, int *order, double *lost)
 {
     struct column *sh, *error;
     struct error *err = table_require(probes, "sh", COLUMN_F32, 0, &sh);
@@ -30,7 +32,7 @@ struct error *order_least(const struct table *probes, double share, int *order, 
         return err;
     const int most = sh_order_of(sh->width);
     double energy[SH_ORDER_MAX], all = 0, beyond = 0;
-    band_energy(probes->rows, most, column_f32(sh), column_f32(error), energy);
+    band_energy(probes->rows, most, convolved, column_f32(sh), column_f32(error), energy);
     for (int l = 0; l < most; l++)
         all += fmax(energy[l], 0);
     *order = most;

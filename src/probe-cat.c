@@ -1,8 +1,10 @@
-/* probe-cat: converts, merges, selects and describes probe streams. */
+/* probe-cat: converts, merges, selects and describes probe streams, and converts their light. */
 #include "array.h"
+#include "convert.h"
 #include "error.h"
 #include "number.h"
 #include "options.h"
+#include "sh.h"
 #include "stream.h"
 #include "stream_edit.h"
 #include "stream_fill.h"
@@ -46,11 +48,19 @@ static struct error *parse_condition(void *value, const char *text)
 /* What is to be done with the streams. */
 struct arguments {
     struct stream_selection selection;
+    struct convert_settings convert;
+    int64_t order; /* 0: as it is */
+    int content, dering;
     const char **fills; /* files to fill from; point into argv */
     size_t fill_count, fill_capacity;
     bool info, salvage, no_provenance;
     struct common common;
 };
+
+static struct error *parse_basis(void *value, const char *text)
+{
+    return basis_parse(value, text);
+}
 
 static struct error *parse_fill(void *value, const char *text)
 {
@@ -130,8 +140,17 @@ static struct error *fill_from(struct stream *all, const struct arguments *a, st
     return err;
 }
 
-/* Streams that are merged, filled or salvaged, or whose rows are chosen: in memory. */
-static struct error *gather(const char **paths, int count, const struct arguments *a, const char *recorded,
+static struct error *convert(struct stream *all, const struct arguments *a, const char *program, struct warnings *warnings)
+{
+    struct convert_outcome outcome;
+    struct error *err = convert_stream(all, &a->convert, (int)a->common.threads, &outcome, warnings);
+    if (!err && !a->common.quiet)
+        convert_report(&a->convert, &outcome, program, stderr);
+    return err;
+}
+
+/* Streams that are merged, filled or salvaged, whose light is converted, or whose rows are chosen: in memory. */
+static struct error *gather(const char **paths, int count, const struct arguments *a, const struct program *program,
                             struct warnings *warnings)
 {
     struct stream *all = NULL;
@@ -149,17 +168,40 @@ static struct error *gather(const char **paths, int count, const struct argument
     if (!err)
         err = fill_from(all, a, warnings);
     if (!err)
+        err = convert(all, a, program->name, warnings);
+    if (!err)
         err = stream_select(all, &a->selection, warnings);
     if (!err)
-        err = change_provenance(&all->header, a, recorded);
+        err = change_provenance(&all->header, a, program->recorded);
     if (!err)
         err = stream_write(all, a->common.output, encoding_for(&a->common, all->encoding));
     stream_destroy(all);
     return err;
 }
 
+/* What the options on light mean together. */
+static struct error *settle_conversion(struct arguments *a)
+{
+    struct convert_settings *c = &a->convert;
+    bool basis = false;
+    for (int i = 0; i < BASIS_COUNT; i++)
+        basis = basis || c->basis[i];
+    c->order = (int)a->order;
+    c->content = (enum convert_content)a->content;
+    c->dering.target = (enum dering_target)a->dering;
+    if (c->dering.floor > 0 && !a->dering)
+        return error_usage("--dering-floor needs --dering");
+    if (c->report && !basis)
+        return error_usage("--report is of --basis");
+    if (a->info && (a->salvage || a->fill_count || convert_is_asked(c)))
+        return error_usage("--info describes streams as they are: without --fill, --salvage and conversions");
+    return NULL;
+}
+
 int main(int argc, char **argv)
 {
+    static const char *const contents[] = {"as-is", "radiance", "irradiance", NULL};
+    static const char *const targets[] = {"none", "irradiance", "radiance", NULL};
     struct arguments a = {.selection = {.step = 1, .end = -1}, .common = common_default()};
     struct stream_selection *s = &a.selection;
     const struct option_row rows[] = {
@@ -183,6 +225,18 @@ int main(int argc, char **argv)
          .help = "take what probes lack (light, columns) from the same probes in\nthe stream FILE; may repeat"},
         {.name = "salvage", .kind = OPTION_FLAG, .value = &a.salvage,
          .help = "of streams that were cut short, keep the probes up to the damage"},
+        {.name = "order", .argument = "N", .kind = OPTION_INTEGER, .value = &a.order, .least = 1, .most = SH_ORDER_MAX, .shown = "as it is",
+         .help = "cut SH to this order"},
+        {.name = "dering", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = targets, .value = &a.dering,
+         .help = "window each probe as little as keeps its irradiance, or its radiance,\nabove --dering-floor in all directions"},
+        {.name = "dering-floor", .argument = "SHARE", .kind = OPTION_REAL, .value = &a.convert.dering.floor, .most = DERING_FLOOR_MOST,
+         .help = "of its mean over directions"},
+        {.name = "content", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = contents, .value = &a.content,
+         .help = "turn SH into those of radiance or irradiance"},
+        {.name = "basis", .argument = "LIST", .kind = OPTION_CALL, .value = a.convert.basis, .parse = parse_basis, .shown = "none",
+         .help = "add irradiance in other bases: cube, dice, dice-cubic, ahd"},
+        {.name = "report", .kind = OPTION_FLAG, .value = &a.convert.report,
+         .help = "say on standard error how far each is from the SH"},
         {.name = "no-provenance", .kind = OPTION_FLAG, .value = &a.no_provenance,
          .help = "leave out the command lines that made the stream"},
         {0}};
@@ -191,27 +245,27 @@ int main(int argc, char **argv)
         .name = "probe-cat",
         .usage = "[OPTION]... [STREAM]...",
         .summary = "Converts probe streams between text and binary, merges several into one, fills one from\n"
-                   "others, salvages what was cut short, selects tables, columns and probes, or describes\n"
-                   "streams. Without STREAM reads standard input.",
-        .groups = {rows, common_rows(&a.common, COMMON_STREAM, shared)},
+                   "others, salvages what was cut short, converts light, selects tables, columns and probes,\n"
+                   "or describes streams. Without STREAM reads standard input.",
+        .groups = {rows, common_rows(&a.common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_most = -1};
     struct warnings warnings = {0};
     struct error *err = options_parse(&program, argc, argv);
     static const char *standard[] = {"-"};
     const char **paths = program.operand_count ? program.operands : standard;
     const int count = program.operand_count ? program.operand_count : 1;
-    if (!err && a.info && (a.salvage || a.fill_count))
-        err = error_usage("--info describes streams as they are: without --fill and --salvage");
+    if (!err)
+        err = settle_conversion(&a);
     if (!err && a.info) {
         for (int i = 0; i < count && !err; i++) {
             if (count > 1)
                 printf("%s%s:\n", i ? "\n" : "", paths[i]);
             err = describe(paths[i]);
         }
-    } else if (!err && count == 1 && !stream_selects_rows(s) && !a.fill_count && !a.salvage) {
+    } else if (!err && count == 1 && !stream_selects_rows(s) && !a.fill_count && !a.salvage && !convert_is_asked(&a.convert)) {
         err = pass(paths[0], &a, program.recorded);
     } else if (!err) {
-        err = gather(paths, count, &a, program.recorded, &warnings);
+        err = gather(paths, count, &a, &program, &warnings);
     }
     if (!a.common.quiet)
         warnings_print(&warnings, program.name);

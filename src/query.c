@@ -1,5 +1,6 @@
 #include "query.h"
 #include "array.h"
+#include "content.h"
 #include "error.h"
 #include "locate.h"
 #include "number.h"
@@ -58,11 +59,8 @@ static struct error *open_column(struct query *q)
     q->value = column_f32(column);
     q->width = column->width;
     q->order = sh ? sh_order_of(column->width) : 0;
-    const char *content = header_key(&q->stream->header, "sh-content");
-    if (sh && content && strcmp(content, "radiance") && strcmp(content, "irradiance"))
-        return error_new("header key sh-content: expected radiance or irradiance, got '%s'", content);
-    q->convolved = content && !strcmp(content, "irradiance");
-    return array_create(&q->blend, q->width, sizeof *q->blend);
+    err = sh ? content_from_header(&q->stream->header, &q->convolved) : NULL;
+    return err ? err : array_create(&q->blend, q->width, sizeof *q->blend);
 }
 
 struct error *query_open(struct query **query, const struct stream *stream, const struct query_settings *settings)

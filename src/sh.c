@@ -118,6 +118,13 @@ void sh_irradiance(int order, const float *c, int convolved, const double n[3], 
     evaluate(order, c, y, !convolved, rgb);
 }
 
+void sh_scale_bands(int order, const double *factor, float *c)
+{
+    for (int l = 0, i = 0; l < order; l++)
+        for (; i < 3 * (l + 1) * (l + 1); i++)
+            c[i] = (float)(factor[l] * (double)c[i]);
+}
+
 void sh_dominant(int order, const float *c, double direction[3])
 {
     static const int index[3] = {3, 1, 2}; /* x, y, z of band 1 */

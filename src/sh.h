@@ -36,6 +36,9 @@ void sh_radiance(int order, const float *c, const double d[3], double rgb[3]);
 /* Irradiance at a surface with unit normal n. convolved: the coefficients already hold the factors A_l. */
 void sh_irradiance(int order, const float *c, int convolved, const double n[3], double rgb[3]);
 
+/* Multiplies band l of c (3*n*n) by factor[l]. */
+void sh_scale_bands(int order, const double *factor, float *c);
+
 /* The direction that light comes from, weighted by luminance: band 1 as a vector (c_11, c_1-1, c_10); its length is the band's
  * amplitude. Zero for order 1. */
 void sh_dominant(int order, const float *c, double direction[3]);

@@ -20,6 +20,9 @@ static const struct known {
     {"probe", "sky", COLUMN_F32, 1, 0},         {"probe", "ao", COLUMN_F32, 1, 0},
     {"probe", "normal", COLUMN_F32, 3, 0},      {"probe", "bent_normal", COLUMN_F32, 3, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0}, {"probe", "origin", COLUMN_I32, 1, 0},
+    {"probe", "sh_window", COLUMN_F32, 1, 0},   {"probe", "ambient_cube", COLUMN_F32, 18, 0},
+    {"probe", "ambient_dice", COLUMN_F32, 36, 0}, {"probe", "ambient_dice_cubic", COLUMN_F32, 108, 0},
+    {"probe", "ahd", COLUMN_F32, 9, 0},
     {"tet", "vertex", COLUMN_I32, 4, 0},        {"tet", "neighbour", COLUMN_I32, 4, 0},
     {"tet", "occlusion", COLUMN_I32, 6, 0},
 };

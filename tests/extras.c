@@ -371,7 +371,7 @@ static void test_order(void)
     for (int l = 5; l >= 0; l--) {
         int order;
         double lost;
-        must(order_least(&t, sqrt(beyond / all) + 1e-6, &order, &lost));
+        must(order_least(&t, false, sqrt(beyond / all) + 1e-6, &order, &lost));
         right = right && order == expected[l] && fabs(lost - sqrt(beyond / all)) < 1e-4;
         beyond += a[l];
     }
