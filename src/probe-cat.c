@@ -194,7 +194,7 @@ static struct error *settle_conversion(struct arguments *a)
     if (c->report && !basis)
         return error_usage("--report is of --basis");
     if (a->info && (a->salvage || a->fill_count || convert_is_asked(c)))
-        return error_usage("--info describes streams as they are: without --fill, --salvage and conversions");
+        return error_usage("--info describes streams as they are: without --fill and --salvage, and without conversions");
     return NULL;
 }
 
