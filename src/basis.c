@@ -353,7 +353,8 @@ static void fit_highlight(const struct basis_fit *fit, const double *e, float *c
             d = fit->start[i];
         }
     }
-    for (double step = 0.1; step > 1e-7;) { /* a compass search from there */
+    double step = 0.1;
+    for (int moves = 0; step > 1e-7 && moves < 1000; moves++) { /* a compass search from there */
         const struct vec3 other = fabs(d.x) < 0.6 ? (struct vec3){1, 0, 0} : (struct vec3){0, 1, 0};
         const struct vec3 across = vec3_normalize(vec3_cross(d, other)), along = vec3_cross(d, across);
         bool better = false;

@@ -247,7 +247,7 @@ int main(int argc, char **argv)
     } else {
         stream_writer_abandon(run.writer);
     }
-    if (!err && !o->common.quiet && o->capture.dering.target != DERING_NONE)
+    if (!err && !o->common.quiet && run.dering.probes)
         convert_report_dering(&run.dering, program.name, stderr);
     if (!err && !o->common.quiet)
         warnings_print(&warnings, program.name);

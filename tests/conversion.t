@@ -94,6 +94,17 @@ $(probe-cat --text slice1.probe | sed '/^sh-dering/d')
 END
 refused 1 "header key sh-dering: expected irradiance or radiance and a floor" probe-capture "$scene" odd.probe
 
+capture $all --order 4 --content irradiance --dering radiance --dering-floor .05 "$scene" placed.probe | probe-cat --tables probe --columns $columns | probe-cat --drop sh_window >a.probe
+capture $all --order 4 "$scene" placed.probe | probe-cat -q --content irradiance --dering radiance --dering-floor .05 --tables probe --columns $columns | probe-cat --drop sh_window >b.probe
+for order in 3 auto; do
+    probe-capture -q --order $order --order-loss .1 --rays 32 --bounces 2 $lamp "$scene" placed.probe | probe-cat -q --dering irradiance --tables probe --columns position,sh,sh_error,sh_window |
+        probe-cat --drop sh_window >c.probe
+    probe-capture -q --order $order --order-loss .1 --rays 32 --bounces 2 $lamp --dering irradiance "$scene" placed.probe | probe-cat --tables probe --columns position,sh,sh_error,sh_window |
+        probe-cat --drop sh_window >d.probe
+    check "--order $order de-rings as probe-cat does after it" same_rows c.probe d.probe
+done
+check "both at once, too" same_rows a.probe b.probe
+
 # -- bases -------------------------------------------------------------------------------------------
 probe-cat --basis cube,dice,dice-cubic,ahd --report radiance.probe >bases.probe 2>said
 check "each basis is a column beside the SH" sh -c "probe-cat --info bases.probe | awk '/ambient_cube +f32:18|ambient_dice +f32:36|ambient_dice_cubic +f32:108|ahd +f32:9|sh +f32:27/ { n++ }
