@@ -4,6 +4,7 @@
  * Alfeld, Neamtu, Schumaker, "Bernstein-Bezier polynomials on spheres and sphere-like surfaces", CAGD 13, 1996.
  * Foley, Opitz, "Hybrid cubic Bezier triangle patches", in: Mathematical methods in computer aided geometric design II, 1992. */
 #include "basis.h"
+#include "angle.h"
 #include "array.h"
 #include "error.h"
 #include "sh.h"
@@ -14,8 +15,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define PI 3.14159265358979323846
 
 enum { FUNCTIONS_MOST = BASIS_WIDTH_MOST / 3 };
 
@@ -320,13 +319,13 @@ static double fit_colours(const struct highlight *h, struct vec3 d, double ambie
         for (int k = 0; k < 3; k++)
             part[k] += y[i] * h->twice[3 * i + k];
     for (int k = 0; k < 3; k++) {
-        light[k] = (part[k] - h->whole[k] / 4) * 12 / (5 * PI);
-        ambient[k] = (h->whole[k] - PI * light[k]) / (4 * PI);
+        light[k] = (part[k] - h->whole[k] / 4) * 12 / (5 * ANGLE_PI);
+        ambient[k] = (h->whole[k] - ANGLE_PI * light[k]) / (4 * ANGLE_PI);
         if (light[k] < 0) {
             light[k] = 0;
-            ambient[k] = h->whole[k] / (4 * PI);
+            ambient[k] = h->whole[k] / (4 * ANGLE_PI);
         } else if (ambient[k] < 0) {
-            light[k] = part[k] * 3 / (2 * PI);
+            light[k] = part[k] * 3 / (2 * ANGLE_PI);
             ambient[k] = 0;
         }
         light[k] = fmax(light[k], 0);
@@ -437,7 +436,7 @@ static void compare(void *context, const double n[3], double weight)
 static struct probe_error error_of(const struct job *job, const float *sh, const float *value)
 {
     const double first[3] = {(double)sh[0], (double)sh[1], (double)sh[2]};
-    const double mean = luminance(first) * 0.28209479177387814 * (job->convolved ? 1 : PI);
+    const double mean = luminance(first) * 0.28209479177387814 * (job->convolved ? 1 : ANGLE_PI);
     if (!(mean > 0))
         return (struct probe_error){.square = -1};
     struct comparison c = {.job = job, .sh = sh, .value = value};

@@ -13,8 +13,8 @@
  * 1 / (1 + t l^2 (l+1)^2), 42, those of Hann and Lanczos 49.
  *
  * The minimum is found rigorously: see dering_is_above. Floors and tolerances are shares of the mean over directions, colour by colour.
- * A probe that is changed has its minimum between DERING_TOLERANCE / 2 and DERING_TOLERANCE above the floor; what is within
- * DERING_TOLERANCE / 4 above it may count as ringing.
+ * A probe that is changed has the least of its colours between DERING_TOLERANCE / 2 and DERING_TOLERANCE above the floor; what is within
+ * DERING_TOLERANCE / 4 above it may count as ringing. A probe that rings takes 1 to 9 ms.
  */
 #ifndef DERING_H
 #define DERING_H

@@ -28,6 +28,8 @@ probe-cat --binary baked.txt >baked.probe
 check "a baked stream is written" probe-vtk --quiet -o baked.vtu baked.txt
 look "every column, key and command line arrives unchanged, cells keep their orientation" columns baked.vtu baked.txt
 look "derived arrays are what their formulas say" derived baked.vtu
+probe-cat --content irradiance baked.probe | probe-vtk --quiet -o convolved.vtu
+look "and of irradiance" derived convolved.vtu
 probe-vtk --quiet -o text.vtu --text baked.probe
 look "as text, from a binary stream: the same" same baked.vtu text.vtu
 probe-vtk --quiet -o compressed.vtu --compress baked.txt

@@ -155,13 +155,14 @@ def check_derived(path):
     at_points, at_cells, field = arrays(data.GetPointData()), arrays(data.GetCellData()), texts(data)
     points, cells = geometry(data)
     sh = at_points["sh"].astype(float).reshape(len(points), -1, 3)
-    factor = 0.28209479177387814 * (1 if field.get("sh-content") == ["irradiance"] else np.pi)
+    convolved = field.get("sh-content") == ["irradiance"]
+    factor = 0.28209479177387814 * (1 if convolved else np.pi)
     irradiance = factor * sh[:, 0]
     luminance = irradiance @ [0.2126, 0.7152, 0.0722]
     close(at_points["irradiance"], irradiance, 1e-6, "irradiance")
     close(at_points["luminance"][:, 0], luminance, 1e-6, "luminance")
     if sh.shape[1] > 1:
-        close(at_points["brightest"], (sh[:, [3, 1, 2]] @ [0.2126, 0.7152, 0.0722]), 1e-5, "brightest")
+        close(at_points["brightest"], (sh[:, [3, 1, 2]] @ [0.2126, 0.7152, 0.0722]) / (2 * np.pi / 3 if convolved else 1), 1e-5, "brightest")
     exposure = float(field["Exposure"][0])
     lit = np.sort(luminance[luminance > 0])
     close(exposure * lit[(len(lit) - 1) * 95 // 100], 0.7, 1e-6, "exposure")
