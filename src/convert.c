@@ -63,6 +63,8 @@ struct error *convert_stream(struct stream *stream, const struct convert_setting
     *outcome = (struct convert_outcome){.dering = {.least = 1}};
     if (!convert_is_asked(settings))
         return NULL;
+    if (!sh && probes && table_column(probes, "irradiance"))
+        return error_new("the probes are of surfaces: they have irradiance (one colour), no SH to convert");
     if (!sh)
         return error_new("the probes have no light (no column sh): run probe-capture");
     struct error *err = content_from_header(&stream->header, &convolved);
