@@ -87,13 +87,13 @@ for signal in TERM INT; do
     check "SIG$signal: given back, the rest is captured, and all is as in one go" same_rows finished whole.binary
 done
 
-# caught PID: whether SIGTERM has a handler
-caught() { grep -q '^SigCgt:.*[4-7c-f]...$' "/proc/$1/status"; }
+# caught PID: whether it is the program by now, no more the shell that starts it, and SIGTERM has a handler
+caught() { grep -qx probe-capture "/proc/$1/comm" && grep -q '^SigCgt:.*[4-7c-f]...$' "/proc/$1/status"; }
 if [ -r /proc/self/status ]; then
     echo old >kept
     probe-cat --rows 0:20 placed.binary >few.probe
     probes=20
-    probe-capture $options --rays 200000 --output kept "$scene" few.probe 2>err &
+    probe-capture $options --rays 1000000 --output kept "$scene" few.probe 2>err &
     program=$!
     wait_for caught $program
     kill -TERM $program
