@@ -1,7 +1,9 @@
 /* capture: the light that reaches a probe, with its error and what the rays learned on the way.
  *
  * A probe is a point, whose light is incident radiance as SH; or, where its table has a column `normal`, a surface, whose
- * light is the irradiance of its half of directions, which are drawn by the cosine (Malley's method).
+ * light is the irradiance of its half of directions, which are drawn by the cosine (Malley's method). A point may as well be asked
+ * for the irradiance of surfaces of several normals there, all from the same rays over the whole sphere: exact where SH is cut off, and
+ * cheaper than as many surfaces.
  *
  * The directions are cut into cells of equal probability, with one independent sample in each: no other stratification has less
  * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the
@@ -54,6 +56,10 @@ struct capture_settings {
     unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
     bool convolved;     /* sh, its error and gradient are written as irradiance (content.h) */
     struct dering_settings dering; /* what is done to sh before that; of surfaces, nothing */
+    /* For capture_probe at points: instead of SH, the irradiance of surfaces with these unit normals (3 * normal_count, at most SH_COUNT_MAX of
+     * them), in sh and sh_error, 3 values each; error is then that of their mean. 0: SH. Gradients and visibility are not to be had. */
+    const double *normal;
+    int normal_count;
 };
 
 enum {

@@ -219,14 +219,19 @@ static struct error *take_round(struct work *w, int rays)
 /* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio capture_settings.error bounds. */
 static void irradiance_error(const struct work *w, double *mean, double *error)
 {
-    const double luminance = strata_sum(&w->light, 3, 0) +
-                             w->rays * (0.2126 * w->certain[0] + 0.7152 * w->certain[1] + 0.0722 * w->certain[2]);
-    if (w->surface) {
-        *mean = luminance;
-        *error = sqrt(strata_variance(&w->light, 3, 0));
+    const int count = w->light.functions;
+    double luminance = 0, variance = 0;
+    for (int i = 0; i < (w->light.order ? 1 : count); i++) { /* of a surface, or of several in the mean */
+        luminance += strata_sum(&w->light, 3, i) +
+                     w->rays * (0.2126 * w->certain[3 * i] + 0.7152 * w->certain[3 * i + 1] + 0.0722 * w->certain[3 * i + 2]);
+        variance += strata_variance(&w->light, 3, i);
+    }
+    if (!w->light.order) {
+        *mean = luminance / count;
+        *error = sqrt(variance / count);
         return;
     }
-    double variance = 0;
+    variance = 0;
     for (int l = 0, i = 0; l < w->settings->order; l++)
         for (; i < (l + 1) * (l + 1); i++)
             variance += sh_cosine(l) * sh_cosine(l) * strata_variance(&w->light, 3, i);
@@ -284,6 +289,13 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
                 w->certain[k] += (double)visible * cosine * rgb[k];
             continue;
         }
+        for (int i = 0; i < w->settings->normal_count; i++) {
+            const double *n = w->settings->normal + 3 * i, cosine = fmax(d[0] * n[0] + d[1] * n[1] + d[2] * n[2], 0);
+            for (int k = 0; k < 3; k++)
+                w->certain[3 * i + k] += (double)visible * cosine * rgb[k];
+        }
+        if (w->settings->normal_count)
+            continue;
         double y[SH_COUNT_MAX];
         sh_basis(w->settings->order, d, y);
         sh_project(w->settings->order, y, rgb, (double)visible, w->certain);
@@ -321,7 +333,10 @@ struct error *capture_probe(const struct path_tracer *path, const struct capture
                             const float *normal, struct capture_probe *result)
 {
     struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
-    strata_start(&w.light, normal ? 0 : settings->order, settings->error > 0);
+    if (settings->normal_count && !normal)
+        strata_start_normals(&w.light, settings->normal, settings->normal_count, settings->error > 0);
+    else
+        strata_start(&w.light, normal ? 0 : settings->order, settings->error > 0);
     if (normal)
         w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
     const struct vec3f local = trace_to_local(path->tracer, p);

@@ -1,18 +1,15 @@
 /* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both sides of the wall. */
 #include "array.h"
-#include "capture.h"
 #include "cells.h"
 #include "error.h"
 #include "leak.h"
 #include "options.h"
 #include "place.h"
 #include "progress.h"
-#include "scene.h"
+#include "stage.h"
 #include "stream.h"
-#include "trace.h"
 #include "warning.h"
 
-#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,49 +20,6 @@ struct arguments {
     bool offset_given, separation_given;
     int64_t rounds;
 };
-
-/* The scene and what captures light in it as the stream's header says. */
-struct light {
-    struct scene_settings scene_settings;
-    struct capture_settings capture_settings;
-    bool captures; /* the stream's probes have light */
-    struct scene *scene;
-    struct tracer *tracer;
-    struct path_tracer path;
-};
-
-static struct error *light_create(struct light *light, const char *path, const struct stream_header *header,
-                                  struct warnings *warnings)
-{
-    *light = (struct light){.scene_settings = scene_settings_default(), .capture_settings = capture_settings_default(),
-                            .captures = capture_header_has_settings(header)};
-    struct error *err = scene_settings_from_header(&light->scene_settings, header);
-    if (!err)
-        err = capture_settings_from_header(&light->capture_settings, header);
-    if (!err)
-        err = scene_read(&light->scene, path, &light->scene_settings, true, warnings);
-    if (!err)
-        err = trace_create(&light->tracer, light->scene);
-    if (!err)
-        err = path_create(&light->path, light->tracer, light->capture_settings.bounces);
-    if (err)
-        return err;
-    char key[32];
-    snprintf(key, sizeof key, "%016" PRIx64, scene_key(light->scene));
-    const char *captured = header_key(header, "scene-key");
-    if (captured && strcmp(captured, key))
-        warnings_add(warnings, "scene", "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)", path,
-                     key, captured);
-    return NULL;
-}
-
-static void light_destroy(struct light *light)
-{
-    path_clear(&light->path);
-    trace_destroy(light->tracer);
-    scene_destroy(light->scene);
-    scene_settings_clear(&light->scene_settings);
-}
 
 static const double *positions(const struct stream *stream)
 {
@@ -97,12 +51,12 @@ static struct error *choose_settings(const struct arguments *a, const struct str
 }
 
 /* Finds leaks, and the probes that would mend them, but for those that would stand inside solids. */
-static struct error *find(struct leaks *leaks, const struct light *light, const struct leak_settings *settings, const struct stream *stream)
+static struct error *find(struct leaks *leaks, const struct stage *stage, const struct leak_settings *settings, const struct stream *stream)
 {
     struct place_inside_settings inside_settings = place_inside_default();
     bool *inside = NULL;
     leaks_clear(leaks);
-    struct error *err = leak_find(leaks, light->tracer, settings, stream_table(stream, "probe")->rows, positions(stream),
+    struct error *err = leak_find(leaks, stage->tracer, settings, stream_table(stream, "probe")->rows, positions(stream),
                                   stream_table(stream, "tet")->rows, vertices(stream));
     if (err || !leaks->probe_count)
         return err;
@@ -110,7 +64,7 @@ static struct error *find(struct leaks *leaks, const struct light *light, const 
     const struct place place = {.position = leaks->probe, .count = leaks->probe_count};
     err = array_create(&inside, leaks->probe_count, sizeof *inside);
     if (!err)
-        err = place_inside(&place, light->tracer, &inside_settings, inside, NULL);
+        err = place_inside(&place, stage->tracer, &inside_settings, inside, NULL);
     size_t kept = 0;
     for (size_t i = 0; i < leaks->probe_count && !err; i++)
         if (!inside[i])
@@ -150,11 +104,11 @@ static void say(const char *program, const char *when, const struct leaks *leaks
 }
 
 /* Rounds of finding and mending, until nothing asks to be mended or a limit is met. */
-static struct error *fix(struct stream *stream, const struct light *light, const struct leak_settings *settings,
+static struct error *fix(struct stream *stream, const struct stage *stage, const struct leak_settings *settings,
                          const struct arguments *a, const char *program, bool quiet, struct warnings *warnings)
 {
     struct leaks leaks = {0};
-    struct error *err = find(&leaks, light, settings, stream);
+    struct error *err = find(&leaks, stage, settings, stream);
     if (!err && !quiet)
         say(program, "before", &leaks, stream_table(stream, "probe")->rows);
     struct leak_settings round_settings = *settings;
@@ -170,7 +124,7 @@ static struct error *fix(struct stream *stream, const struct light *light, const
             err = mend(stream, &leaks);
         round_settings.separation = fmax(round_settings.separation / 2, 2 * settings->offset);
         if (!err)
-            err = find(&leaks, light, &round_settings, stream);
+            err = find(&leaks, stage, &round_settings, stream);
     }
     if (!err && !quiet)
         say(program, "after", &leaks, stream_table(stream, "probe")->rows);
@@ -180,20 +134,20 @@ static struct error *fix(struct stream *stream, const struct light *light, const
     return err;
 }
 
-static struct error *capture_new(struct stream *stream, const struct light *light, size_t first, const struct common *common,
+static struct error *capture_new(struct stream *stream, const struct stage *stage, size_t first, const struct common *common,
                                  const char *program, struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
     const size_t count = probes->rows - first;
     if (!count)
         return NULL;
-    if (!light->captures) {
+    if (!stage->captured) {
         warnings_add(warnings, "uncaptured", "the stream's probes have no light, and so have the %zu new ones: run probe-capture", count);
         return NULL;
     }
     size_t captured = 0;
     struct progress *progress = progress_start(common->progress && !common->quiet, program, "probes", count);
-    struct error *err = capture_rows(&light->path, &light->capture_settings, probes, first, count, false, NULL,
+    struct error *err = capture_rows(&stage->path, &stage->capture_settings, probes, first, count, false, NULL,
                                      (int)common->threads, progress, &captured, NULL);
     progress_end(progress);
     return err;
@@ -229,7 +183,7 @@ int main(int argc, char **argv)
         .operands_most = 2};
     struct warnings warnings = {0};
     struct stream *stream = NULL;
-    struct light light = {0};
+    struct stage stage = {0};
     struct leak_settings settings;
     size_t before = 0;
     struct error *err = options_parse(&program, argc, argv);
@@ -241,15 +195,18 @@ int main(int argc, char **argv)
     if (!err)
         err = error_wrap(check_stream(stream), "%s", strcmp(input, "-") ? input : "stdin");
     if (!err)
-        err = light_create(&light, program.operands[0], &stream->header, &warnings);
+        err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
+    if (!err && stage.other)
+        warnings_add(&warnings, "scene", "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)",
+                     program.operands[0], stage.key, stage.captured_key);
     if (!err)
         err = choose_settings(&a, stream, (int)common.threads, &settings);
     if (!err) {
         before = stream_table(stream, "probe")->rows;
-        err = fix(stream, &light, &settings, &a, program.name, common.quiet, &warnings);
+        err = fix(stream, &stage, &settings, &a, program.name, common.quiet, &warnings);
     }
     if (!err)
-        err = capture_new(stream, &light, before, &common, program.name, &warnings);
+        err = capture_new(stream, &stage, before, &common, program.name, &warnings);
     if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err)
@@ -257,7 +214,7 @@ int main(int argc, char **argv)
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    light_destroy(&light);
+    stage_destroy(&stage);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

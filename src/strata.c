@@ -3,13 +3,26 @@
 #include <math.h>
 #include <string.h>
 
-void strata_start(struct strata *s, int order, bool luminance)
+static void start(struct strata *s, int functions, bool luminance)
 {
-    s->order = order;
-    s->functions = order ? order * order : 1;
+    s->functions = functions;
     s->channels = luminance ? 4 : 3;
     for (int c = 0; c < s->channels; c++)
         memset(s->of[c], 0, (size_t)s->functions * sizeof s->of[c][0]);
+}
+
+void strata_start(struct strata *s, int order, bool luminance)
+{
+    s->order = order;
+    s->normal = NULL;
+    start(s, order ? order * order : 1, luminance);
+}
+
+void strata_start_normals(struct strata *s, const double *normal, int count, bool luminance)
+{
+    s->order = 0;
+    s->normal = normal;
+    start(s, count, luminance);
 }
 
 /* Fours are added LANES at once: those that are not there have no light. */
@@ -33,12 +46,27 @@ static void set_samples(struct strata_wave *wave, size_t fours, const struct vec
     }
 }
 
+/* The clamped cosines between the directions and the unit vector n. */
+static void set_cosines(const struct strata_wave *wave, size_t fours, const double n[3], double *to)
+{
+    for (size_t k = 0; k < 4; k++) {
+        for (size_t i = k * STRATA_FOURS; i < k * STRATA_FOURS + whole_lanes(fours); i++) {
+            const struct vec3f d = wave->direction[i];
+            to[i] = fmax((double)d.x * n[0] + (double)d.y * n[1] + (double)d.z * n[2], 0);
+        }
+    }
+}
+
 static void set_functions(const struct strata *s, struct strata_wave *wave, size_t fours, struct vec3f normal)
 {
     if (s->order) {
         sh_basis_wave(s->order, wave->direction, wave->function);
         return;
     }
+    for (int i = 0; i < s->functions && s->normal; i++)
+        set_cosines(wave, fours, s->normal + 3 * i, wave->function[i]);
+    if (s->normal)
+        return;
     for (size_t k = 0; k < 4; k++)
         for (size_t f = 0; f < whole_lanes(fours); f++)
             wave->function[0][k * STRATA_FOURS + f] = fmax((double)vec3f_dot(wave->direction[k * STRATA_FOURS + f], normal), 0);

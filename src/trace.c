@@ -316,20 +316,28 @@ static double largest(struct vec3 a)
  * the points that they meet need room as well: of the light in the corner of a box 0.6 % is lost at 4, 0.2 % at 16, 0.1 % at 32. */
 static const double eye_gap = 32 * (double)FLT_EPSILON;
 
-/* Moves the start off this triangle, where it is nearer than the gap. */
-static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle)
+/* Corners of the mesh's triangle, local, in double. */
+static void exact_corners(const struct tracer *t, uint32_t instance, uint32_t triangle, struct vec3 corner[3])
 {
-    const struct tracer *t = eye->tracer;
     const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
-    double m[12], size = largest(eye->place);
-    struct vec3 corner[3];
+    double m[12];
     local_transform(t, &t->scene->instances[instance], m);
     for (int k = 0; k < 3; k++) {
         const double *p = mesh->position + 3 * (size_t)mesh->index[3 * (size_t)triangle + (size_t)k];
         corner[k] = (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
                                   m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
-        size = fmax(size, largest(corner[k]));
     }
+}
+
+/* Moves the start off this triangle, where it is nearer than the gap. */
+static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle)
+{
+    const struct tracer *t = eye->tracer;
+    double size = largest(eye->place);
+    struct vec3 corner[3];
+    exact_corners(t, instance, triangle, corner);
+    for (int k = 0; k < 3; k++)
+        size = fmax(size, largest(corner[k]));
     const double gap = eye_gap * size;
     struct vec3 n = vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
     for (int k = 0; k < 3; k++) { /* not beyond an edge */
@@ -350,10 +358,16 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
         eye->start = vec3_fma(eye->start, gap - now, n);
 }
 
-static bool clear_candidate(struct RTCPointQueryFunctionArguments *args)
+/* The instance of the scene that a candidate of a point query belongs to. */
+static uint32_t candidate_instance(const struct RTCPointQueryFunctionArguments *args)
 {
     const uint32_t placed = args->context->instStackSize ? args->context->instID[0] : RTC_INVALID_GEOMETRY_ID;
-    clear_triangle(args->userPtr, placed != RTC_INVALID_GEOMETRY_ID ? placed : args->geomID, args->primID);
+    return placed != RTC_INVALID_GEOMETRY_ID ? placed : args->geomID;
+}
+
+static bool clear_candidate(struct RTCPointQueryFunctionArguments *args)
+{
+    clear_triangle(args->userPtr, candidate_instance(args), args->primID);
     return false; /* the radius stays */
 }
 
@@ -370,6 +384,59 @@ struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, clear_candidate, &eye);
     return (struct vec3f){(float)eye.start.x, (float)eye.start.y, (float)eye.start.z};
+}
+
+/* -- distance --------------------------------------------------------------------------------- */
+
+struct nearness {
+    const struct tracer *tracer;
+    struct vec3 place;
+    double distance; /* local, to the nearest triangle so far */
+};
+
+static double distance_to_segment(struct vec3 p, struct vec3 a, struct vec3 b)
+{
+    const struct vec3 way = vec3_sub(b, a), to = vec3_sub(p, a);
+    const double square = vec3_dot(way, way), along = square > 0 ? fmin(fmax(vec3_dot(to, way) / square, 0), 1) : 0;
+    return vec3_length(vec3_sub(to, vec3_scale(along, way)));
+}
+
+static double distance_to_triangle(struct vec3 p, const struct vec3 corner[3])
+{
+    const struct vec3 n = vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
+    double to_edges = INFINITY;
+    bool above = vec3_dot(n, n) > 0;
+    for (int k = 0; k < 3; k++) {
+        const struct vec3 edge = vec3_sub(corner[(k + 1) % 3], corner[k]);
+        above = above && vec3_dot(vec3_cross(n, edge), vec3_sub(p, corner[k])) >= 0;
+        to_edges = fmin(to_edges, distance_to_segment(p, corner[k], corner[(k + 1) % 3]));
+    }
+    return above ? fabs(vec3_dot(n, vec3_sub(p, corner[0]))) : to_edges;
+}
+
+static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
+{
+    struct nearness *n = args->userPtr;
+    struct vec3 corner[3];
+    exact_corners(n->tracer, candidate_instance(args), args->primID, corner);
+    const double distance = distance_to_triangle(n->place, corner);
+    if (!(distance < n->distance))
+        return false;
+    n->distance = distance;
+    args->query->radius = (float)(distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place))); /* no less than rounding hides */
+    return true;
+}
+
+double trace_distance(const struct tracer *t, const double p[3])
+{
+    const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
+    struct nearness n = {.tracer = t, .place = place, .distance = INFINITY};
+    struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
+                                  .radius = (float)(vec3_length(place) + 2)}; /* no corner is farther out than sqrt 3 */
+    struct RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
+    return n.distance / t->scale;
 }
 
 /* -- rays ------------------------------------------------------------------------------------- */

@@ -47,4 +47,7 @@ float trace_visibility(const struct tracer *tracer, const double a[3], const dou
 /* The share of light that comes to a along the unit direction from infinity. */
 float trace_visibility_sky(const struct tracer *tracer, const double a[3], const double direction[3]);
 
+/* The distance from p (finite) to the nearest surface, whatever it lets through; INFINITY in a scene without any. */
+double trace_distance(const struct tracer *tracer, const double p[3]);
+
 #endif

@@ -1,0 +1,281 @@
+/* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how smoothly it changes. */
+#include "baked.h"
+#include "error.h"
+#include "measure.h"
+#include "options.h"
+#include "progress.h"
+#include "report.h"
+#include "stage.h"
+#include "stream.h"
+#include "truth.h"
+#include "unseen.h"
+#include "warning.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+struct arguments {
+    struct truth_settings truth;
+    struct measure_settings measure;
+    const char *truth_file; /* NULL: none */
+    int64_t leak_samples;
+    int format;
+    bool any_scene;
+    struct common common;
+};
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
+{
+    struct truth_settings *t = &a->truth;
+    bool seed_given = false;
+    const struct option_row points[] = {
+        {.name = "points", .letter = 'n', .argument = "N", .kind = OPTION_INTEGER, .value = &t->points, .least = 1, .most = 1e7,
+         .given = &t->points_given, .help = "random points in free space"},
+        {.name = "at", .argument = "FILE", .kind = OPTION_TEXT, .value = &t->points_file, .shown = "random",
+         .help = "the points of FILE instead, x y z a line"},
+        {.name = "bounds", .argument = "X0,Y0,Z0,X1,Y1,Z1", .kind = OPTION_REALS, .count = 6, .value = t->bounds,
+         .given = &t->bounds_given, .shown = "the scene's", .help = "the box that random points and paths are in"},
+        {.name = "paths", .argument = "N", .kind = OPTION_INTEGER, .value = &t->paths, .most = 1e6, .given = &t->paths_given,
+         .help = "random straight paths along which change is measured"},
+        {.name = "path", .argument = "FILE", .kind = OPTION_TEXT, .value = &t->path_file, .shown = "random",
+         .help = "the path through the points of FILE instead"},
+        {.name = "step", .argument = "LENGTH", .kind = OPTION_REAL, .value = &t->step, .least_open = true, .most = (double)INFINITY,
+         .given = &t->step_given, .shown = "1/256 of the box's diagonal", .help = "the length of a path over which change is taken"},
+        {0}};
+    const struct option_row truth[] = {
+        {.name = "truth", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->truth_file, .shown = "none", .unrecorded = true,
+         .help = "keep the traced light in FILE; where it is there, use it"},
+        {.name = "truth-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays, .least = 2, .most = CAPTURE_RAYS_MOST,
+         .given = &t->rays_given, .help = "rays a point"},
+        {.name = "truth-error", .argument = "SHARE", .kind = OPTION_REAL, .value = &t->error, .least_open = true, .most = 1,
+         .given = &t->error_given, .shown = "none", .help = "more of them until the standard error of irradiance is below\nthis share of it"},
+        {.name = "truth-max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays_most, .least = 2, .most = CAPTURE_RAYS_MOST,
+         .help = "rays a point that --truth-error may spend"},
+        {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &t->bounces, .most = CAPTURE_BOUNCES_MOST,
+         .shown = "the stream's", .help = "how often light may scatter on its way"},
+        {.name = "any-scene", .kind = OPTION_FLAG, .value = &a->any_scene,
+         .help = "the stream may have been captured in another scene than SCENE,\nwhich is the true one"},
+        {0}};
+    const struct option_row figures[] = {
+        {.name = "tolerance", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->measure.tolerance, .most = 1e6,
+         .help = "too bright or dark is what is off by more than this share of\nthe mean irradiance"},
+        {.name = "dark", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->measure.dark, .most = 1e6,
+         .help = "points with less than this share of the mean irradiance are\ndark"},
+        {.name = "leak-samples", .argument = "N", .kind = OPTION_INTEGER, .value = &a->leak_samples, .most = 65536,
+         .help = "points in each cell that look for their probes; 0: none"},
+        {.name = "tsv", .kind = OPTION_SET, .count = REPORT_TSV, .value = &a->format, .unrecorded = true,
+         .help = "print a line for each figure: measure, of what, value, and the\nends of its interval"},
+        {.name = "json", .kind = OPTION_SET, .count = REPORT_JSON, .value = &a->format, .unrecorded = true, .help = "the same as JSON"},
+        {0}};
+    struct option_row shared[COMMON_ROWS];
+    program->groups[0] = points;
+    program->groups[1] = truth;
+    program->groups[2] = figures;
+    program->groups[3] = common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
+    for (struct option_row *row = shared; row->name; row++) {
+        if (!strcmp(row->name, "seed"))
+            row->given = &seed_given;
+        if (!strcmp(row->name, "output")) {
+            row->shown = "none";
+            row->help = "write the stream, its cells with columns leak, leak_light\nand leak_free, to FILE; - is standard output";
+        }
+    }
+    struct error *err = options_parse(program, argc, argv);
+    memset(program->groups, 0, sizeof program->groups); /* they end with this function */
+    t->seed = a->common.seed;
+    t->seed_given = seed_given;
+    a->measure.seed = (uint64_t)a->common.seed;
+    a->measure.threads = (int)a->common.threads;
+    for (int k = 0; k < 3 && !err && t->bounds_given; k++)
+        if (!(t->bounds[k] <= t->bounds[3 + k]))
+            err = error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g", t->bounds[k], t->bounds[3 + k]);
+    if (!err && t->points_file && t->points_given)
+        err = error_usage("--points and --at exclude each other");
+    if (!err && t->path_file && t->paths_given)
+        err = error_usage("--paths and --path exclude each other");
+    if (!err && a->leak_samples == 1)
+        err = error_usage("--leak-samples: expected 0 or at least 2, got 1");
+    if (!err && a->common.output && !a->leak_samples)
+        err = error_usage("--output needs --leak-samples");
+    return err;
+}
+
+/* The box of the probes. */
+static void probes_box(const struct baked *baked, double box[6])
+{
+    for (size_t k = 0; k < 3; k++) {
+        box[k] = (double)INFINITY;
+        box[3 + k] = -(double)INFINITY;
+        for (size_t i = 0; i < baked->probe_count; i++) {
+            box[k] = fmin(box[k], baked->position[3 * i + k]);
+            box[3 + k] = fmax(box[3 + k], baked->position[3 * i + k]);
+        }
+    }
+}
+
+/* The truth from its file; where there is none yet, traced, and kept. */
+static struct error *get_truth(struct truth *truth, const struct arguments *a, const struct stage *stage, const struct baked *baked,
+                               const struct program *program, struct warnings *warnings)
+{
+    double box[6];
+    if (a->truth_file && !access(a->truth_file, F_OK))
+        return truth_read(truth, a->truth_file, stage, &a->truth);
+    if (a->truth_file && errno != ENOENT)
+        return error_system(errno, "%s", a->truth_file);
+    probes_box(baked, box);
+    struct progress *progress = progress_start(a->common.progress && !a->common.quiet, program->name, "points", truth_size(&a->truth));
+    struct error *err = truth_trace(truth, stage, &a->truth, box, program->recorded, (int)a->common.threads, progress, warnings);
+    progress_end(progress);
+    if (!err && a->truth_file)
+        err = stream_write(truth->stream, a->truth_file, STREAM_AS_READ);
+    return err;
+}
+
+/* Figures of light as they are, and relative to the scene's mean. */
+static struct error *report_leak(struct report *report, const struct unseen_cells *cells, size_t count)
+{
+    const double mean = report_get(report, "irradiance", "all").value;
+    struct error *err = report_add_number(report, "cells", "all", (double)count);
+    if (!err)
+        err = report_add_number(report, "free_volume", "all", cells->free_volume);
+    if (!err)
+        err = report_add(report, "leak_volume", "all", cells->weight);
+    if (!err)
+        err = report_add(report, "leak_light", "all", cells->light);
+    if (!err)
+        err = report_add_number(report, "leaked_rms", "all", cells->leaked_rms);
+    if (!err)
+        err = report_add_number(report, "leaked_bias", "all", cells->leaked_bias);
+    if (!err && mean > 0)
+        err = report_add_number(report, "leaked_rms_relative", "all", cells->leaked_rms / mean);
+    if (!err && mean > 0)
+        err = report_add_number(report, "leaked_bias_relative", "all", cells->leaked_bias / mean);
+    if (!err)
+        err = report_add_number(report, "blind", "all", cells->blind);
+    if (!err)
+        err = report_add_number(report, "leak_worst_cell", "all", (double)cells->worst_cell);
+    if (!err)
+        err = report_add_number(report, "leak_worst", "all", (double)cells->cell_weight[cells->worst_cell]);
+    return err;
+}
+
+static struct error *store_column(struct stream *stream, const char *name, const float *value)
+{
+    struct table *cells = stream_table(stream, "tet");
+    struct column *column = NULL;
+    struct error *err = table_add_column(cells, name, COLUMN_F32, 1, &column);
+    if (!err)
+        memcpy(column->data, value, cells->rows * sizeof *value);
+    return err;
+}
+
+/* Marks the cells and writes the stream. */
+static struct error *write_marked(struct stream *stream, const struct unseen_cells *cells, const struct arguments *a, const char *recorded)
+{
+    struct error *err = store_column(stream, "leak", cells->cell_weight);
+    if (!err)
+        err = store_column(stream, "leak_light", cells->cell_leak);
+    if (!err)
+        err = store_column(stream, "leak_free", cells->cell_free);
+    if (!err)
+        err = header_add_provenance(&stream->header, recorded);
+    return err ? err : stream_write(stream, a->common.output, (enum stream_encoding)a->common.encoding);
+}
+
+/* Where each part's time went, for those who wait. */
+struct seconds {
+    double start, truth, error, leak;
+};
+
+static struct error *measure_all(struct report *report, const struct arguments *a, const struct stage *stage, const struct baked *baked,
+                                 struct unseen_cells *cells, const struct program *program, struct seconds *seconds, struct warnings *warnings)
+{
+    struct truth truth = {0};
+    struct error *err = get_truth(&truth, a, stage, baked, program, warnings);
+    seconds->truth = now();
+    if (!err)
+        err = measure_error(report, &truth, baked, stage->tracer, &a->measure);
+    if (!err)
+        err = measure_change(report, &truth, baked);
+    seconds->error = now();
+    if (!err && a->leak_samples)
+        err = unseen_cells(cells, stage->tracer, baked, (int)a->leak_samples, a->measure.seed, a->measure.threads);
+    seconds->leak = now();
+    if (!err && a->leak_samples)
+        err = report_leak(report, cells, baked->cell_count);
+    const struct estimate noise = report_get(report, "noise_mean_relative", "all");
+    if (!err && noise.value > a->measure.tolerance / 2)
+        warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than half of --tolerance: --truth-rays", 100 * noise.value);
+    truth_clear(&truth);
+    return err;
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments a = {.truth = truth_settings_default(), .measure = {.tolerance = 0.05, .dark = 0.25}, .leak_samples = 8,
+                          .common = common_default()};
+    a.common.output = NULL;
+    struct program program = {
+        .name = "probe-error",
+        .usage = "[OPTION]... SCENE [STREAM]",
+        .summary = "Measures the light of the baked STREAM (standard input) against light that is path traced\n"
+                   "in SCENE at points between the probes: its error, how much of it comes through walls, and\n"
+                   "how it changes along paths.",
+        .operands_least = 1,
+        .operands_most = 2};
+    struct warnings warnings = {0};
+    struct stream *stream = NULL;
+    struct stage stage = {0};
+    struct baked baked = {0};
+    struct report report = {0};
+    struct unseen_cells cells = {0};
+    struct seconds seconds = {.start = now()};
+    struct error *err = parse(&program, &a, argc, argv);
+    if (!err)
+        err = options_record(&program, program.operands[0]);
+    const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
+    if (!err)
+        err = stream_read(&stream, input);
+    if (!err)
+        err = error_wrap(baked_open(&baked, stream), "%s", strcmp(input, "-") ? input : "stdin");
+    if (!err)
+        err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
+    if (!err && stage.other && !a.any_scene)
+        err = error_new("%s: this is not the scene that the probes were captured in (its key is %s, theirs %s); --any-scene measures all the same",
+                        program.operands[0], stage.key, stage.captured_key);
+    if (!err && !stage.captured)
+        warnings_add(&warnings, "settings", "the stream does not say how it was captured: all light, %d bounces, and the scene's own lights are taken",
+                     stage.capture_settings.bounces);
+    seconds.start = now();
+    if (!err)
+        err = measure_all(&report, &a, &stage, &baked, &cells, &program, &seconds, &warnings);
+    if (!a.common.quiet)
+        warnings_print(&warnings, program.name);
+    warnings_clear(&warnings);
+    if (!err && !a.common.quiet)
+        fprintf(stderr, "%s: truth %.2f s, error %.2f s, leaks %.2f s\n", program.name, seconds.truth - seconds.start,
+                seconds.error - seconds.truth, seconds.leak - seconds.error);
+    const bool to_stdout = a.common.output && !strcmp(a.common.output, "-"); /* then the report gives way */
+    if (!err && a.common.output)
+        err = write_marked(stream, &cells, &a, program.recorded);
+    if (!err)
+        err = report_print(&report, (enum report_format)a.format, to_stdout ? stderr : stdout);
+    unseen_cells_clear(&cells);
+    report_clear(&report);
+    baked_close(&baked);
+    stage_destroy(&stage);
+    stream_destroy(stream);
+    program_clear(&program);
+    return error_exit(program.name, err);
+}
