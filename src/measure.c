@@ -149,7 +149,7 @@ static const struct {
     const char *name;
     bool light; /* and so has a form relative to the scene's mean */
 } figures[FIGURES] = {[RMS] = {"rms", true}, [RMS_COLOUR] = {"rms_colour", true}, [BIAS] = {"bias", true}, [MEAN] = {"mean", true},
-                      [P95] = {"p95", true}, [P99] = {"p99", true}, [BRIGHT] = {"bright", false}, [DARK] = {"dark", false},
+                      [P95] = {"p95", true}, [P99] = {"p99", true}, [BRIGHT] = {"too_bright", false}, [DARK] = {"too_dark", false},
                       [UNSEEN] = {"unseen", false}};
 
 static void reckon(const void *context, const uint32_t *times, double *figure)
@@ -295,8 +295,8 @@ end:
 
 static struct error *report_parts(struct report *report, const struct job *job)
 {
-    static const char *const names[PARTS] = {"all", "inside hull", "outside hull", "surface 1", "surface 2", "surface 3", "surface 4",
-                                             "lit", "dark", "all probes seen", "some unseen"};
+    static const char *const names[PARTS] = {"all", "inside-hull", "outside-hull", "surface-1", "surface-2", "surface-3", "surface-4",
+                                             "lit", "dark", "all-seen", "some-unseen"};
     double quarter[5];
     bool surfaces;
     struct error *err = find_quarters(job, quarter, &surfaces);
@@ -338,16 +338,13 @@ struct error *measure_error(struct report *report, const struct truth *truth, co
 
 /* -- change ----------------------------------------------------------------------------------- */
 
-/* Of many steps. */
-struct change {
-    double square, most; /* sum of squares; the largest */
-};
+enum { WINDOW = 8 }; /* steps on either side whose truth one of the stream's is held against */
 
-static void add_change(struct change *change, double square)
-{
-    change->square += square;
-    change->most = fmax(change->most, sqrt(fmax(square, 0)));
-}
+/* One step along a path: mean squares over directions, per length squared. */
+struct step {
+    double stream, truth, noise;
+    int32_t path;
+};
 
 /* Luminance along the set, of one half of the truth. */
 static void half_luminance(const struct truth *t, int half, size_t i, double *luminance)
@@ -358,60 +355,98 @@ static void half_luminance(const struct truth *t, int half, size_t i, double *lu
     sphere_luminance(rgb, luminance);
 }
 
-struct error *measure_change(struct report *report, const struct truth *t, const struct baked *baked)
+static struct step make_step(double now[3][SPHERE_COUNT], double before[3][SPHERE_COUNT], double length, int32_t path)
+{
+    double product[3][SPHERE_COUNT];
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        const double s = (now[0][d] - before[0][d]) / length, a = (now[1][d] - before[1][d]) / length,
+                     b = (now[2][d] - before[2][d]) / length;
+        product[0][d] = s * s;
+        product[1][d] = a * b;
+        product[2][d] = (a - b) * (a - b) / 4;
+    }
+    return (struct step){sphere_mean(product[0]), sphere_mean(product[1]), sphere_mean(product[2]), path};
+}
+
+/* The steps along all paths. */
+static struct error *take_steps(const struct truth *t, const struct baked *baked, struct step *step, size_t *count, size_t *paths)
 {
     const struct sphere_basis basis = sphere_basis_make(baked->order, baked->convolved);
-    struct change stream = {0}, truth = {0}, noise = {0};
-    double before[3][SPHERE_COUNT], now[3][SPHERE_COUNT], product[3][SPHERE_COUNT], excess = 0;
-    size_t steps = 0, paths = 0;
+    double before[3][SPHERE_COUNT] = {{0}}, now[3][SPHERE_COUNT];
     for (size_t i = t->points; i < t->count; i++) {
+        const double *p = t->position + 3 * i;
         double rgb[TRUTH_WIDTH];
         struct baked_at at;
-        struct error *err = stream_light(baked, &basis, t->position + 3 * i, &at, rgb);
+        struct error *err = stream_light(baked, &basis, p, &at, rgb);
         if (err)
-            return err;
+            return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
         sphere_luminance(rgb, now[0]);
         half_luminance(t, 0, i, now[1]);
         half_luminance(t, 1, i, now[2]);
         const bool goes_on = i > t->points && t->path[i] == t->path[i - 1];
-        const double length = i ? vec3_length(vec3_sub(vec3_load(t->position + 3 * i), vec3_load(t->position + 3 * i - 3))) : 0;
-        paths += !goes_on;
-        if (goes_on && length > 0) {
-            for (int d = 0; d < SPHERE_COUNT; d++) {
-                const double s = (now[0][d] - before[0][d]) / length, a = (now[1][d] - before[1][d]) / length,
-                             b = (now[2][d] - before[2][d]) / length;
-                product[0][d] = s * s;
-                product[1][d] = a * b;
-                product[2][d] = (a - b) * (a - b) / 4;
-            }
-            const double ours = sphere_mean(product[0]), theirs = sphere_mean(product[1]);
-            add_change(&stream, ours);
-            add_change(&truth, theirs);
-            add_change(&noise, sphere_mean(product[2]));
-            excess = fmax(excess, sqrt(ours) - sqrt(fmax(theirs, 0)));
-            steps++;
-        }
+        const double length = goes_on ? vec3_length(vec3_sub(vec3_load(p), vec3_load(p - 3))) : 0;
+        *paths += !goes_on;
+        if (length > 0)
+            step[(*count)++] = make_step(now, before, length, t->path[i]);
         memcpy(before, now, sizeof before);
     }
-    if (!steps)
-        return NULL;
-    const double mean = scene_mean(t), n = (double)steps;
-    struct error *err = report_add_number(report, "paths", "all", (double)paths);
+    return NULL;
+}
+
+/* Mean square of the truth's change in the window about a step, on its path. */
+static double around(const struct step *step, size_t count, size_t i)
+{
+    double sum = 0, n = 0;
+    for (size_t k = i > WINDOW ? i - WINDOW : 0; k < count && k <= i + WINDOW; k++) {
+        if (step[k].path != step[i].path)
+            continue;
+        sum += step[k].truth;
+        n++;
+    }
+    return fmax(sum / n, 0);
+}
+
+static struct error *report_steps(struct report *report, const struct step *step, size_t count, double mean)
+{
+    double stream = 0, truth = 0, noise = 0, stream_most = 0, truth_most = 0, excess = 0;
+    const double n = (double)count;
+    for (size_t i = 0; i < count; i++) {
+        stream += step[i].stream / n;
+        truth += step[i].truth / n;
+        noise += step[i].noise / n;
+        stream_most = fmax(stream_most, step[i].stream);
+        truth_most = fmax(truth_most, step[i].truth);
+        excess = fmax(excess, sqrt(step[i].stream) - sqrt(around(step, count, i)));
+    }
+    struct error *err = report_light(report, "change_rms", "probes", alone(sqrt(stream)), mean);
     if (!err)
-        err = report_add_number(report, "change_steps", "all", n);
-    if (!err)
-        err = report_add_number(report, "step", "all", t->step);
-    if (!err)
-        err = report_light(report, "change_rms", "probes", alone(sqrt(stream.square / n)), mean);
-    if (!err)
-        err = report_light(report, "change_most", "probes", alone(stream.most), mean);
-    if (!err)
-        err = report_light(report, "change_rms", "truth", alone(sqrt(fmax(truth.square, 0) / n)), mean);
-    if (!err)
-        err = report_light(report, "change_most", "truth", alone(truth.most), mean);
-    if (!err)
-        err = report_light(report, "change_noise", "truth", alone(sqrt(noise.square / n)), mean);
+        err = report_light(report, "change_most", "probes", alone(sqrt(stream_most)), mean);
     if (!err)
         err = report_light(report, "change_excess", "probes", alone(excess), mean);
+    if (!err)
+        err = report_light(report, "change_rms", "truth", alone(sqrt(fmax(truth, 0))), mean);
+    if (!err)
+        err = report_light(report, "change_most", "truth", alone(sqrt(truth_most)), mean);
+    if (!err)
+        err = report_light(report, "change_noise", "truth", alone(sqrt(noise)), mean);
+    return err;
+}
+
+struct error *measure_change(struct report *report, const struct truth *t, const struct baked *baked)
+{
+    struct step *step = NULL;
+    size_t count = 0, paths = 0;
+    struct error *err = array_create(&step, t->count - t->points, sizeof *step);
+    if (!err)
+        err = take_steps(t, baked, step, &count, &paths);
+    if (!err && count)
+        err = report_add_number(report, "paths", "all", (double)paths);
+    if (!err && count)
+        err = report_add_number(report, "change_steps", "all", (double)count);
+    if (!err && count)
+        err = report_add_number(report, "step", "all", t->step);
+    if (!err && count)
+        err = report_steps(report, step, count, scene_mean(t));
+    free(step);
     return err;
 }

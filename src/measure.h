@@ -34,7 +34,9 @@ struct error *measure_error(struct report *report, const struct truth *truth, co
                             const struct measure_settings *settings);
 
 /* Adds the figures of change along the truth's paths: over a step of length h, sqrt(mean over directions of (E(p + h) - E(p))^2) / h,
- * for the stream; for the truth the same with the product of its halves' differences in place of the square. */
+ * for the stream; for the truth the same with the product of its halves' differences in place of the square. Of the stream besides the
+ * largest excess over the truth's root mean square in the 8 steps before and behind: a jump that the truth has
+ * nearby is none of the stream's making. */
 struct error *measure_change(struct report *report, const struct truth *truth, const struct baked *baked);
 
 #endif

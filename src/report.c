@@ -122,7 +122,7 @@ static void print_part(const struct report *report, const char *of, FILE *out)
         snprintf(interval, sizeof interval, "%.3g .. %.3g", 100 * rms.low, 100 * rms.high);
     print_cell(out, 100 * rms.value);
     fprintf(out, "%19s", interval);
-    static const char *const shown[] = {"bias_relative", "mean_relative", "p95_relative", "p99_relative", "worst_relative", "bright", "dark", "unseen"};
+    static const char *const shown[] = {"bias_relative", "mean_relative", "p95_relative", "p99_relative", "worst_relative", "too_bright", "too_dark", "unseen"};
     for (size_t i = 0; i < sizeof shown / sizeof *shown; i++)
         print_cell(out, percent(report, shown[i], of));
     fprintf(out, "\n");

@@ -392,6 +392,7 @@ struct nearness {
     const struct tracer *tracer;
     struct vec3 place;
     double distance; /* local, to the nearest triangle so far */
+    bool shrinks;    /* the query's radius follows it */
 };
 
 static double distance_to_segment(struct vec3 p, struct vec3 a, struct vec3 b)
@@ -414,6 +415,12 @@ static double distance_to_triangle(struct vec3 p, const struct vec3 corner[3])
     return above ? fabs(vec3_dot(n, vec3_sub(p, corner[0]))) : to_edges;
 }
 
+/* A little more than the distance: no less than what rounding hides. */
+static float nearness_radius(const struct nearness *n)
+{
+    return (float)(n->distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place)));
+}
+
 static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
 {
     struct nearness *n = args->userPtr;
@@ -423,18 +430,25 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
     if (!(distance < n->distance))
         return false;
     n->distance = distance;
-    args->query->radius = (float)(distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place))); /* no less than rounding hides */
-    return true;
+    if (n->shrinks)
+        args->query->radius = nearness_radius(n);
+    return n->shrinks;
 }
 
 double trace_distance(const struct tracer *t, const double p[3])
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
-    struct nearness n = {.tracer = t, .place = place, .distance = INFINITY};
+    struct nearness n = {.tracer = t, .place = place, .distance = (double)INFINITY, .shrinks = true};
     struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
                                   .radius = (float)(vec3_length(place) + 2)}; /* no corner is farther out than sqrt 3 */
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
+    rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
+    if (!(n.distance < (double)INFINITY))
+        return n.distance;
+    /* Embree 3.13.5 overlooks instances when the radius shrinks; what it found bounds a search in which it does not. */
+    query.radius = nearness_radius(&n);
+    n.shrinks = false;
     rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
     return n.distance / t->scale;
 }

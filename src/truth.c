@@ -23,11 +23,11 @@ enum { STEPS_ACROSS = 256 };  /* the step's share of the box's diagonal */
 enum { TRIES = 64 };          /* candidates for each free point, directions for each path */
 
 /* What random numbers are for: part of their name. */
-enum { FOR_POINT = 1, FOR_PATH, FOR_RAYS };
+enum { FOR_POINT = 1, FOR_PATH };
 
 struct truth_settings truth_settings_default(void)
 {
-    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 2048, .rays_most = 65536, .bounces = -1};
+    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 8192, .rays_most = 65536, .bounces = -1};
 }
 
 /* -- header ----------------------------------------------------------------------------------- */
@@ -247,7 +247,6 @@ struct job {
     const struct tracer *tracer;
     struct capture_settings settings;
     const double *position;
-    const int32_t *path;
     float *surface, *half[2];
     int64_t seed;
     struct progress *progress;
@@ -259,7 +258,6 @@ static struct error *trace_one(void *context, size_t index, int thread)
     struct job *job = context;
     const double *p = job->position + 3 * index;
     struct capture_settings s = job->settings;
-    s.rays_name = job->path[index] >= 0 ? (uint64_t)FOR_RAYS << 32 | (uint64_t)(uint32_t)job->path[index] : 0;
     for (int half = 0; half < 2; half++) {
         struct capture_probe result;
         s.seed = (uint64_t)job->seed | (uint64_t)1 << (62 + half); /* no --seed of a capture is as large */
@@ -364,7 +362,7 @@ struct error *truth_trace(struct truth *truth, const struct stage *stage, const 
         struct path_tracer tracer = stage->path;
         tracer.bounces = (int)bounces_of(stage, s);
         const int rays = (int)((s->rays + 1) / 2);
-        struct job job = {.path_tracer = &tracer, .tracer = stage->tracer, .position = place.position, .path = path, .seed = s->seed,
+        struct job job = {.path_tracer = &tracer, .tracer = stage->tracer, .position = place.position, .seed = s->seed,
                           .progress = progress, .surface = column_f32(table_column(table, "surface")),
                           .half = {column_f32(table_column(table, "irradiance_1")), column_f32(table_column(table, "irradiance_2"))},
                           .settings = stage->capture_settings};

@@ -7,8 +7,7 @@
  *     E (s - T1)(s - T2) = (s - truth)^2
  *
  * exactly, whatever the noise: so a mean square error needs no estimate of a variance. Irradiance is summed from the rays of the whole
- * sphere, each by its cosine (capture.h), so nothing is cut off. All points of a path share their random numbers: what
- * differs from step to step is light, and little noise.
+ * sphere, each by its cosine (capture.h), so nothing is cut off.
  *
  * It is kept as a probe stream, with the scene's key and light in its header, and serves any stream that was captured
  * in that scene and light. Table probe:
@@ -49,7 +48,7 @@ struct truth_settings {
     bool points_given, paths_given, bounds_given, step_given, rays_given, error_given, seed_given;
 };
 
-struct truth_settings truth_settings_default(void); /* 1000 points, 16 paths, 2048 rays */
+struct truth_settings truth_settings_default(void); /* 1000 points, 16 paths, 8192 rays */
 
 struct truth {
     struct stream *stream; /* owned */
