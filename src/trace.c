@@ -95,6 +95,19 @@ static RTCScene new_scene(const struct tracer *t)
     return scene;
 }
 
+/* Embree 3.13.5 takes the radius of a point query into an instance as it is where it should grow: where the instance is
+ * smaller than its mesh. So radii are as large as the smallest instance needs: 1 / its least singular value, at most
+ * |M|^2 / (2 |det M|), Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
+static double instance_reach(const double m[12])
+{
+    double square = 0;
+    for (int row = 0; row < 3; row++)
+        for (int k = 0; k < 3; k++)
+            square += m[4 * row + k] * m[4 * row + k];
+    const double volume = fabs(determinant(m));
+    return volume > 0 ? fmin(square / (2 * volume), 1e6) : 1;
+}
+
 /* A mesh that is placed many times: a scene of its own, made once, about the mesh's own centre. */
 static struct error *add_placed(struct tracer *t, size_t i)
 {
@@ -123,6 +136,7 @@ static struct error *add_placed(struct tracer *t, size_t i)
         rtcCommitScene(t->parts[mesh_index]);
     }
     local_transform(t, &t->scene->instances[i], m);
+    t->reach = fmax(t->reach, instance_reach(m));
     g->vertex = *vertex;
     g->placed = true;
     for (int row = 0; row < 3; row++) {
@@ -215,6 +229,7 @@ struct error *trace_create(struct tracer **tracer, const struct scene *scene)
     if (err)
         return err;
     t->scene = scene;
+    t->reach = 1;
     set_frame(t);
     t->device = rtcNewDevice("isa=avx");
     if (!t->device)
@@ -379,7 +394,7 @@ struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f
                       .normal = {(double)normal.x, (double)normal.y, (double)normal.z},
                       .rounding = 8 * DBL_EPSILON * (size + t->scale * largest(vec3_load(p)))};
     struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
-                                  .radius = (float)(2 * eye_gap * size)};
+                                  .radius = (float)(2 * eye_gap * size * t->reach)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, clear_candidate, &eye);
@@ -392,7 +407,6 @@ struct nearness {
     const struct tracer *tracer;
     struct vec3 place;
     double distance; /* local, to the nearest triangle so far */
-    bool shrinks;    /* the query's radius follows it */
 };
 
 static double distance_to_segment(struct vec3 p, struct vec3 a, struct vec3 b)
@@ -415,12 +429,6 @@ static double distance_to_triangle(struct vec3 p, const struct vec3 corner[3])
     return above ? fabs(vec3_dot(n, vec3_sub(p, corner[0]))) : to_edges;
 }
 
-/* A little more than the distance: no less than what rounding hides. */
-static float nearness_radius(const struct nearness *n)
-{
-    return (float)(n->distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place)));
-}
-
 static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
 {
     struct nearness *n = args->userPtr;
@@ -430,25 +438,18 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
     if (!(distance < n->distance))
         return false;
     n->distance = distance;
-    if (n->shrinks)
-        args->query->radius = nearness_radius(n);
-    return n->shrinks;
+    args->query->radius = (float)(n->tracer->reach * (distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place)))); /* no less than rounding hides */
+    return true;
 }
 
 double trace_distance(const struct tracer *t, const double p[3])
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
-    struct nearness n = {.tracer = t, .place = place, .distance = (double)INFINITY, .shrinks = true};
+    struct nearness n = {.tracer = t, .place = place, .distance = (double)INFINITY};
     struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
-                                  .radius = (float)(vec3_length(place) + 2)}; /* no corner is farther out than sqrt 3 */
+                                  .radius = (float)((vec3_length(place) + 2) * t->reach)}; /* no corner is farther out than sqrt 3 */
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
-    if (!(n.distance < (double)INFINITY))
-        return n.distance;
-    /* Embree 3.13.5 overlooks instances when the radius shrinks; what it found bounds a search in which it does not. */
-    query.radius = nearness_radius(&n);
-    n.shrinks = false;
     rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
     return n.distance / t->scale;
 }
