@@ -267,6 +267,15 @@ static void delta_of(const void *context, const double p[3], double direction[3]
     scene_light_at(context, p, direction, &distance, rgb);
 }
 
+static void add_to_normals(struct work *w, const double d[3], const double rgb[3], double visible)
+{
+    for (int i = 0; i < w->settings->normal_count; i++) {
+        const double *n = w->settings->normal + 3 * i, cosine = fmax(d[0] * n[0] + d[1] * n[1] + d[2] * n[2], 0);
+        for (int k = 0; k < 3; k++)
+            w->certain[3 * i + k] += visible * cosine * rgb[k];
+    }
+}
+
 /* Light that comes straight from point, spot and sun lights: a delta in its direction, certain. */
 static void add_punctual(const struct path_tracer *path, struct work *w, const double p[3])
 {
@@ -289,13 +298,10 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
                 w->certain[k] += (double)visible * cosine * rgb[k];
             continue;
         }
-        for (int i = 0; i < w->settings->normal_count; i++) {
-            const double *n = w->settings->normal + 3 * i, cosine = fmax(d[0] * n[0] + d[1] * n[1] + d[2] * n[2], 0);
-            for (int k = 0; k < 3; k++)
-                w->certain[3 * i + k] += (double)visible * cosine * rgb[k];
-        }
-        if (w->settings->normal_count)
+        if (w->settings->normal_count) {
+            add_to_normals(w, d, rgb, (double)visible);
             continue;
+        }
         double y[SH_COUNT_MAX];
         sh_basis(w->settings->order, d, y);
         sh_project(w->settings->order, y, rgb, (double)visible, w->certain);
