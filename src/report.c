@@ -98,6 +98,15 @@ static double percent(const struct report *report, const char *measure, const ch
     return 100 * value_of(report, measure, of);
 }
 
+/* Of what is a light: percent of the mean irradiance; as it is, where there is no light. */
+static struct estimate light(const struct report *report, const char *measure, const char *of)
+{
+    char relative[40];
+    snprintf(relative, sizeof relative, "%s_relative", measure);
+    const struct estimate e = report_get(report, relative, of);
+    return isnan(e.value) ? report_get(report, measure, of) : (struct estimate){100 * e.value, 100 * e.low, 100 * e.high};
+}
+
 /* What a part of the points is called. */
 static void name_part(const struct report *report, const char *of, char *name, size_t room)
 {
@@ -111,7 +120,7 @@ static void name_part(const struct report *report, const char *of, char *name, s
 static void print_part(const struct report *report, const char *of, FILE *out)
 {
     char name[64], interval[64] = "";
-    const struct estimate rms = report_get(report, "rms_relative", of);
+    const struct estimate rms = light(report, "rms", of);
     name_part(report, of, name, sizeof name);
     fprintf(out, "%-25s%7.0f", name, value_of(report, "points", of));
     if (!(value_of(report, "points", of) > 0)) {
@@ -119,12 +128,14 @@ static void print_part(const struct report *report, const char *of, FILE *out)
         return;
     }
     if (!isnan(rms.low))
-        snprintf(interval, sizeof interval, "%.3g .. %.3g", 100 * rms.low, 100 * rms.high);
-    print_cell(out, 100 * rms.value);
+        snprintf(interval, sizeof interval, "%.3g .. %.3g", rms.low, rms.high);
+    print_cell(out, rms.value);
     fprintf(out, "%19s", interval);
-    static const char *const shown[] = {"bias_relative", "mean_relative", "p95_relative", "p99_relative", "worst_relative", "too_bright", "too_dark", "unseen"};
-    for (size_t i = 0; i < sizeof shown / sizeof *shown; i++)
-        print_cell(out, percent(report, shown[i], of));
+    static const char *const lights[] = {"bias", "mean", "p95", "p99", "worst"}, *const shares[] = {"too_bright", "too_dark", "unseen"};
+    for (size_t i = 0; i < sizeof lights / sizeof *lights; i++)
+        print_cell(out, light(report, lights[i], of).value);
+    for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
+        print_cell(out, percent(report, shares[i], of));
     fprintf(out, "\n");
 }
 
@@ -132,12 +143,12 @@ static void print_leak(const struct report *report, FILE *out)
 {
     if (isnan(value_of(report, "cells", "all")))
         return;
-    const struct estimate volume = report_get(report, "leak_volume", "all"), light = report_get(report, "leak_light", "all");
+    const struct estimate volume = report_get(report, "leak_volume", "all"), bright = report_get(report, "leak_light", "all");
     fprintf(out, "\nlight from probes that a point cannot see, over the free space of %.0f cells:\n", value_of(report, "cells", "all"));
     fprintf(out, "  share of weight         %8.3g %%  (%.3g .. %.3g)\n", 100 * volume.value, 100 * volume.low, 100 * volume.high);
-    fprintf(out, "  share of light          %8.3g %%  (%.3g .. %.3g)\n", 100 * light.value, 100 * light.low, 100 * light.high);
-    fprintf(out, "  light that leaks, rms   %8.3g %%  of the mean irradiance; in the mean %+.3g %%\n", percent(report, "leaked_rms_relative", "all"),
-            percent(report, "leaked_bias_relative", "all"));
+    fprintf(out, "  share of light          %8.3g %%  (%.3g .. %.3g)\n", 100 * bright.value, 100 * bright.low, 100 * bright.high);
+    fprintf(out, "  light that leaks, rms   %8.3g    in the mean %+.3g\n", light(report, "leaked_rms", "all").value,
+            light(report, "leaked_bias", "all").value);
     fprintf(out, "  points that see none    %8.3g %%\n", percent(report, "blind", "all"));
     fprintf(out, "  worst cell              %8.0f    (%.3g %% of its weight)\n", value_of(report, "leak_worst_cell", "all"),
             percent(report, "leak_worst", "all"));
@@ -147,39 +158,37 @@ static void print_change(const struct report *report, FILE *out)
 {
     if (isnan(value_of(report, "change_steps", "all")))
         return;
-    fprintf(out, "\nchange of light along %.0f paths, %.0f steps of %.3g, in %% of the mean irradiance a unit of length:\n",
+    fprintf(out, "\nchange of light along %.0f paths, %.0f steps of %.3g, a unit of length:\n",
             value_of(report, "paths", "all"), value_of(report, "change_steps", "all"), value_of(report, "step", "all"));
     fprintf(out, "%-15s%9s%9s\n", "", "rms", "most");
     for (int k = 0; k < 2; k++) {
         const char *of = k ? "truth" : "probes";
         fprintf(out, "  %-13s", of);
-        print_cell(out, percent(report, "change_rms_relative", of));
-        print_cell(out, percent(report, "change_most_relative", of));
+        print_cell(out, light(report, "change_rms", of).value);
+        print_cell(out, light(report, "change_most", of).value);
         fprintf(out, "\n");
     }
     fprintf(out, "  %-13s", "noise");
-    print_cell(out, percent(report, "change_noise_relative", "truth"));
+    print_cell(out, light(report, "change_noise", "truth").value);
     fprintf(out, "\n  %-13s%9s", "beyond truth", "");
-    print_cell(out, percent(report, "change_excess_relative", "probes"));
+    print_cell(out, light(report, "change_excess", "probes").value);
     fprintf(out, "\n");
 }
 
 static void print_table(const struct report *report, FILE *out)
 {
     const double mean = value_of(report, "irradiance", "all");
-    fprintf(out, "irradiance in the mean: %.6g; noise of the truth: %.2g %% of that in the mean, %.2g %% rms\n", mean,
-            percent(report, "noise_mean_relative", "all"), percent(report, "noise_relative", "all"));
-    fprintf(out, "rms error: %.6g, known to +- %.2g (95 %%, these points); of colours %.6g\n", value_of(report, "rms", "all"),
-            1.96 * value_of(report, "rms_noise", "all"), value_of(report, "rms_colour", "all"));
-    fprintf(out, "\nerror of irradiance, %% of the mean (in parentheses: 95 %% for other points)\n");
+    fprintf(out, "irradiance in the mean: %.6g%s\n", mean, mean > 0 ? "; light below is in % of it" : ": there is no light; light below is as it is");
+    fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n", light(report, "noise_mean", "all").value, light(report, "noise", "all").value);
+    fprintf(out, "rms error: %.4g, known to +- %.2g (95 %%, these points); of colours %.4g\n", light(report, "rms", "all").value,
+            1.96 * light(report, "rms_noise", "all").value, light(report, "rms_colour", "all").value);
+    fprintf(out, "\nerror of irradiance (in parentheses: 95 %% for other points), and shares in %%\n");
     fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias", "mean", "95 %", "99 %", "worst", "bright",
             "dark", "unseen");
     for (size_t i = 0; i < report->count; i++)
         if (!strcmp(report->rows[i].measure, "points"))
             print_part(report, report->rows[i].of, out);
-    if (mean > 0)
-        fprintf(out, "worst at %.6g %.6g %.6g\n", value_of(report, "worst_x", "all"), value_of(report, "worst_y", "all"),
-                value_of(report, "worst_z", "all"));
+    fprintf(out, "worst at %.6g %.6g %.6g\n", value_of(report, "worst_x", "all"), value_of(report, "worst_y", "all"), value_of(report, "worst_z", "all"));
     print_leak(report, out);
     print_change(report, out);
 }
