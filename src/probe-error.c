@@ -215,8 +215,8 @@ static struct error *measure_all(struct report *report, const struct arguments *
     if (!err && a->leak_samples)
         err = report_leak(report, cells, baked->cell_count);
     const struct estimate noise = report_get(report, "noise_mean_relative", "all");
-    if (!err && noise.value > a->measure.tolerance / 2)
-        warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than half of --tolerance: --truth-rays", 100 * noise.value);
+    if (!err && noise.value > a->measure.tolerance)
+        warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: --truth-rays brings it down", 100 * noise.value);
     truth_clear(&truth);
     return err;
 }

@@ -27,7 +27,7 @@ enum { FOR_POINT = 1, FOR_PATH };
 
 struct truth_settings truth_settings_default(void)
 {
-    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 8192, .rays_most = 65536, .bounces = -1};
+    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 4096, .rays_most = 65536, .bounces = -1};
 }
 
 /* -- header ----------------------------------------------------------------------------------- */

@@ -48,7 +48,7 @@ struct truth_settings {
     bool points_given, paths_given, bounds_given, step_given, rays_given, error_given, seed_given;
 };
 
-struct truth_settings truth_settings_default(void); /* 1000 points, 16 paths, 8192 rays */
+struct truth_settings truth_settings_default(void); /* 1000 points, 16 paths, 4096 rays */
 
 struct truth {
     struct stream *stream; /* owned */
