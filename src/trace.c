@@ -96,8 +96,8 @@ static RTCScene new_scene(const struct tracer *t)
 }
 
 /* Embree 3.13.5 takes the radius of a point query into an instance as it is where it should grow: where the instance is
- * smaller than its mesh. So radii are as large as the smallest instance needs: 1 / its least singular value, at most
- * |M|^2 / (2 |det M|), Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
+ * smaller than its mesh. So trace_distance searches as far as the smallest instance needs: 1 / its least singular value times as far, at
+ * most |M|^2 / (2 |det M|), Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
 static double instance_reach(const double m[12])
 {
     double square = 0;
@@ -394,7 +394,7 @@ struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f
                       .normal = {(double)normal.x, (double)normal.y, (double)normal.z},
                       .rounding = 8 * DBL_EPSILON * (size + t->scale * largest(vec3_load(p)))};
     struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
-                                  .radius = (float)(2 * eye_gap * size * t->reach)};
+                                  .radius = (float)(2 * eye_gap * size)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, clear_candidate, &eye);

@@ -24,7 +24,7 @@ struct tracer {
     const struct scene *scene;
     struct vec3 centre; /* world coordinates of the local origin */
     double scale;       /* local length of a world unit: a power of two */
-    double reach;       /* what the radius of a point query is to be multiplied with: trace.c */
+    double reach;       /* what the radius of trace_distance's query is to be multiplied with */
     RTCDevice device;
     RTCScene embree;
     struct trace_geometry *geometry; /* by instance of the scene */
