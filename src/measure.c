@@ -3,6 +3,7 @@
 #include "baked.h"
 #include "error.h"
 #include "sphere.h"
+#include "stream.h"
 #include "threads.h"
 #include "truth.h"
 #include "unseen.h"
@@ -322,8 +323,32 @@ static struct error *report_parts(struct report *report, const struct job *job)
     return err;
 }
 
+static struct error *fill_map(struct table *map, const struct job *job)
+{
+    static const char *const names[] = {"error", "bias", "truth", "unseen", "surface"};
+    enum { NAMES = sizeof names / sizeof *names };
+    struct error *err = table_resize(map, job->truth->points);
+    if (!err)
+        err = table_add_column(map, "position", COLUMN_F64, 3, NULL);
+    for (int k = 0; k < NAMES && !err; k++)
+        err = table_add_column(map, names[k], COLUMN_F32, 1, NULL);
+    if (!err)
+        err = table_add_column(map, "outside", COLUMN_I32, 1, NULL);
+    if (err)
+        return err;
+    memcpy(table_column(map, "position")->data, job->truth->position, 3 * map->rows * sizeof(double));
+    for (size_t i = 0; i < map->rows; i++) {
+        const struct point *p = &job->point[i];
+        const double value[NAMES] = {sqrt(fmax(p->square, 0)), p->mean, p->truth, p->unseen, p->surface};
+        for (int k = 0; k < NAMES; k++)
+            column_f32(table_column(map, names[k]))[i] = (float)value[k];
+        column_i32(table_column(map, "outside"))[i] = !p->inside;
+    }
+    return NULL;
+}
+
 struct error *measure_error(struct report *report, const struct truth *truth, const struct baked *baked, const struct tracer *tracer,
-                            const struct measure_settings *settings)
+                            const struct measure_settings *settings, struct table *map)
 {
     struct job job = {.truth = truth, .baked = baked, .tracer = tracer, .settings = settings, .scene_mean = scene_mean(truth),
                       .basis = sphere_basis_make(baked->order, baked->convolved)};
@@ -332,6 +357,8 @@ struct error *measure_error(struct report *report, const struct truth *truth, co
         err = threads_for(settings->threads, truth->points, measure_point, &job);
     if (!err)
         err = report_parts(report, &job);
+    if (!err && map)
+        err = fill_map(map, &job);
     free(job.point);
     return err;
 }

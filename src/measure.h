@@ -18,6 +18,7 @@
 #include <stdint.h>
 
 struct baked;
+struct table;
 struct tracer;
 struct truth;
 
@@ -29,9 +30,10 @@ struct measure_settings {
 };
 
 /* Adds the figures of error, for all points and for their parts: inside and outside of the hull, near and far from surfaces (quarters),
- * lit and dark, and those that take light from unseen probes or do not. */
+ * lit and dark, and those that take light from unseen probes or do not. map: NULL, or an empty table that gets a row for each
+ * point: position, error (rms over the directions), bias, truth (mean irradiance), unseen, surface (missing: none), outside. */
 struct error *measure_error(struct report *report, const struct truth *truth, const struct baked *baked, const struct tracer *tracer,
-                            const struct measure_settings *settings);
+                            const struct measure_settings *settings, struct table *map);
 
 /* Adds the figures of change along the truth's paths: over a step of length h, sqrt(mean over directions of (E(p + h) - E(p))^2) / h,
  * for the stream; for the truth the same with the product of its halves' differences in place of the square. Of the stream besides the

@@ -21,7 +21,7 @@
 struct arguments {
     struct truth_settings truth;
     struct measure_settings measure;
-    const char *truth_file; /* NULL: none */
+    const char *truth_file, *map_file; /* NULL: none */
     int64_t leak_samples;
     int format;
     bool any_scene;
@@ -74,6 +74,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "points with less than this share of the mean irradiance are\ndark"},
         {.name = "leak-samples", .argument = "N", .kind = OPTION_INTEGER, .value = &a->leak_samples, .most = 65536,
          .help = "points in each cell that look for their probes; 0: none"},
+        {.name = "map", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->map_file, .shown = "none", .unrecorded = true,
+         .help = "write the points with the error at each to FILE, as a probe\nstream"},
         {.name = "tsv", .kind = OPTION_SET, .count = REPORT_TSV, .value = &a->format, .unrecorded = true,
          .help = "print a line for each figure: measure, of what, value, and the\nends of its interval"},
         {.name = "json", .kind = OPTION_SET, .count = REPORT_JSON, .value = &a->format, .unrecorded = true, .help = "the same as JSON"},
@@ -111,6 +113,16 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     return err;
 }
 
+/* Standard input can be read once. */
+static struct error *check_inputs(const struct arguments *a, const char *input)
+{
+    const char *const from[] = {input, a->truth.points_file, a->truth.path_file};
+    int standard = 0;
+    for (int i = 0; i < 3; i++)
+        standard += from[i] && !strcmp(from[i], "-");
+    return standard > 1 ? error_usage("only one of the stream, --at and --path can come from standard input") : NULL;
+}
+
 /* The box of the probes. */
 static void probes_box(const struct baked *baked, double box[6])
 {
@@ -142,34 +154,6 @@ static struct error *get_truth(struct truth *truth, const struct arguments *a, c
     return err;
 }
 
-/* Figures of light as they are, and relative to the scene's mean. */
-static struct error *report_leak(struct report *report, const struct unseen_cells *cells, size_t count)
-{
-    const double mean = report_get(report, "irradiance", "all").value;
-    struct error *err = report_add_number(report, "cells", "all", (double)count);
-    if (!err)
-        err = report_add_number(report, "free_volume", "all", cells->free_volume);
-    if (!err)
-        err = report_add(report, "leak_volume", "all", cells->weight);
-    if (!err)
-        err = report_add(report, "leak_light", "all", cells->light);
-    if (!err)
-        err = report_add_number(report, "leaked_rms", "all", cells->leaked_rms);
-    if (!err)
-        err = report_add_number(report, "leaked_bias", "all", cells->leaked_bias);
-    if (!err && mean > 0)
-        err = report_add_number(report, "leaked_rms_relative", "all", cells->leaked_rms / mean);
-    if (!err && mean > 0)
-        err = report_add_number(report, "leaked_bias_relative", "all", cells->leaked_bias / mean);
-    if (!err)
-        err = report_add_number(report, "blind", "all", cells->blind);
-    if (!err)
-        err = report_add_number(report, "leak_worst_cell", "all", (double)cells->worst_cell);
-    if (!err)
-        err = report_add_number(report, "leak_worst", "all", (double)cells->cell_weight[cells->worst_cell]);
-    return err;
-}
-
 static struct error *store_column(struct stream *stream, const char *name, const float *value)
 {
     struct table *cells = stream_table(stream, "tet");
@@ -193,6 +177,29 @@ static struct error *write_marked(struct stream *stream, const struct unseen_cel
     return err ? err : stream_write(stream, a->common.output, (enum stream_encoding)a->common.encoding);
 }
 
+/* Measures the error, and writes the map of it where one is wanted. */
+static struct error *measure_points(struct report *report, const struct arguments *a, const struct stage *stage, const struct truth *truth,
+                                    const struct baked *baked, const char *recorded)
+{
+    struct stream *stream = NULL;
+    struct table *map = NULL;
+    if (!a->map_file)
+        return measure_error(report, truth, baked, stage->tracer, &a->measure, NULL);
+    struct error *err = stream_create(&stream);
+    if (!err)
+        err = header_copy(&stream->header, &truth->stream->header);
+    if (!err)
+        err = header_add_provenance(&stream->header, recorded);
+    if (!err)
+        err = stream_add_table(stream, "probe", &map);
+    if (!err)
+        err = measure_error(report, truth, baked, stage->tracer, &a->measure, map);
+    if (!err)
+        err = stream_write(stream, a->map_file, (enum stream_encoding)a->common.encoding);
+    stream_destroy(stream);
+    return err;
+}
+
 /* Where each part's time went, for those who wait. */
 struct seconds {
     double start, truth, error, leak;
@@ -205,7 +212,7 @@ static struct error *measure_all(struct report *report, const struct arguments *
     struct error *err = get_truth(&truth, a, stage, baked, program, warnings);
     seconds->truth = now();
     if (!err)
-        err = measure_error(report, &truth, baked, stage->tracer, &a->measure);
+        err = measure_points(report, a, stage, &truth, baked, program->recorded);
     if (!err)
         err = measure_change(report, &truth, baked);
     seconds->error = now();
@@ -213,7 +220,7 @@ static struct error *measure_all(struct report *report, const struct arguments *
         err = unseen_cells(cells, stage->tracer, baked, (int)a->leak_samples, a->measure.seed, a->measure.threads);
     seconds->leak = now();
     if (!err && a->leak_samples)
-        err = report_leak(report, cells, baked->cell_count);
+        err = unseen_report(report, cells, baked->cell_count);
     const struct estimate noise = report_get(report, "noise_mean_relative", "all");
     if (!err && noise.value > a->measure.tolerance)
         warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: --truth-rays brings it down", 100 * noise.value);
@@ -245,6 +252,8 @@ int main(int argc, char **argv)
     if (!err)
         err = options_record(&program, program.operands[0]);
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
+    if (!err)
+        err = check_inputs(&a, input);
     if (!err)
         err = stream_read(&stream, input);
     if (!err)

@@ -4,6 +4,7 @@
 #include "error.h"
 #include "place.h"
 #include "random.h"
+#include "report.h"
 #include "threads.h"
 #include "trace.h"
 #include "vec.h"
@@ -254,4 +255,33 @@ void unseen_cells_clear(struct unseen_cells *cells)
     free(cells->cell_leak);
     free(cells->cell_free);
     *cells = (struct unseen_cells){0};
+}
+
+/* -- report ----------------------------------------------------------------------------------- */
+
+struct error *unseen_report(struct report *report, const struct unseen_cells *cells, size_t count)
+{
+    const double mean = report_get(report, "irradiance", "all").value;
+    struct error *err = report_add_number(report, "cells", "all", (double)count);
+    if (!err)
+        err = report_add_number(report, "free_volume", "all", cells->free_volume);
+    if (!err)
+        err = report_add(report, "leak_volume", "all", cells->weight);
+    if (!err)
+        err = report_add(report, "leak_light", "all", cells->light);
+    if (!err)
+        err = report_add_number(report, "leaked_rms", "all", cells->leaked_rms);
+    if (!err)
+        err = report_add_number(report, "leaked_bias", "all", cells->leaked_bias);
+    if (!err && mean > 0)
+        err = report_add_number(report, "leaked_rms_relative", "all", cells->leaked_rms / mean);
+    if (!err && mean > 0)
+        err = report_add_number(report, "leaked_bias_relative", "all", cells->leaked_bias / mean);
+    if (!err)
+        err = report_add_number(report, "blind", "all", cells->blind);
+    if (!err)
+        err = report_add_number(report, "leak_worst_cell", "all", (double)cells->worst_cell);
+    if (!err)
+        err = report_add_number(report, "leak_worst", "all", (double)cells->cell_weight[cells->worst_cell]);
+    return err;
 }

@@ -25,6 +25,7 @@
 struct baked;
 struct baked_at;
 struct error;
+struct report;
 struct tracer;
 
 struct unseen {
@@ -53,5 +54,8 @@ struct unseen_cells {
 struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples, uint64_t seed,
                            int threads);
 void unseen_cells_clear(struct unseen_cells *cells);
+
+/* Adds their figures; light also relative to the mean irradiance, where the report has that already. */
+struct error *unseen_report(struct report *report, const struct unseen_cells *cells, size_t count);
 
 #endif

@@ -309,7 +309,7 @@ static struct report measured(const struct hand *h, const struct truth *t)
 {
     const struct measure_settings s = {.tolerance = 0.05, .dark = 0.25, .seed = 5, .threads = 2};
     struct report report = {0};
-    must(measure_error(&report, t, &h->baked, nothing.tracer, &s));
+    must(measure_error(&report, t, &h->baked, nothing.tracer, &s, NULL));
     return report;
 }
 

@@ -78,6 +78,13 @@ fi
 probe-error -q --points 20 --truth-rays 16 --tsv -o - --text "$rooms" cells.probe >marked.txt 2>report
 check "-o - puts the stream on standard output and the report on standard error" sh -c "probe-cat --info marked.txt | grep -q leak_light && grep -q '^rms	all' report"
 
+$run --truth rooms.truth --map map.probe --text "$rooms" cells.probe >mapped
+sed '1,/^table probe/d; /^end/d' map.probe | awk '{ n++; s += $4 ^ 2; b += $5; t += $6; u += $7; o += $9 } END { print n, sqrt(s / n), b / n, t / n, u / n, o }' >map
+# Noise leaves some squares below 0, which a root cannot show: the map's rms is a little larger.
+holds "--map has the error at each point" '$1 == 150 && $2 >= $7 && $2 < 1.1 * $7 && ($3 - $8) ^ 2 < 1e-10 && ($4 - $9) ^ 2 < 1e-10 && ($5 - $10) ^ 2 < 1e-10 && $6 == $11' \
+    "$(cat map)" "$(figure rms all cells)" "$(figure bias all cells)" "$(figure irradiance all cells)" "$(figure unseen all cells)" "$(figure points outside-hull cells)"
+check "and does not change the report" cmp mapped cells
+
 # -- determinism -----------------------------------------------------------------------------------------------------------
 for threads in 1 2 4; do
     $run --threads $threads --truth t$threads.truth -o t$threads.probe "$rooms" cells.probe >t$threads
@@ -142,6 +149,7 @@ refused 1 "in free space" probe-error -q --bounds 4.005,0.5,0.5,4.015,2,0.9 "$ro
 refused 1 "too far out" sh -c "echo 1e300 0 0 >far.txt; probe-error -q --paths 0 --at far.txt '$rooms' cells.probe"
 refused 1 "No space left" sh -c "$run --truth rooms.truth '$rooms' cells.probe >/dev/full"
 check "no truth is left behind by what failed" sh -c "! probe-error -q --truth far.truth --at far.txt --paths 0 '$rooms' cells.probe 2>/dev/null && [ ! -e far.truth ]"
+refused 2 "only one of the stream, --at and --path" probe-error --at - "$rooms"
 refused 2 "--points and --at" probe-error --points 3 --at points.txt "$rooms" cells.probe
 refused 2 "--paths and --path" probe-error --paths 3 --path points.txt "$rooms" cells.probe
 refused 2 "--leak-samples" probe-error --leak-samples 1 "$rooms" cells.probe
