@@ -90,6 +90,8 @@ for threads in 1 2 4; do
     $run --threads $threads --truth t$threads.truth -o t$threads.probe "$rooms" cells.probe >t$threads
 done
 check "1, 2 and 4 threads: the same report, truth and stream" sh -c "for f in 2 4; do cmp t1 t\$f && cmp t1.truth t\$f.truth && cmp t1.probe t\$f.probe || exit 1; done"
+GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-AVX512F $run --truth plain.truth -o plain.probe "$rooms" cells.probe >plain
+check "the same bytes without AVX2 and FMA in libc" sh -c "cmp t1 plain && cmp t1.truth plain.truth && cmp t1.probe plain.probe"
 check "a kept truth says what a new one says" cmp t1 cells
 check "the truth is a probe stream like others" sh -c "probe-cat --info rooms.truth | grep -q 'table probe' && probe-cat --text rooms.truth | grep -q '^# probe-error .*two-rooms.obj'"
 probe-cat --text --no-provenance --tables probe --columns position cells.probe | grep '^[0-9-]' >places.txt
