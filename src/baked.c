@@ -1,4 +1,5 @@
 #include "baked.h"
+#include "angle.h"
 #include "error.h"
 #include "locate.h"
 #include "stream.h"
@@ -9,7 +10,7 @@
 struct error *baked_open(struct baked *b, const struct stream *stream)
 {
     const struct table *probes = stream_table(stream, "probe"), *cells = stream_table(stream, "tet");
-    struct column *position = NULL, *vertex = NULL, *neighbour = NULL, *sh = NULL;
+    struct column *position = NULL, *vertex = NULL, *neighbour = NULL, *sh = NULL, *sh_error = NULL;
     *b = (struct baked){0};
     if (!probes)
         return error_new("there is no table probe");
@@ -20,6 +21,8 @@ struct error *baked_open(struct baked *b, const struct stream *stream)
     struct error *err = table_require(probes, "position", COLUMN_F64, 3, &position);
     if (!err)
         err = table_require(probes, "sh", COLUMN_F32, 0, &sh);
+    if (!err && table_column(probes, "sh_error"))
+        err = table_require(probes, "sh_error", COLUMN_F32, sh->width, &sh_error);
     if (!err)
         err = table_require(cells, "vertex", COLUMN_I32, 4, &vertex);
     if (!err)
@@ -31,6 +34,7 @@ struct error *baked_open(struct baked *b, const struct stream *stream)
         return error_new("header key sh-content: expected radiance or irradiance, got '%s'", content);
     *b = (struct baked){.probe_count = probes->rows, .cell_count = cells->rows, .position = column_f64(position),
                         .vertex = column_i32(vertex), .sh = column_f32(sh), .width = sh->width,
+                        .sh_error = sh_error ? column_f32(sh_error) : NULL,
                         .order = sh_order_of(sh->width), .convolved = content && !strcmp(content, "irradiance")};
     return locate_create(&b->locate, probes->rows, b->position, cells->rows, b->vertex, column_i32(neighbour));
 }
@@ -72,4 +76,20 @@ double baked_brightness(const struct baked *b, int32_t probe)
     const float *c = b->sh + b->width * (size_t)probe; /* Y00 = sqrt(1 / 4 pi) */
     const double luminance = 0.2126 * (double)c[0] + 0.7152 * (double)c[1] + 0.0722 * (double)c[2];
     return fmax(luminance, 0) * (b->convolved ? 1 : sh_cosine(0)) * 0.28209479177387814;
+}
+
+double baked_noise(const struct baked *b, const struct baked_at *at)
+{
+    double sum = b->sh_error ? 0 : (double)NAN;
+    for (int k = 0; k < at->count && b->sh_error; k++) {
+        const float *error = b->sh_error + b->width * (size_t)at->probe[k];
+        for (int l = 0; l < b->order; l++) {
+            const double factor = at->weight[k] * (b->convolved ? 1 : sh_cosine(l));
+            for (int i = l * l; i < (l + 1) * (l + 1); i++) {
+                const double e = 0.2126 * (double)error[3 * i] + 0.7152 * (double)error[3 * i + 1] + 0.0722 * (double)error[3 * i + 2];
+                sum += factor * factor * e * e;
+            }
+        }
+    }
+    return sum / (4 * ANGLE_PI);
 }

@@ -28,6 +28,7 @@ struct baked {
     const double *position; /* 3 a probe; this and what follows is borrowed from the stream */
     const int32_t *vertex;  /* 4 a cell */
     const float *sh;        /* width values a probe */
+    const float *sh_error;  /* as many; NULL: not known */
     size_t width;
     int order;
     bool convolved; /* sh holds irradiance */
@@ -54,5 +55,9 @@ struct error *baked_light(const struct baked *baked, const struct baked_at *at, 
 
 /* Luminance of a probe's mean irradiance over all directions. */
 double baked_brightness(const struct baked *baked, int32_t probe);
+
+/* Variance of the blend's irradiance by its probes' noise, in the mean over all directions: sum of w^2 A_l^2 Var L_lm / 4 pi, luminance, as if the
+ * three colours had the same noise, as nearly white light has. NaN where a probe's is not known. */
+double baked_noise(const struct baked *baked, const struct baked_at *at);
 
 #endif

@@ -29,6 +29,7 @@ struct point {
     double mean, absolute;  /* of e, of |e| */
     double bright, dark;    /* shares of the directions */
     double unseen;
+    double cut_off, capture_noise; /* squares */
     double error[SPHERE_COUNT]; /* e */
 };
 
@@ -63,6 +64,28 @@ static double colour_square(const struct truth *t, size_t i, const double *rgb)
             product[d] += (rgb[k] - (double)t->half[0][TRUTH_WIDTH * i + k]) * (rgb[k] - (double)t->half[1][TRUTH_WIDTH * i + k]) / 3;
     }
     return sphere_mean(product);
+}
+
+/* Luminance along the set, of one half of the truth. */
+static void half_luminance(const struct truth *t, int half, size_t i, double *luminance)
+{
+    double rgb[TRUTH_WIDTH];
+    for (size_t k = 0; k < TRUTH_WIDTH; k++)
+        rgb[k] = (double)t->half[half][TRUTH_WIDTH * i + k];
+    sphere_luminance(rgb, luminance);
+}
+
+/* Mean square, without noise, of what the order cuts off the truth. */
+static double cut_off_square(const struct truth *t, size_t i, int order)
+{
+    double half[2][SPHERE_COUNT];
+    for (int k = 0; k < 2; k++) {
+        half_luminance(t, k, i, half[k]);
+        sphere_cut_off(order, half[k]);
+    }
+    for (int d = 0; d < SPHERE_COUNT; d++)
+        half[0][d] *= half[1][d];
+    return sphere_mean(half[0]);
 }
 
 static struct error *measure_point(void *context, size_t i, int thread)
@@ -103,6 +126,8 @@ static struct error *measure_point(void *context, size_t i, int thread)
     point->bright = sphere_mean(bright);
     point->dark = sphere_mean(dark);
     point->unseen = unseen.weight;
+    point->cut_off = cut_off_square(job->truth, i, job->baked->order);
+    point->capture_noise = baked_noise(job->baked, &at);
     return NULL;
 }
 
@@ -205,7 +230,7 @@ static struct estimate alone(double value)
 static struct error *report_part(struct report *report, const struct job *job, struct part *part, const char *of, uint64_t name)
 {
     struct estimate estimate[FIGURES];
-    double truth = 0, noise = 0, noise_mean = 0, doubt = 0;
+    double truth = 0, noise = 0, noise_mean = 0, doubt = 0, cut_off = 0, capture_noise = 0;
     const double n = (double)part->count;
     struct error *err = report_add_number(report, "points", of, n);
     if (err || !part->count)
@@ -217,6 +242,8 @@ static struct error *report_part(struct report *report, const struct job *job, s
         noise += p->noise / n;
         noise_mean += sqrt(p->noise) / n;
         doubt += p->doubt / n / n;
+        cut_off += p->cut_off / n;
+        capture_noise += p->capture_noise / n;
         for (size_t d = 0; d < SPHERE_COUNT; d++)
             part->value[SPHERE_COUNT * i + d] = (struct value){fabs(p->error[d]), (uint32_t)i, (uint32_t)d};
     }
@@ -230,6 +257,10 @@ static struct error *report_part(struct report *report, const struct job *job, s
         err = report_light(report, "noise", of, alone(sqrt(noise)), job->scene_mean);
     if (!err)
         err = report_light(report, "noise_mean", of, alone(noise_mean), job->scene_mean);
+    if (!err && job->baked->order <= SPHERE_ORDER)
+        err = report_light(report, "cut_off", of, alone(sqrt(fmax(cut_off, 0))), job->scene_mean);
+    if (!err && !isnan(capture_noise))
+        err = report_light(report, "capture_noise", of, alone(sqrt(capture_noise)), job->scene_mean);
     for (int f = 0; f < FIGURES && !err; f++)
         err = figures[f].light ? report_light(report, figures[f].name, of, estimate[f], job->scene_mean)
                                : report_add(report, figures[f].name, of, estimate[f]);
@@ -372,15 +403,6 @@ struct step {
     double stream, truth, noise;
     int32_t path;
 };
-
-/* Luminance along the set, of one half of the truth. */
-static void half_luminance(const struct truth *t, int half, size_t i, double *luminance)
-{
-    double rgb[TRUTH_WIDTH];
-    for (size_t k = 0; k < TRUTH_WIDTH; k++)
-        rgb[k] = (double)t->half[half][TRUTH_WIDTH * i + k];
-    sphere_luminance(rgb, luminance);
-}
 
 static struct step make_step(double now[3][SPHERE_COUNT], double before[3][SPHERE_COUNT], double length, int32_t path)
 {

@@ -8,6 +8,9 @@
  * (for Gaussian noise that is one in all directions; less where it is not). The interval beside each figure is of another kind: what other
  * points might have given (bootstrap.h), noise and all.
  *
+ * Of the rms error two parts have causes of their own: what the order of SH cuts off the truth, and the noise of the capture, which its
+ * sh_error tells; squares add up, about, and the rest is between the probes: interpolation, extrapolation, leaks.
+ *
  * Mean, percentiles and shares are of |e| against the truth's mean, and still hold its noise.
  */
 #ifndef MEASURE_H

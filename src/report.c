@@ -182,6 +182,11 @@ static void print_table(const struct report *report, FILE *out)
     fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n", light(report, "noise_mean", "all").value, light(report, "noise", "all").value);
     fprintf(out, "rms error: %.4g, known to +- %.2g (95 %%, these points); of colours %.4g\n", light(report, "rms", "all").value,
             1.96 * light(report, "rms_noise", "all").value, light(report, "rms_colour", "all").value);
+    const double cut_off = light(report, "cut_off", "all").value, capture = light(report, "capture_noise", "all").value;
+    if (!isnan(cut_off))
+        fprintf(out, "  cut off by the order of SH: %.3g\n", cut_off);
+    if (!isnan(capture))
+        fprintf(out, "  noise of the capture: %.3g\n", capture);
     fprintf(out, "\nerror of irradiance (in parentheses: 95 %% for other points), and shares in %%\n");
     fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias", "mean", "95 %", "99 %", "worst", "bright",
             "dark", "unseen");

@@ -1,4 +1,5 @@
 #include "sphere.h"
+#include "angle.h"
 
 /* Corners of the icosahedron: (0, +-1, +-p) / sqrt(1 + p^2), p the golden ratio, and what turns into them; of the dodecahedron:
  * (+-1, +-1, +-1) / sqrt 3, (0, +-p, +-1/p) / sqrt 3. */
@@ -41,6 +42,20 @@ void sphere_irradiance(const struct sphere_basis *basis, const double *c, int ch
             e[channels * d + k] = sum;
         }
     }
+}
+
+void sphere_cut_off(int order, double *value)
+{
+    double y[SPHERE_COUNT][SH_COUNT_MAX], c[SH_COUNT_MAX] = {0};
+    for (int d = 0; d < SPHERE_COUNT; d++)
+        sh_basis(order, sphere_direction[d], y[d]);
+    for (int l = 0; l < order; l++)
+        for (int i = l * l; i < (l + 1) * (l + 1) && sh_cosine(l) != 0; i++)
+            for (int d = 0; d < SPHERE_COUNT; d++)
+                c[i] += 4 * ANGLE_PI * sphere_weight[d] * value[d] * y[d][i];
+    for (int d = 0; d < SPHERE_COUNT; d++)
+        for (int i = 0; i < order * order; i++)
+            value[d] -= c[i] * y[d][i];
 }
 
 double sphere_mean(const double *value)

@@ -462,6 +462,51 @@ static void test_noise(void)
     hand_end(&h);
 }
 
+/* -- where the error comes from ---------------------------------------------------------------------- */
+
+static void test_causes(void)
+{
+    /* A sun: E = max(cos, 0), whose bands are A_l Y_lm(sun); what an order cuts off is, in the mean square over directions, the sum of
+     * A_l^2 (2l+1) / (4 pi)^2 over the others, A_6 = pi/64, A_8 = -pi/128, A_10 = 7 pi/1536, ... The 32 directions see bands of more than 4 as each other's: held
+     * within 3 %, in the mean over suns. */
+    static const double a[9] = {PI, 2 * PI / 3, PI / 4, -PI / 24, PI / 64, -PI / 128, 7 * PI / 1536, -3 * PI / 1024, 33 * PI / 16384};
+    static const int band[9] = {0, 1, 2, 4, 6, 8, 10, 12, 14};
+    for (int order = 1; order <= SPHERE_ORDER; order++) {
+        struct random r = random_start(11, 1, 0);
+        double seen = 0, cut = 0;
+        for (int i = 0; i < 2000; i++) {
+            double value[SPHERE_COUNT], s[3] = {normal_number(&r), normal_number(&r), normal_number(&r)};
+            vec3_store(s, vec3_normalize(vec3_load(s)));
+            for (int d = 0; d < SPHERE_COUNT; d++)
+                value[d] = fmax(vec3_dot(vec3_load(s), vec3_load(sphere_direction[d])), 0);
+            sphere_cut_off(order, value);
+            for (int d = 0; d < SPHERE_COUNT; d++)
+                value[d] *= value[d];
+            seen += sphere_mean(value) / 2000;
+        }
+        for (int i = 0; i < 9; i++)
+            cut += band[i] >= order ? a[i] * a[i] * (2 * band[i] + 1) / (16 * PI * PI) : 0;
+        ok(fabs(sqrt(seen / cut) - 1) < 0.03, "order %d cuts %.4f off a sun's irradiance, by its bands %.4f", order, sqrt(seen), sqrt(cut));
+    }
+    /* Probes with noise e in L00: blended, sum w^2 e^2; over a cell the mean of sum w^2 is 4/10. */
+    struct hand h;
+    struct hand_truth t;
+    struct column *error;
+    hand_start(&h, unit_cell, linear_probes);
+    baked_close(&h.baked);
+    must(table_add_column(stream_table(h.stream, "probe"), "sh_error", COLUMN_F32, 27, &error));
+    for (size_t i = 0; i < 4 * 27; i++)
+        column_f32(error)[i] = i % 27 < 3 ? 0.25f : 0;
+    must(baked_open(&h.baked, h.stream));
+    hand_truth_start(&t, 4000, linear, 0, 4);
+    struct report r = measured(&h, &t.truth);
+    ok(fabs(got(&r, "capture_noise", "all") / (0.25 * unit_light() * sqrt(0.4)) - 1) < 0.02, "the capture's noise, blended: %.4f", got(&r, "capture_noise", "all"));
+    ok(got(&r, "cut_off", "all") < 1e-6, "and nothing is cut off light that is the same from everywhere");
+    report_clear(&r);
+    hand_truth_end(&t);
+    hand_end(&h);
+}
+
 /* -- the bootstrap -------------------------------------------------------------------------------- */
 
 static void mean_of(const void *context, const uint32_t *times, double *figure)
@@ -612,6 +657,7 @@ int main(void)
     test_wrong_probe();
     test_parts();
     test_noise();
+    test_causes();
     test_bootstrap();
     test_wall(0.5, 1, 1);
     test_wall(0.5, 1, 3);
