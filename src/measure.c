@@ -307,20 +307,19 @@ static struct error *find_quarters(const struct job *job, double quarter[5], boo
 {
     double *distance = NULL;
     const size_t n = job->truth->points;
+    size_t known = 0;
     *there = false;
     struct error *err = array_create(&distance, n, sizeof *distance);
     for (size_t i = 0; i < n && !err; i++) {
         distance[i] = job->point[i].surface;
-        if (isnan(distance[i]))
-            goto end;
+        known += !isnan(distance[i]);
     }
-    if (!err) {
+    if (!err && known == n) {
         qsort(distance, n, sizeof *distance, compare_doubles);
         for (size_t k = 0; k < 5; k++)
             quarter[k] = distance[k < 4 ? k * n / 4 : n - 1];
         *there = true;
     }
-end:
     free(distance);
     return err;
 }

@@ -18,9 +18,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS_MOST = 32 };     /* of a random path */
-enum { STEPS_ACROSS = 256 };  /* the step's share of the box's diagonal */
-enum { TRIES = 64 };          /* candidates for each free point, directions for each path */
+enum { STEPS_MOST = 32 };    /* of a random path */
+enum { STEPS_ACROSS = 256 }; /* the step's share of the box's diagonal */
+enum { TRIES = 64 };         /* candidates for each free point */
+enum { DIRECTIONS = 4 };     /* tried for each path */
 
 /* What random numbers are for: part of their name. */
 enum { FOR_POINT = 1, FOR_PATH };
@@ -187,7 +188,7 @@ static struct error *place_random_path(struct place *place, const struct stage *
     struct random r = random_start((uint64_t)s->seed, FOR_PATH, (uint32_t)number);
     double best[3] = {0};
     int steps = 0;
-    for (int turn = 0; turn < 4; turn++) {
+    for (int turn = 0; turn < DIRECTIONS; turn++) {
         double d[3];
         random_direction(&r, d);
         const int free = free_steps(stage, bounds, start, d, step);
