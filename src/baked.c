@@ -1,5 +1,6 @@
 #include "baked.h"
 #include "angle.h"
+#include "content.h"
 #include "error.h"
 #include "locate.h"
 #include "stream.h"
@@ -27,15 +28,15 @@ struct error *baked_open(struct baked *b, const struct stream *stream)
         err = table_require(cells, "vertex", COLUMN_I32, 4, &vertex);
     if (!err)
         err = table_require(cells, "neighbour", COLUMN_I32, 4, &neighbour);
+    bool convolved = false;
+    if (!err)
+        err = content_from_header(&stream->header, &convolved);
     if (err)
         return err;
-    const char *content = header_key(&stream->header, "sh-content");
-    if (content && strcmp(content, "radiance") && strcmp(content, "irradiance"))
-        return error_new("header key sh-content: expected radiance or irradiance, got '%s'", content);
     *b = (struct baked){.probe_count = probes->rows, .cell_count = cells->rows, .position = column_f64(position),
                         .vertex = column_i32(vertex), .sh = column_f32(sh), .width = sh->width,
                         .sh_error = sh_error ? column_f32(sh_error) : NULL,
-                        .order = sh_order_of(sh->width), .convolved = content && !strcmp(content, "irradiance")};
+                        .order = sh_order_of(sh->width), .convolved = convolved};
     return locate_create(&b->locate, probes->rows, b->position, cells->rows, b->vertex, column_i32(neighbour));
 }
 

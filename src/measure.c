@@ -312,7 +312,7 @@ static struct error *find_quarters(const struct job *job, double quarter[5], boo
     struct error *err = array_create(&distance, n, sizeof *distance);
     for (size_t i = 0; i < n && !err; i++) {
         distance[i] = job->point[i].surface;
-        known += !isnan(distance[i]);
+        known += isnan(distance[i]) ? 0 : 1;
     }
     if (!err && known == n) {
         qsort(distance, n, sizeof *distance, compare_doubles);

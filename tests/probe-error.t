@@ -43,6 +43,12 @@ holds "its square and what goes with it, more mean square" '($2 ^ 2 - $1 ^ 2 - $
 holds "and leaks neither more weight nor other light" '$1 == $2 && $1 > 0 && ($3 - $4) ^ 2 < 1e-10' "$(figure leak_volume all cells)" \
     "$(figure leak_volume all offset)" "$(figure leaked_rms all cells)" "$(figure leaked_rms all offset)"
 
+probe-cat --content irradiance cells.probe >convolved.probe
+$run --truth rooms.truth "$rooms" convolved.probe >convolved
+holds "a stream of irradiance is what its radiance is" '($1 - $2) ^ 2 < 1e-10 && ($3 - $4) ^ 2 < 1e-10 && ($5 - $6) ^ 2 < 1e-10' "$(figure rms all cells)" \
+    "$(figure rms all convolved)" "$(figure leaked_rms all cells)" "$(figure leaked_rms all convolved)" "$(figure capture_noise all cells)" \
+    "$(figure capture_noise all convolved)"
+
 # -- the truth's noise: less with more rays, and the rms error stays -----------------------------------------------------
 probe-cat --text --no-provenance --tables probe --columns position rooms.truth | grep '^[0-9-]' | head -n 150 >points.txt
 many="probe-error -q --tsv --at points.txt --paths 0 --leak-samples 0 $rooms cells.probe"
