@@ -196,18 +196,24 @@ static void check_scene(const struct scene *scene, const struct stream_header *h
                      scene->path, key, captured);
 }
 
-static struct error *aim(const struct arguments *a, const struct scene *scene, struct camera *camera)
+static struct error *aim(const struct arguments *a, const char *program, const struct scene *scene, struct camera *camera)
 {
     struct vec3 eye = vec3_load(a->eye), look_at = vec3_load(a->look_at);
     struct tracer *tracer = NULL;
+    struct path_tracer path = {0};
     struct error *err = NULL;
     if (a->eye_given && !a->look_at_given)
         look_at = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
     if (!a->eye_given)
         err = trace_create(&tracer, scene);
     if (!err && !a->eye_given)
-        err = view_choose(tracer, a->fov, (double)a->width / (double)a->height, &eye, &look_at);
+        err = path_create(&path, tracer, 2);
+    if (!err && !a->eye_given)
+        err = view_choose(&path, a->fov, (double)a->width / (double)a->height, &eye, &look_at);
+    path_clear(&path);
     trace_destroy(tracer);
+    if (!err && !a->eye_given && !a->common.quiet) /* to be kept, or moved on from */
+        fprintf(stderr, "%s: --eye %.4g,%.4g,%.4g --look-at %.4g,%.4g,%.4g\n", program, eye.x, eye.y, eye.z, look_at.x, look_at.y, look_at.z);
     return err ? err : camera_create(camera, eye, look_at, vec3_load(a->up), a->fov, a->width, a->height);
 }
 
@@ -232,7 +238,7 @@ static struct error *film_scene(struct program *program, struct arguments *a, co
     if (!err && stream)
         check_scene(scene, &stream->header, warnings);
     if (!err)
-        err = aim(a, scene, &camera);
+        err = aim(a, program->name, scene, &camera);
     if (!err && a->truth)
         err = picture_read(&truth, a->truth);
     if (!a->common.quiet)

@@ -14,7 +14,8 @@ enum {
     ACROSS_MOST = 12,
     RAYS = 32,     /* that tell whether a place is free */
     COMPASS = 16,  /* directions that are tried from each eye */
-    FINALISTS = 64,
+    FINALISTS = 96,
+    EYE_FINALISTS = 2, /* of one eye, so that they differ */
     FAN = 12,      /* rays across and down a finalist's picture */
 };
 
@@ -27,9 +28,11 @@ struct candidate {
     size_t eye;
     struct vec3 forward;
     double score;
+    double worth, light[FAN * FAN]; /* of the finalists */
 };
 
 struct choice {
+    const struct path_tracer *path;
     const struct tracer *tracer;
     struct vec3 centre;
     double radius, spacing, fov, aspect;
@@ -116,6 +119,7 @@ static struct error *aim(const struct choice *c, const struct candidate *candida
     return camera_create(camera, eye, vec3_fma(eye, c->radius, candidate->forward), up, c->fov, (size_t)(1000 * c->aspect) + 1, 1000);
 }
 
+/* Puts a candidate among the finalists, which are in order, if it is good enough. */
 static void enter(struct choice *c, const struct candidate *candidate)
 {
     if (c->finalists == FINALISTS && !(candidate->score > c->best[FINALISTS - 1].score))
@@ -126,39 +130,63 @@ static void enter(struct choice *c, const struct candidate *candidate)
     c->best[at] = *candidate;
 }
 
-static struct error *try_views(struct choice *c)
+/* The best views from one eye, best first. */
+static struct error *try_eye(struct choice *c, size_t eye)
 {
+    struct candidate best[EYE_FINALISTS] = {{.score = -1}, {.score = -1}};
+    const bool outside = c->place[eye].outside;
     struct error *err = NULL;
-    for (size_t eye = 0; eye < c->count && !err; eye++) {
-        const bool outside = c->place[eye].outside;
-        for (int i = 0; i < (outside ? 1 : COMPASS) && !err; i++) {
-            const double turn = 2 * ANGLE_PI * i / COMPASS;
-            const struct vec3 level = {angle_cos(turn), -0.15, angle_sin(turn)};
-            struct candidate candidate = {.eye = eye, .forward = vec3_normalize(outside ? vec3_sub(c->centre, c->place[eye].position) : level)};
-            struct camera camera;
-            err = aim(c, &candidate, &camera);
-            candidate.score = err ? 0 : count_seen(c, eye, &camera) * (1 - 0.5 * candidate.forward.y * candidate.forward.y);
-            enter(c, &candidate);
+    for (int i = 0; i < (outside ? 1 : COMPASS) && !err; i++) {
+        const double turn = 2 * ANGLE_PI * i / COMPASS;
+        const struct vec3 level = {angle_cos(turn), -0.15, angle_sin(turn)};
+        struct candidate candidate = {.eye = eye, .forward = vec3_normalize(outside ? vec3_sub(c->centre, c->place[eye].position) : level)};
+        struct camera camera;
+        err = aim(c, &candidate, &camera);
+        const double seen = err ? 0 : count_seen(c, eye, &camera) * (1 - 0.5 * candidate.forward.y * candidate.forward.y);
+        candidate.score = outside && c->seen ? seen * seen / (double)c->seen : seen; /* from outside, all is to be seen or it is no view */
+        if (candidate.score > best[0].score) {
+            best[1] = best[0];
+            best[0] = candidate;
+        } else if (candidate.score > best[1].score) {
+            best[1] = candidate;
         }
     }
+    for (int i = 0; i < EYE_FINALISTS && !err; i++)
+        if (best[i].score >= 0)
+            enter(c, &best[i]);
     return err;
 }
 
-/* 1 where the picture is full of fronts; sky counts a little, backs count against it, and so does what is close to the eye. */
-static double worth(const struct choice *c, const struct camera *camera)
+/* What a finalist's picture shows. Its worth is 1 where it is full of fronts; sky counts a little, backs count against it, and so does
+ * what is close to the eye. */
+static struct error *look_around(const struct choice *c, struct candidate *finalist, size_t number)
+{
+    struct camera camera;
+    double sum = 0;
+    struct error *err = aim(c, finalist, &camera);
+    for (int i = 0; i < FAN * FAN && !err; i++) {
+        const double x = (i % FAN + 0.5) / FAN * (double)camera.width, y = (i / FAN + 0.5) / FAN * (double)camera.height;
+        const struct vec3 d = camera_direction(&camera, x, y);
+        const struct vec3f direction = {(float)d.x, (float)d.y, (float)d.z};
+        double eye[3];
+        vec3_store(eye, camera.eye);
+        const struct path_receiver receiver = {.at = {.position = trace_to_local(c->tracer, eye)}};
+        struct random random = random_start(0, number, (uint32_t)i);
+        const struct path_sample s = path_sample(c->path, &receiver, direction, true, &random);
+        finalist->light[i] = (double)vec3f_luminance(vec3f_add(s.straight, s.scattered));
+        sum += !s.hit ? 0.4 : s.front ? fmin((double)s.distance / c->tracer->scale / c->spacing, 1) : -1;
+    }
+    finalist->worth = fmax(sum / (FAN * FAN), 0.01);
+    return err;
+}
+
+/* How well a finalist is lit, beside what all of them see in the mean: from 0.1 to 1. */
+static double brightness(const struct candidate *finalist, double mean)
 {
     double sum = 0;
-    for (int i = 0; i < FAN * FAN; i++) {
-        const double x = (i % FAN + 0.5) / FAN * (double)camera->width, y = (i / FAN + 0.5) / FAN * (double)camera->height;
-        const struct trace_hit hit = look(c, camera->eye, camera_direction(camera, x, y));
-        if (!hit.hit)
-            sum += 0.4;
-        else if (!hit.front)
-            sum -= 1;
-        else
-            sum += fmin(hit.distance / c->spacing, 1);
-    }
-    return fmax(sum / (FAN * FAN), 0.01);
+    for (int i = 0; i < FAN * FAN; i++)
+        sum += mean > 0 ? fmin(finalist->light[i] / mean, 1) : 1;
+    return 0.1 + 0.9 * sum / (FAN * FAN);
 }
 
 static struct error *choose(struct choice *c, struct vec3 *eye, struct vec3 *look_at)
@@ -172,26 +200,30 @@ static struct error *choose(struct choice *c, struct vec3 *eye, struct vec3 *loo
         vec3_store(b, c->place[i % c->seen].position);
         c->sees[i] = trace_visibility(c->tracer, a, b) > 0.5f;
     }
-    if (!err)
-        err = try_views(c);
-    double most = -1;
+    for (size_t i = 0; i < c->count && !err; i++)
+        err = try_eye(c, i);
+    double mean = 0, most = -1;
     for (size_t i = 0; i < c->finalists && !err; i++) {
-        struct camera camera;
-        err = aim(c, &c->best[i], &camera);
-        const double score = err ? 0 : (c->best[i].score + 1) * worth(c, &camera);
+        err = look_around(c, &c->best[i], i);
+        for (int k = 0; k < FAN * FAN; k++)
+            mean += c->best[i].light[k] / (double)(FAN * FAN * c->finalists);
+    }
+    for (size_t i = 0; i < c->finalists && !err; i++) {
+        const struct candidate *f = &c->best[i];
+        const double score = (f->score + 1) * f->worth * brightness(f, mean);
         if (!(score > most))
             continue;
         most = score;
-        *eye = camera.eye;
-        *look_at = vec3_fma(camera.eye, c->radius, camera.forward);
+        *eye = c->place[f->eye].position;
+        *look_at = vec3_fma(*eye, c->radius, f->forward);
     }
     return err;
 }
 
-struct error *view_choose(const struct tracer *tracer, double fov, double aspect, struct vec3 *eye, struct vec3 *look_at)
+struct error *view_choose(const struct path_tracer *path, double fov, double aspect, struct vec3 *eye, struct vec3 *look_at)
 {
-    const struct scene *scene = trace_scene(tracer);
-    struct choice c = {.tracer = tracer, .centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max)),
+    const struct scene *scene = path->tracer->scene;
+    struct choice c = {.path = path, .tracer = path->tracer, .centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max)),
                        .radius = vec3_length(vec3_sub(scene->box_max, scene->box_min)) / 2, .fov = fov, .aspect = aspect};
     struct error *err = choose(&c, eye, look_at);
     free(c.place);
