@@ -17,7 +17,7 @@ enum { TEXT_MOST = 96, QUAD_FLOATS = 16 }; /* letters of a text; floats of a qua
 
 static double letter_scale(const struct picture *p)
 {
-    const size_t scale = (p->height < p->width ? p->height : p->width) / 270;
+    const size_t scale = (p->height < p->width ? p->height : p->width) / 200;
     return scale > 1 ? (double)scale : 1;
 }
 

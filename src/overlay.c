@@ -13,7 +13,8 @@
 
 enum { TILE = RENDER_TILE, ACROSS = 4 }; /* rays of a pixel: ACROSS^2 */
 
-static const double line_width = 1.25; /* pixels */
+static const double line_width = 1.25;   /* pixels */
+static const float line_opacity = 0.6f;
 static const double line_lift = 1e-4;  /* share of its distance by which a line may be behind a surface that it lies on */
 const struct vec3f overlay_line = {0.95f, 0.75f, 0.05f};
 
@@ -325,7 +326,7 @@ static void draw_pixel(const struct drawing *d, size_t tile, size_t x, size_t y)
     if (spheres)
         picture_set(&d->overlay->light, x, y, vec3f_scale(1 / (float)spheres, light));
     const float rays = ACROSS * ACROSS;
-    picture_set(&d->overlay->share, x, y, (struct vec3f){(float)spheres / rays, (float)lines / rays, 0});
+    picture_set(&d->overlay->share, x, y, (struct vec3f){(float)spheres / rays, line_opacity * (float)lines / rays, 0});
 }
 
 static struct error *draw_tile(void *context, size_t tile, int thread)
@@ -387,7 +388,7 @@ static int compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-struct error *overlay_radius(const struct stream *stream, double *radius)
+struct error *overlay_spacing(const struct stream *stream, double *spacing)
 {
     const struct table *probes = stream_table(stream, "probe");
     uint64_t *edge = NULL;
@@ -405,7 +406,7 @@ struct error *overlay_radius(const struct stream *stream, double *radius)
         length[i] = vec3_length(vec3_sub(vec3_load(p + 3 * (edge[i] >> 32)), vec3_load(p + 3 * (edge[i] & UINT32_MAX))));
     if (count && !err) {
         qsort(length, count, sizeof *length, compare_doubles);
-        *radius = length[count / 2] / 5;
+        *spacing = length[count / 2];
     } else if (!err) {
         double volume = 1;
         for (size_t k = 0; k < 3; k++) {
@@ -416,7 +417,7 @@ struct error *overlay_radius(const struct stream *stream, double *radius)
             }
             volume *= high - low;
         }
-        *radius = power_of(volume / (double)probes->rows, 1.0 / 3) / 5;
+        *spacing = power_of(volume / (double)probes->rows, 1.0 / 3);
     }
     free(edge);
     free(length);

@@ -27,9 +27,8 @@ struct error *overlay_create(struct overlay *overlay, const struct render *rende
                              const struct overlay_settings *settings);
 void overlay_clear(struct overlay *overlay);
 
-/* A good radius: a fifth of the median distance between neighbours (cells' edges; or, without cells, the cube root of a probe's share
- * of their box). */
-struct error *overlay_radius(const struct stream *stream, double *radius);
+/* The median distance between neighbours, by the cells' edges; without cells, the cube root of a probe's share of their box. */
+struct error *overlay_spacing(const struct stream *stream, double *spacing);
 
 /* The colour of lines on a screen. */
 extern const struct vec3f overlay_line;

@@ -98,15 +98,15 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .shown = "as the probes were captured, or 64", .help = "how often the truth's light may scatter"},
         {.name = "truth", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->truth, .help = "take the truth from this picture rather than trace it"},
         {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a->offset, .most = INFINITY, .given = &a->offset_given,
-         .shown = "1e-3 of the scene's diagonal", .help = "probes are looked up this far off a surface, along its normal"},
+         .shown = "0.15 of the probes' median distance", .help = "probes are looked up this far off a surface, along its normal"},
         {.name = "exposure", .argument = "FACTOR|auto", .kind = OPTION_CALL, .value = &a->shot.exposure, .parse = parse_auto, .shown = "auto",
          .help = "from radiance to display colour; auto brings the 95th\npercentile of luminance to 0.7"},
         {.name = "tone-map", .argument = "CURVE", .kind = OPTION_CHOICE, .choices = tones, .value = &a->tone,
          .help = "clip what is brighter than white, or a filmic curve (ACES)"},
         {.name = "scale", .argument = "S|auto", .kind = OPTION_CALL, .value = &a->shot.scale, .parse = parse_auto, .shown = "auto",
-         .help = "the difference that the ends of the colours stand for, of a\nwhite of 1"},
+         .help = "the difference of lightness L* that the ends of the colours\nstand for"},
         {.name = "draw-probes", .argument = "R|auto", .kind = OPTION_CALL, .value = &a->draw_probes, .parse = parse_auto, .shown = "none",
-         .help = "draw the probes as spheres of this radius; auto: a fifth of\ntheir distance"},
+         .help = "draw the probes as spheres of this radius; auto: a tenth of\ntheir distance"},
         {.name = "draw-cells", .kind = OPTION_FLAG, .value = &a->draw_cells, .help = "draw the edges of the tetrahedra"},
         {.name = "object", .argument = "FILE|sphere", .kind = OPTION_TEXT, .value = &a->object, .shown = "sphere",
          .help = "a thing that stands at each point of --path, lit by the\nprobes at its centre"},
@@ -225,13 +225,16 @@ static struct error *film_scene(struct program *program, struct arguments *a, co
     struct lookup lookup = {0};
     struct camera camera;
     struct picture truth = {0};
+    double spacing = 0;
     const bool cells = a->shot.mode != SHOT_TRUTH && a->shot.mode != SHOT_NONE, draw_probes = !isnan(a->draw_probes);
     const bool light = stream && (cells || (draw_probes && table_column(stream_table(stream, "probe"), "sh")));
     struct error *err = stream && !stream_table(stream, "probe") ? error_new("there is no table probe") : NULL;
     if (!err && light)
         err = lookup_create(&lookup, stream, cells);
-    if (!err && draw_probes && !(a->draw_probes > 0))
-        err = overlay_radius(stream, &a->draw_probes);
+    if (!err && stream)
+        err = overlay_spacing(stream, &spacing);
+    if (draw_probes && !(a->draw_probes > 0))
+        a->draw_probes = 0.1 * spacing;
     err = error_wrap(err, "%s", strcmp(input, "-") ? input : "stdin");
     if (!err)
         err = scene_read(&scene, scene_path, &a->scene, false, warnings);
@@ -245,9 +248,8 @@ static struct error *film_scene(struct program *program, struct arguments *a, co
         warnings_print(warnings, program->name);
     warnings_clear(warnings);
     if (!err) {
-        const double diagonal = vec3_length(vec3_sub(scene->box_max, scene->box_min));
         const struct render render = {.camera = &camera, .lookup = &lookup, .object = {.first = SIZE_MAX}, .samples = (int)a->samples,
-                                      .offset = a->offset_given ? a->offset : 1e-3 * diagonal, .error = a->error,
+                                      .offset = a->offset_given ? a->offset : 0.15 * spacing, .error = a->error,
                                       .samples_most = (int)a->max_samples, .seed = (uint64_t)a->common.seed, .threads = (int)a->common.threads};
         a->shot.given_truth = a->truth ? &truth : NULL;
         const struct film film = {.render = &render, .shot = &a->shot, .scene = scene, .stream = stream, .lookup = light ? &lookup : NULL,

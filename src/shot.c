@@ -1,6 +1,7 @@
 #include "shot.h"
 #include "annotate.h"
 #include "array.h"
+#include "cielab.h"
 #include "colour_map.h"
 #include "error.h"
 
@@ -77,45 +78,58 @@ static double round_up(double x)
     return x <= step / 5 ? step / 5 : x <= step / 2 ? step / 2 : step;
 }
 
-static struct error *choose_scale(const struct picture *difference, double exposure, double *scale)
+static struct error *choose_scale(const float *difference, size_t count, double *scale)
 {
-    const size_t count = difference->width * difference->height;
     float *size = NULL;
     struct error *err = array_create(&size, count, sizeof *size);
     if (err)
         return err;
     for (size_t i = 0; i < count; i++)
-        size[i] = fabsf(vec3f_luminance(picture_get(difference, i % difference->width, i / difference->width)));
+        size[i] = fabsf(difference[i]);
     qsort(size, count, sizeof *size, compare_floats);
-    const double most = exposure * (double)size[(count - 1) * 99 / 100];
-    *scale = most > 0 ? round_up(most) : 1;
+    const float most = size[(count - 1) * 99 / 100];
+    *scale = most > 0 ? round_up((double)most) : 1;
     free(size);
     return NULL;
+}
+
+/* L* of what the screen shows. */
+static double lightness(const struct picture *p, size_t i, const struct compare_screen *screen)
+{
+    const struct vec3f c = screen_light(screen, (struct vec3f){p->rgb[3 * i], p->rgb[3 * i + 1], p->rgb[3 * i + 2]});
+    double lab[3];
+    cielab_of((const double[3]){(double)c.x, (double)c.y, (double)c.z}, lab);
+    return lab[0];
 }
 
 static struct error *show_difference(struct shot *shot, const struct picture *truth, const struct picture *test, const struct shot_settings *s)
 {
     const struct compare_screen screen = {shot->exposure, s->tone};
+    const size_t count = truth->width * truth->height;
+    float *difference = NULL;
     char low[32], high[32];
     struct error *err = picture_create(&shot->linear, truth->width, truth->height);
     if (!err)
         err = picture_create(&shot->shown, truth->width, truth->height);
-    for (size_t i = 0; !err && i < 3 * truth->width * truth->height; i++)
+    if (!err)
+        err = array_create(&difference, count, sizeof *difference);
+    for (size_t i = 0; !err && i < 3 * count; i++)
         shot->linear.rgb[i] = test->rgb[i] - truth->rgb[i];
+    for (size_t i = 0; !err && i < count; i++)
+        difference[i] = (float)(lightness(test, i, &screen) - lightness(truth, i, &screen));
     shot->scale = s->scale;
     if (!err && !(s->scale > 0))
-        err = choose_scale(&shot->linear, shot->exposure, &shot->scale);
+        err = choose_scale(difference, count, &shot->scale);
+    for (size_t i = 0; !err && i < count; i++)
+        picture_set(&shot->shown, i % truth->width, i / truth->width,
+                    colour_map_at(COLOUR_COOL_WARM, ((double)difference[i] / shot->scale + 1) / 2));
+    free(difference);
     if (err)
         return err;
-    for (size_t y = 0; y < truth->height; y++)
-        for (size_t x = 0; x < truth->width; x++) {
-            const double d = shot->exposure * (double)vec3f_luminance(picture_get(&shot->linear, x, y));
-            picture_set(&shot->shown, x, y, colour_map_at(COLOUR_COOL_WARM, (d / shot->scale + 1) / 2));
-        }
     draw_overlay(&shot->shown, s->overlay, &screen, true);
     snprintf(low, sizeof low, "%g too dark", -shot->scale);
     snprintf(high, sizeof high, "+%g too bright", shot->scale);
-    annotate_scale(&shot->shown, COLOUR_COOL_WARM, "luminance less the truth's, white = 1", (const char *const[]){low, "0", high});
+    annotate_scale(&shot->shown, COLOUR_COOL_WARM, "lightness L* less the truth's", (const char *const[]){low, "0", high});
     return NULL;
 }
 

@@ -20,7 +20,8 @@ enum shot_mode {
     SHOT_NONE,       /* direct light alone */
     SHOT_SPLIT,      /* the left half of the truth, the right half by the probes */
     SHOT_PAIR,       /* the two beside each other */
-    SHOT_DIFFERENCE, /* luminance by the probes less the truth's, exposed, from too dark (blue) to too bright (red) */
+    SHOT_DIFFERENCE, /* CIE lightness L* (0 black, 100 white) that the screen shows by the probes, less the truth's: from too dark
+                        (blue) to too bright (red) */
     SHOT_FLIP,       /* FLIP's map (flip.h) */
 };
 
@@ -29,7 +30,7 @@ struct shot_settings {
     enum render_light test, truth; /* what is held against what where two are: RENDER_PROBES or RENDER_MIXED, RENDER_TRUTH or RENDER_DIRECT */
     double exposure;               /* 0: automatic */
     enum display_tone tone;
-    double scale;                       /* of a difference, which the colours' ends stand for; 0: automatic, of 1, 2 or 5 times a power of ten
+    double scale;                       /* the difference that the colours' ends stand for; 0: automatic, of 1, 2 or 5 times a power of ten
                                            the least that 99 % of the pixels are within */
     const struct picture *given_truth;  /* NULL: rendered */
     const struct overlay *overlay;      /* NULL: none */
