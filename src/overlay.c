@@ -13,8 +13,8 @@
 
 enum { TILE = RENDER_TILE, ACROSS = 4 }; /* rays of a pixel: ACROSS^2 */
 
-static const double line_width = 1.25;   /* pixels */
-static const float line_opacity = 0.6f;
+static const double line_width = 1; /* pixels */
+static const float line_opacity = 0.5f;
 static const double line_lift = 1e-4;  /* share of its distance by which a line may be behind a surface that it lies on */
 const struct vec3f overlay_line = {0.95f, 0.75f, 0.05f};
 
