@@ -26,9 +26,9 @@ struct error *film_write(const struct shot *shot, const char *output, const char
 {
     struct error *err = NULL;
     if (output)
-        err = is_pfm(output) ? picture_write(&shot->linear, output, 0) : picture_write(&shot->shown, output, 1);
+        err = is_pfm(output) ? picture_write(&shot->linear, output, false) : picture_write(&shot->shown, output, true);
     if (!err && pfm)
-        err = picture_write(&shot->linear, pfm, 0);
+        err = picture_write(&shot->linear, pfm, false);
     return err;
 }
 
@@ -237,6 +237,26 @@ static struct error *is_numbered(const struct film *film, bool *numbered)
     return err;
 }
 
+/* That files can be written is known before there is much to lose. */
+static struct error *try_outputs(const char *output, const char *pfm)
+{
+    struct error *err = output ? picture_try(output) : NULL;
+    return err || !pfm ? err : picture_try(pfm);
+}
+
+static struct error *try_frame(const struct film *film)
+{
+    char *output = NULL, *pfm = NULL;
+    struct error *err = frame_name(film->output, 0, &output);
+    if (!err)
+        err = frame_name(film->pfm, 0, &pfm);
+    if (!err)
+        err = try_outputs(output ? output : film->output, pfm ? pfm : film->pfm);
+    free(output);
+    free(pfm);
+    return err;
+}
+
 static struct error *take_path(const struct film *film, struct warnings *warnings)
 {
     double *point = NULL;
@@ -244,6 +264,8 @@ static struct error *take_path(const struct film *film, struct warnings *warning
     bool numbered = false;
     struct object object = {0};
     struct error *err = is_numbered(film, &numbered);
+    if (!err)
+        err = try_frame(film);
     if (!err)
         err = read_path(film->path, film->scene, &point, &count);
     if (!err)
@@ -264,9 +286,11 @@ struct error *film_take(const struct film *film, struct warnings *warnings)
     if (film->path)
         return take_path(film, warnings);
     struct shot shot = {0};
+    struct error *err = try_outputs(film->output, film->pfm);
     struct progress *progress =
         progress_start(film->progress, film->program, "tiles", render_tiles(film->render->camera) * (size_t)shot_pictures(film->shot));
-    struct error *err = take_shot(film, NULL, film->shot->exposure, progress, &shot);
+    if (!err)
+        err = take_shot(film, NULL, film->shot->exposure, progress, &shot);
     progress_end(progress);
     if (!err)
         err = film_write(&shot, film->output, film->pfm);

@@ -11,6 +11,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 struct error *picture_create(struct picture *p, size_t width, size_t height)
 {
@@ -83,12 +85,28 @@ static struct error *write_pfm(const struct picture *p, struct stream_output *ou
     return err;
 }
 
-struct error *picture_write(const struct picture *p, const char *path, int png)
+struct error *picture_try(const char *path)
 {
     struct stream_output out;
-    struct error *err = output_open(&out, path, true);
+    struct stat status;
+    if (!strcmp(path, "-") || (!stat(path, &status) && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
+        return NULL;
+    struct error *err = output_open(&out, path, false);
+    if (!err)
+        output_abandon(&out);
+    return err;
+}
+
+struct error *picture_write(const struct picture *p, const char *path, bool png)
+{
+    struct stream_output out;
+    struct error *err = output_open(&out, path, false);
     if (err)
         return err;
+    if (isatty(out.fd)) {
+        output_abandon(&out);
+        return error_new("%s is a terminal, and a picture is binary: give a file with --output", strcmp(path, "-") ? path : "stdout");
+    }
     err = png ? write_png(p, &out) : write_pfm(p, &out);
     if (!err)
         return output_finish(&out);

@@ -8,6 +8,7 @@
 
 #include "vec.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct error;
@@ -41,7 +42,10 @@ static inline void picture_set(const struct picture *p, size_t x, size_t y, stru
 void picture_paste(const struct picture *to, size_t x, size_t y, const struct picture *from);
 
 /* path "-": standard output. png: light of 0 .. 1, sRGB; else PFM. */
-struct error *picture_write(const struct picture *picture, const char *path, int png);
+struct error *picture_write(const struct picture *picture, const char *path, bool png);
+
+/* Whether a file of this name can be written, before there is a picture; says nothing of pipes and devices. */
+struct error *picture_try(const char *path);
 
 /* Reads a PFM, or a PNG, JPEG, WebP or Radiance .hdr picture, whose light is made linear. Errors name the file. */
 struct error *picture_read(struct picture *picture, const char *path);
