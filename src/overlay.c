@@ -253,12 +253,12 @@ static struct error *find_lines(struct drawing *d, const struct stream *stream)
 /* How far the scene is along a direction; cut-outs are holes. */
 static double scene_depth(const struct render *r, struct vec3 direction)
 {
-    const struct render_ray from = render_ray(r, direction);
-    const struct trace_ray ray = {.origin = from.origin, .direction = from.direction, .most = INFINITY, .salt = 1};
-    struct trace_point point;
-    if (!trace_local_nearest(r->path->tracer, &ray, &point))
-        return (double)INFINITY;
-    return from.skipped + (double)point.distance / r->path->tracer->scale;
+    const double skipped = render_ray(r, direction).skipped;
+    double start[3], way[3];
+    vec3_store(start, vec3_fma(r->camera->eye, skipped, direction));
+    vec3_store(way, direction);
+    const struct trace_hit hit = trace_nearest(r->path->tracer, start, way, (double)INFINITY);
+    return hit.hit ? skipped + hit.distance : (double)INFINITY;
 }
 
 /* The nearest sphere before `depth`: its number, or SIZE_MAX; *depth becomes its own. */

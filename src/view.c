@@ -162,22 +162,31 @@ static struct error *try_eye(struct choice *c, size_t eye)
 static struct error *look_around(const struct choice *c, struct candidate *finalist, size_t number)
 {
     struct camera camera;
-    double sum = 0;
+    double sum = 0, eye[3];
     struct error *err = aim(c, finalist, &camera);
-    for (int i = 0; i < FAN * FAN && !err; i++) {
-        const double x = (i % FAN + 0.5) / FAN * (double)camera.width, y = (i / FAN + 0.5) / FAN * (double)camera.height;
-        const struct vec3 d = camera_direction(&camera, x, y);
-        const struct vec3f direction = {(float)d.x, (float)d.y, (float)d.z};
-        double eye[3];
-        vec3_store(eye, camera.eye);
-        const struct path_receiver receiver = {.at = {.position = trace_to_local(c->tracer, eye)}};
-        struct random random = random_start(0, number, (uint32_t)i);
-        const struct path_sample s = path_sample(c->path, &receiver, direction, true, &random);
-        finalist->light[i] = (double)vec3f_luminance(vec3f_add(s.straight, s.scattered));
-        sum += !s.hit ? 0.4 : s.front ? fmin((double)s.distance / c->tracer->scale / c->spacing, 1) : -1;
+    if (err)
+        return err;
+    vec3_store(eye, camera.eye);
+    const struct path_receiver receiver = {.at = {.position = trace_to_local(c->tracer, eye)}};
+    for (size_t row = 0; row < FAN; row++) {
+        struct vec3f direction[FAN];
+        struct random random[FAN];
+        struct path_sample sample[FAN];
+        for (size_t i = 0; i < FAN; i++) {
+            const struct vec3 d = camera_direction(&camera, ((double)i + 0.5) / FAN * (double)camera.width,
+                                                   ((double)row + 0.5) / FAN * (double)camera.height);
+            direction[i] = (struct vec3f){(float)d.x, (float)d.y, (float)d.z};
+            random[i] = random_start(0, number, (uint32_t)(FAN * row + i));
+        }
+        path_samples(c->path, &receiver, FAN, direction, true, random, sample);
+        for (size_t i = 0; i < FAN; i++) {
+            const struct path_sample *s = &sample[i];
+            finalist->light[FAN * row + i] = (double)vec3f_luminance(vec3f_add(s->straight, s->scattered));
+            sum += !s->hit ? 0.4 : s->front ? fmin((double)s->distance / c->tracer->scale / c->spacing, 1) : -1;
+        }
     }
     finalist->worth = fmax(sum / (FAN * FAN), 0.01);
-    return err;
+    return NULL;
 }
 
 /* How well a finalist is lit, beside what all of them see in the mean: from 0.1 to 1. */

@@ -214,8 +214,12 @@ static void test_figures(void)
     double exposure;
     must(compare_exposure(&truth, &exposure));
     ok(fabs(exposure - 1.4) < 1e-6, "exposure brings the 95th percentile to 0.7");
-    annotate_scale(&truth, COLOUR_MAGMA, "smaller than its letters", (const char *const[]){"0", "1", "2"});
-    ok(picture_get(&truth, 8, 5).x != 0.5f, "of a scale that is larger than its picture, there is what fits");
+    struct picture small;
+    fill(&small, 60, 20, 0.5f, 0.5f, 0.5f);
+    annotate_scale(&small, COLOUR_MAGMA, "higher than its picture", (const char *const[]){"0", "1", "2"});
+    const struct vec3f there = picture_get(&small, 20, 0), expected = colour_map_at(COLOUR_MAGMA, 8.5 / 36);
+    ok(vec3f_length(vec3f_sub(there, expected)) < 1e-6f, "of a scale that is higher than its picture, there is what fits");
+    picture_clear(&small);
     picture_clear(&truth);
     picture_clear(&test);
     picture_clear(&variance);
