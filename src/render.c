@@ -45,10 +45,20 @@ struct tile {
     int32_t cell; /* where the next lookup starts; the tile's first starts cold, so that no other tile matters */
 };
 
-/* Samples that go together from one origin: directions and what their paths are random by. */
+/* Sums over a pixel's samples. */
+struct pixel {
+    size_t x, y;
+    double shift[2]; /* of its samples' places */
+    double sum[3], square[3], luminance_square;
+    int samples;
+    bool wanted; /* more */
+};
+
+/* Samples that go together from one origin: whose they are, their directions, and what their paths are random by. */
 struct wave {
     size_t count;
     struct vec3f origin;
+    struct pixel *pixel[PATH_WAVE];
     struct vec3f direction[PATH_WAVE];
     struct random random[PATH_WAVE];
 };
@@ -106,56 +116,57 @@ static void take_wave(struct tile *tile, const struct wave *w, struct vec3f *lig
         add_probes(tile, w, light);
 }
 
-/* Samples from `number` on of a pixel, up to `most` of them: as many as start from one origin. */
-static void aim_wave(const struct tile *tile, size_t x, size_t y, int number, int most, struct wave *w)
+/* Takes what waits, and adds it to its pixels. */
+static void end_wave(struct tile *tile, struct wave *w)
+{
+    struct vec3f light[PATH_WAVE];
+    take_wave(tile, w, light);
+    for (size_t i = 0; i < w->count; i++) {
+        struct pixel *p = w->pixel[i];
+        const double rgb[3] = {(double)light[i].x, (double)light[i].y, (double)light[i].z}, luminance = (double)vec3f_luminance(light[i]);
+        for (int k = 0; k < 3; k++) {
+            p->sum[k] += rgb[k];
+            p->square[k] += rgb[k] * rgb[k];
+        }
+        p->luminance_square += luminance * luminance;
+    }
+    w->count = 0;
+}
+
+static uint64_t pixel_name(const struct pixel *p)
+{
+    return (uint64_t)p->y << 32 | p->x;
+}
+
+/* Adds a pixel's next sample to a wave, after what waits in it where that does not go with it. */
+static void add_sample(struct tile *tile, struct wave *w, struct pixel *p)
 {
     const struct render *r = tile->render;
-    const uint64_t name = (uint64_t)y << 32 | x;
-    struct random shift = random_start(r->seed, name, UINT32_MAX);
-    const double u = random_double(&shift), v = random_double(&shift);
-    w->count = 0;
-    for (int i = number; i < number + most && w->count < PATH_WAVE; i++) {
-        const double across = u + 0.75487766624669276 * i, down = v + 0.56984029099805327 * i;
-        const struct vec3 direction = camera_direction(r->camera, (double)x + across - floor(across), (double)y + down - floor(down));
-        const struct render_ray ray = render_ray(r, direction);
-        if (w->count && ray.skipped > 0)
-            break;
-        w->origin = ray.origin;
-        w->direction[w->count] = ray.direction;
-        w->random[w->count++] = random_start(r->seed, name, (uint32_t)i);
-        if (ray.skipped > 0)
-            break;
-    }
+    const double across = p->shift[0] + 0.75487766624669276 * p->samples, down = p->shift[1] + 0.56984029099805327 * p->samples;
+    const struct vec3 direction = camera_direction(r->camera, (double)p->x + across - floor(across), (double)p->y + down - floor(down));
+    const struct render_ray ray = render_ray(r, direction);
+    if (w->count == PATH_WAVE || (w->count && ray.skipped > 0)) /* that has an origin of its own */
+        end_wave(tile, w);
+    w->origin = ray.origin;
+    w->pixel[w->count] = p;
+    w->direction[w->count] = ray.direction;
+    w->random[w->count++] = random_start(r->seed, pixel_name(p), (uint32_t)p->samples++);
+    if (ray.skipped > 0)
+        end_wave(tile, w);
+}
+
+/* Adds a round of samples to each pixel that wants more. */
+static void add_round(struct tile *tile, struct pixel *pixel, size_t count)
+{
+    struct wave w = {.count = 0};
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < tile->render->samples && pixel[i].wanted; k++)
+            add_sample(tile, &w, &pixel[i]);
+    if (w.count)
+        end_wave(tile, &w);
 }
 
 /* -- a tile ----------------------------------------------------------------------------------- */
-
-/* Sums over a pixel's samples. */
-struct pixel {
-    double sum[3], square[3], luminance_square;
-    int samples;
-    bool wanted; /* more */
-};
-
-static void add_samples(struct tile *tile, struct pixel *pixel, size_t x, size_t y)
-{
-    const int most = pixel->samples + tile->render->samples;
-    struct vec3f light[PATH_WAVE];
-    struct wave w;
-    while (pixel->samples < most) {
-        aim_wave(tile, x, y, pixel->samples, most - pixel->samples, &w);
-        take_wave(tile, &w, light);
-        for (size_t i = 0; i < w.count; i++) {
-            const double rgb[3] = {(double)light[i].x, (double)light[i].y, (double)light[i].z}, luminance = (double)vec3f_luminance(light[i]);
-            for (int k = 0; k < 3; k++) {
-                pixel->sum[k] += rgb[k];
-                pixel->square[k] += rgb[k] * rgb[k];
-            }
-            pixel->luminance_square += luminance * luminance;
-        }
-        pixel->samples += (int)w.count;
-    }
-}
 
 /* Variance of a mean of n. */
 static double variance_of_mean(double sum, double square, int n)
@@ -209,18 +220,19 @@ size_t render_tiles(const struct camera *camera)
     return tiles_across(camera) * ((camera->height + RENDER_TILE - 1) / RENDER_TILE);
 }
 
-static struct error *store_pixel(const struct job *job, const struct pixel *pixel, size_t x, size_t y)
+static struct error *store_pixel(const struct job *job, const struct pixel *pixel)
 {
     float mean[3], variance[3];
     for (int k = 0; k < 3; k++) {
         mean[k] = (float)(pixel->sum[k] / pixel->samples);
         variance[k] = (float)variance_of_mean(pixel->sum[k], pixel->square[k], pixel->samples);
         if (!isfinite(mean[k]) || !isfinite(variance[k]))
-            return error_new("pixel (%zu, %zu): light is beyond what 32 bits can hold: --light-scale brings light down", x, y);
+            return error_new("pixel (%zu, %zu): light is beyond what 32 bits can hold: --light-scale brings light down", pixel->x,
+                             pixel->y);
     }
-    picture_set(job->picture, x, y, (struct vec3f){mean[0], mean[1], mean[2]});
+    picture_set(job->picture, pixel->x, pixel->y, (struct vec3f){mean[0], mean[1], mean[2]});
     if (job->variance)
-        picture_set(job->variance, x, y, (struct vec3f){variance[0], variance[1], variance[2]});
+        picture_set(job->variance, pixel->x, pixel->y, (struct vec3f){variance[0], variance[1], variance[2]});
     return NULL;
 }
 
@@ -236,16 +248,17 @@ static struct error *take_tile(void *context, size_t index, int thread)
     const size_t width = camera->width - left < RENDER_TILE ? camera->width - left : RENDER_TILE;
     const size_t height = camera->height - top < RENDER_TILE ? camera->height - top : RENDER_TILE;
     tile.direct.bounces = tile.direct.bounces < 1 ? tile.direct.bounces : 1;
-    memset(pixel, 0, sizeof pixel);
-    for (size_t i = 0; i < width * height; i++)
-        pixel[i].wanted = true;
+    for (size_t i = 0; i < width * height; i++) {
+        pixel[i] = (struct pixel){.x = left + i % width, .y = top + i / width, .wanted = true};
+        struct random random = random_start(r->seed, pixel_name(&pixel[i]), UINT32_MAX);
+        for (int k = 0; k < 2; k++)
+            pixel[i].shift[k] = random_double(&random);
+    }
     for (bool more = true; more; more = r->error > 0 && want_more(r, pixel, width, height))
-        for (size_t i = 0; i < width * height; i++)
-            if (pixel[i].wanted)
-                add_samples(&tile, &pixel[i], left + i % width, top + i / width);
+        add_round(&tile, pixel, width * height);
     struct error *err = NULL;
     for (size_t i = 0; i < width * height && !err; i++)
-        err = store_pixel(job, &pixel[i], left + i % width, top + i / width);
+        err = store_pixel(job, &pixel[i]);
     progress_add(job->progress, 1);
     return err;
 }
