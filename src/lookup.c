@@ -1,11 +1,11 @@
 #include "lookup.h"
+#include "content.h"
 #include "error.h"
 #include "locate.h"
 #include "sh.h"
 #include "stream.h"
 
 #include <math.h>
-#include <string.h>
 
 static struct error *find_light(struct lookup *l, const struct stream *stream, const struct table *probes)
 {
@@ -19,12 +19,11 @@ static struct error *find_light(struct lookup *l, const struct stream *stream, c
     l->width = sh->width;
     l->probes = probes->rows;
     l->order = sh_order_of(sh->width);
-    const char *content = header_key(&stream->header, "sh-content");
     if (!l->order)
         return error_new("column sh: expected 3 n^2 numbers, got %zu", sh->width);
-    if (content && strcmp(content, "radiance") && strcmp(content, "irradiance"))
-        return error_new("header key sh-content: expected radiance or irradiance, got '%s'", content);
-    l->convolved = content && !strcmp(content, "irradiance");
+    err = content_from_header(&stream->header, &l->convolved);
+    if (err)
+        return err;
     for (size_t i = 0; i < l->probes; i++)
         if (isnan(l->sh[i * l->width]))
             return error_new("probe %zu has no light: run probe-capture", i);

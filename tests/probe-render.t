@@ -59,6 +59,16 @@ probe-render --compare truth.pfm mixed.pfm >by-hand.txt
 check "and what the truth is held against" sh -c "grep -v truth-noise mixed.txt | cmp - by-hand.txt"
 refused 1 "the probes hold direct light already" render x.png -m mixed "$scene" baked.probe
 
+probe-capture -q --again --light direct --rays 64 "$scene" baked.probe >direct.probe
+render none.pfm -m none "$scene" direct.probe
+render direct.pfm -m probes "$scene" direct.probe
+render d.png -m pair "$scene" direct.probe >direct.txt
+probe-render --compare none.pfm direct.pfm >by-hand.txt
+check "probes of direct light are held against direct light" sh -c "grep -v truth-noise direct.txt | cmp - by-hand.txt"
+probe-cat --content irradiance baked.probe >convolved.probe
+render convolved.pfm -m probes "$scene" convolved.probe
+check "irradiance in the stream makes the same picture as radiance" sh -c "probe-render --compare probes.pfm convolved.pfm | awk '\$1 == \"relative-rmse\" { exit !(\$2 < 1e-6) }'"
+
 # Overlays
 render drawn.png --draw-probes auto --draw-cells "$scene" baked.probe
 check "probes and cells are drawn" sh -c "! cmp -s drawn.png probes.png"
