@@ -2,7 +2,6 @@
 #include "array.h"
 #include "cell.h"
 #include "error.h"
-#include "image.h"
 #include "sh.h"
 #include "vec.h"
 
@@ -67,47 +66,6 @@ void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const
         }
         store(gradient + 3 * i, g);
     }
-}
-
-static int compare_floats(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-struct error *derive_exposure(size_t count, const float *luminance, double *exposure)
-{
-    float *lit = NULL;
-    size_t n = 0;
-    struct error *err = array_create(&lit, count, sizeof *lit);
-    for (size_t i = 0; i < count && !err; i++)
-        if (luminance[i] > 0)
-            lit[n++] = luminance[i];
-    if (n)
-        qsort(lit, n, sizeof *lit, compare_floats);
-    *exposure = n ? 0.7 / (double)lit[(n - 1) * 95 / 100] : 1;
-    free(lit);
-    return err;
-}
-
-/* By search in the table of what codes mean: pow would differ in its last bit between machines. */
-static uint8_t srgb_code(double linear)
-{
-    unsigned low = 0, high = 255;
-    while (high - low > 1) {
-        const unsigned middle = (low + high) / 2;
-        if (linear < (double)image_linear[middle])
-            high = middle;
-        else
-            low = middle;
-    }
-    return (uint8_t)(2 * linear < (double)image_linear[low] + (double)image_linear[high] ? low : high);
-}
-
-void derive_codes(size_t count, const float *rgb, double exposure, uint8_t *code)
-{
-    for (size_t i = 0; i < 3 * count; i++)
-        code[i] = srgb_code(exposure * (double)rgb[i]);
 }
 
 /* Six times the volume, and the edges from the first corner. */

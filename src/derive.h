@@ -24,12 +24,6 @@ void derive_brightest(size_t count, int order, bool convolved, const float *sh, 
 /* Gradient of the luminance of the mean irradiance, 3 * count, from column sh_gradient: 9 * order^2 * count. */
 void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient, float *gradient);
 
-/* The factor that brings the 95th percentile of the luminances above 0 to 0.7; 1 where there are none. */
-struct error *derive_exposure(size_t count, const float *luminance, double *exposure);
-
-/* sRGB codes of exposed colours: of all codes the one whose light is nearest. rgb: 3 * count, code: 3 * count. */
-void derive_codes(size_t count, const float *rgb, double exposure, uint8_t *code);
-
 /* Least dihedral angle of each cell, degrees: 70.5288 in a regular one, 0 in a flat one. (vtkMeshQuality's minimum
  * angle of a tetrahedron, as of VTK 9.1, is another one in three cells of ten.) */
 void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position, float *angle);

@@ -1,6 +1,7 @@
 #include "grid.h"
 #include "content.h"
 #include "derive.h"
+#include "display.h"
 #include "error.h"
 #include "sh.h"
 #include "stream.h"
@@ -128,9 +129,9 @@ static struct error *add_light(struct grid *grid, const struct table *probes, co
     for (size_t i = 0; i < n; i++)
         captured[i] = !is_missing(sh, i * sh->width);
     if (*exposure <= 0)
-        err = derive_exposure(n, *luminance, exposure);
+        err = display_exposure(n, *luminance, exposure);
     if (!err)
-        derive_codes(n, irradiance, *exposure, colour);
+        display_codes(n, irradiance, *exposure, colour);
     return err;
 }
 

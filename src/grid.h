@@ -17,7 +17,7 @@ struct grid {
     struct fields points, cells;
 };
 
-/* exposure: the factor from irradiance to display colour; 0: chosen from the light (derive_exposure). Errors: no
+/* exposure: the factor from irradiance to display colour; 0: chosen from the light (display_exposure). Errors: no
  * probes, cells without their column vertex. Missing values become 0, with a warning. */
 struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure, struct warnings *warnings);
 void grid_clear(struct grid *grid);

@@ -1,5 +1,5 @@
 #include "surface.h"
-#include "derive.h"
+#include "display.h"
 #include "error.h"
 #include "scene.h"
 
@@ -98,7 +98,7 @@ static struct error *add_colour(struct surface *s, const struct arrays *a)
             shown[3 * i + k] = most > 0 ? e[k] / most : a->albedo[3 * i + k];
     }
     if (!err)
-        derive_codes(n, shown, 1, colour);
+        display_codes(n, shown, 1, colour);
     return err;
 }
 

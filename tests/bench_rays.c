@@ -1,21 +1,27 @@
 /* bench_rays: what capture costs over the rays it traces.
  *
  *     bench_rays SCENE CAPTURED.probe [RUNS]
+ *     bench_rays --render SCENE CAPTURED.probe [RUNS]
  *
  * Captures the stream's probes again, on one thread, with the settings in its header, and remembers every ray that Embree is
  * asked for; then hands the same rays to Embree in a bare loop, in the same order. Both take turns; the medians, the rates and
- * their ratio are printed as one line of JSON, for scripts/bench. The linker puts the functions below between capture and
+ * their ratio are printed as one line of JSON, for scripts/bench. --render: takes a picture of the truth in turn with capture instead, and
+ * counts the rays of both. The linker puts the functions below between capture and
  * Embree (--wrap).
  */
 #include "array.h"
+#include "camera.h"
 #include "capture.h"
 #include "error.h"
+#include "render.h"
 #include "scene.h"
 #include "stream.h"
+#include "view.h"
 #include "warning.h"
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 struct recorded {
@@ -26,7 +32,7 @@ struct recorded {
 
 static struct recorded *rays;
 static size_t ray_count, ray_capacity;
-static bool recording;
+static bool recording, counting;
 
 void __real_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *hit);
 void __real_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
@@ -51,6 +57,7 @@ void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, s
 {
     if (recording)
         record(context, &hit->ray, false);
+    ray_count += counting;
     __real_rtcIntersect1(scene, context, hit);
 }
 
@@ -58,6 +65,7 @@ void __wrap_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, st
 {
     if (recording)
         record(context, ray, true);
+    ray_count += counting;
     __real_rtcOccluded1(scene, context, ray);
 }
 
@@ -105,12 +113,50 @@ static double median(double *x, size_t n)
     return (x[(n - 1) / 2] + x[n / 2]) / 2;
 }
 
+static double render_truth(const struct path_tracer *path, const struct camera *camera)
+{
+    const struct render render = {.path = path, .camera = camera, .object = {.first = SIZE_MAX}, .samples = 16, .threads = 1};
+    struct picture picture;
+    const double start = seconds();
+    fail(render_picture(&render, RENDER_TRUTH, &picture, NULL, NULL));
+    picture_clear(&picture);
+    return seconds() - start;
+}
+
+enum { RUNS_MOST = 99 };
+
+/* A picture and a capture in turn. */
+static void compare_render(const struct path_tracer *path, const struct capture_settings *settings, struct table *probes, int runs)
+{
+    struct vec3 eye, look_at;
+    struct camera camera;
+    double capture[RUNS_MOST], render[RUNS_MOST];
+    fail(view_choose(path, 60, 16.0 / 9, &eye, &look_at));
+    fail(camera_create(&camera, eye, look_at, (struct vec3){0, 1, 0}, 60, 320, 180));
+    counting = true;
+    capture_all(path, settings, probes);
+    const size_t of_capture = ray_count;
+    render_truth(path, &camera);
+    const size_t of_render = ray_count - of_capture;
+    counting = false;
+    for (int i = 0; i < runs; i++) {
+        capture[i] = capture_all(path, settings, probes);
+        render[i] = render_truth(path, &camera);
+    }
+    const double c = median(capture, (size_t)runs), r = median(render, (size_t)runs);
+    printf("{\"capture_rays\": %zu, \"render_rays\": %zu, \"capture_mrays\": %.3f, \"render_mrays\": %.3f, \"paths\": %.3f, \"ratio\": %.3f}\n",
+           of_capture, of_render, (double)of_capture / c / 1e6, (double)of_render / r / 1e6, 320 * 180 * 16 / r / 1e6,
+           (double)of_render / r / ((double)of_capture / c));
+}
+
 int main(int argc, char **argv)
 {
-    enum { RUNS_MOST = 99 };
+    const bool render = argc > 1 && !strcmp(argv[1], "--render");
+    argv += render;
+    argc -= render;
     const int runs = argc == 4 ? atoi(argv[3]) : 5;
     if (argc < 3 || argc > 4 || runs < 1 || runs > RUNS_MOST) {
-        fprintf(stderr, "usage: bench_rays SCENE CAPTURED.probe [RUNS]\n");
+        fprintf(stderr, "usage: bench_rays [--render] SCENE CAPTURED.probe [RUNS]\n");
         return 2;
     }
     struct stream *stream;
@@ -127,6 +173,10 @@ int main(int argc, char **argv)
     fail(trace_create(&tracer, scene));
     fail(path_create(&path, tracer, settings.bounces));
     struct table *probes = stream_table(stream, "probe");
+    if (render) {
+        compare_render(&path, &settings, probes, runs);
+        return 0;
+    }
     recording = true;
     capture_all(&path, &settings, probes);
     recording = false;
