@@ -61,7 +61,7 @@ struct trace_point {
     const struct scene_material *material;
 };
 
-/* Sets the material and the texture coordinates of a point. trace_local_nearest has sent for them: what is done between the two
+/* Sets the material and the texture coordinates of a point. trace_rays_nearest has sent for them: what is done between the two
  * hides the way to memory. */
 static inline void trace_point_shade(const struct tracer *tracer, struct trace_point *point)
 {
@@ -132,10 +132,7 @@ void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t tria
 /* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2, of the mesh. Sets all but distance and front, shaded. */
 void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point);
 
-/* Nearest surface along the ray, not shaded; false: none. Blended surfaces let the ray through with probability 1 - alpha. */
-bool trace_local_nearest(const struct tracer *tracer, const struct trace_ray *ray, struct trace_point *point);
-
-/* Whether anything is between; blended surfaces as above. */
+/* Whether anything is on the way of the ray. Blended surfaces let it through with probability 1 - alpha. */
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray);
 
 /* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it: on p's side; before its
