@@ -14,6 +14,35 @@
 
 extern char **environ;
 
+struct error *cells_find(const struct stream *stream, struct cells *cells)
+{
+    *cells = (struct cells){0};
+    while (!cells->table && cells->corners < STREAM_CORNERS_MOST)
+        cells->table = stream_table(stream, stream_cell_table[cells->corners++]);
+    if (!cells->table)
+        return error_new("there are no cells: run probe-tet");
+    struct column *vertex = NULL, *neighbour = NULL;
+    struct error *err = table_require(cells->table, "vertex", COLUMN_I32, (size_t)cells->corners, &vertex);
+    if (!err)
+        err = table_require(cells->table, "neighbour", COLUMN_I32, (size_t)cells->corners, &neighbour);
+    if (!err) {
+        cells->vertex = column_i32(vertex);
+        cells->neighbour = column_i32(neighbour);
+    }
+    return err;
+}
+
+void cells_remove(struct stream *stream)
+{
+    for (int i = 0; i < STREAM_CORNERS_MOST; i++)
+        stream_remove_table(stream, stream_cell_table[i]);
+    struct table *probes = stream_table(stream, "probe");
+    if (probes) {
+        table_remove_column(probes, "hull_normal");
+        table_remove_column(probes, "merged");
+    }
+}
+
 /* Where probe-tet is: beside this program, or to be found on the PATH. */
 static void find_program(char path[PATH_MAX])
 {
@@ -54,11 +83,12 @@ static struct error *run(const char *input, const char *output)
     return err;
 }
 
-/* A stream of the positions alone: probe-tet needs no more. */
+/* A stream of the positions, and of the light that tells which of merged probes represents the others: probe-tet needs no more. */
 static struct error *write_positions(const struct table *probes, const char *path)
 {
     struct stream *stream = NULL;
     struct table *table = NULL;
+    const struct column *sh = table_column(probes, "sh");
     struct error *err = stream_create(&stream);
     if (!err)
         err = stream_add_table(stream, "probe", &table);
@@ -66,6 +96,8 @@ static struct error *write_positions(const struct table *probes, const char *pat
         err = table_resize(table, probes->rows);
     if (!err)
         err = table_add_column(table, "position", COLUMN_F64, 3, NULL);
+    if (!err && sh)
+        err = table_add_column(table, "sh", sh->type, sh->width, NULL);
     if (!err) {
         table_copy_rows(table, 0, probes, 0, probes->rows);
         err = stream_write(stream, path, STREAM_BINARY);
@@ -74,30 +106,35 @@ static struct error *write_positions(const struct table *probes, const char *pat
     return err;
 }
 
-static struct error *take_cells(struct stream *stream, const struct stream *made)
+static struct error *take_columns(struct table *to, const struct table *from, const char *const *names, size_t count)
 {
-    struct table *from = stream_table(made, "tet"), *probes = stream_table(made, "probe"), *to = NULL;
-    struct column *normal = NULL;
-    if (!from || !probes)
-        return error_new("probe-tet wrote no cells");
-    struct error *err = table_require(probes, "hull_normal", COLUMN_F32, 3, &normal);
-    if (!err)
-        err = stream_add_table(stream, "tet", &to);
-    if (!err) {
-        table_clear(to);
-        err = table_copy_schema(to, from);
-    }
-    if (!err)
-        err = table_resize(to, from->rows);
-    if (!err) {
-        table_copy_rows(to, 0, from, 0, from->rows);
-        err = table_add_column(stream_table(stream, "probe"), "hull_normal", COLUMN_F32, 3, NULL);
-    }
-    if (!err) {
-        table_remove_column(probes, "position");
-        table_copy_rows(stream_table(stream, "probe"), 0, probes, 0, probes->rows);
+    struct error *err = NULL;
+    for (size_t i = 0; i < count && !err; i++) {
+        const struct column *theirs = table_column(from, names[i]);
+        struct column *ours = NULL;
+        if (!theirs)
+            continue;
+        err = table_add_column(to, names[i], theirs->type, theirs->width, &ours);
+        if (!err)
+            memcpy(ours->data, theirs->data, from->rows * theirs->width * column_type_size(theirs->type));
     }
     return err;
+}
+
+static struct error *take_cells(struct stream *stream, const struct stream *made)
+{
+    static const char *const of_cells[] = {"vertex", "neighbour"}, *const of_probes[] = {"hull_normal", "merged"};
+    struct cells cells;
+    struct table *to = NULL;
+    struct error *err = cells_find(made, &cells);
+    cells_remove(stream);
+    if (!err)
+        err = stream_add_table(stream, cells.table->name, &to);
+    if (!err)
+        err = table_resize(to, cells.table->rows);
+    if (!err)
+        err = take_columns(to, cells.table, of_cells, 2);
+    return err ? err : take_columns(stream_table(stream, "probe"), stream_table(made, "probe"), of_probes, 2);
 }
 
 struct error *cells_make(struct stream *stream)

@@ -1,4 +1,7 @@
-/* cells: the tetrahedra of a stream's probes, made by running probe-tet.
+/* cells: the cells of a stream's probes: found, and made by running probe-tet.
+ *
+ * A stream holds at most one table of cells, named after what they are: tetrahedra (tet), triangles of probes in a plane (tri),
+ * segments of probes on a line (segment), or a single point (point).
  *
  * TetGen is AGPL-3, so probe-tet alone links it; whoever needs cells runs that program. It is looked for beside the
  * running program, then on the PATH.
@@ -6,11 +9,26 @@
 #ifndef CELLS_H
 #define CELLS_H
 
+#include <stdint.h>
+
 struct error;
 struct stream;
 
-/* Makes table tet, and column hull_normal of table probe, anew from the probes' positions. The child's own messages go to
- * standard error. Errors: it is not to be found, or failed. */
+/* A stream's cells; borrowed from it. */
+struct cells {
+    struct table *table;
+    int corners;
+    int32_t *vertex, *neighbour; /* corners * table->rows */
+};
+
+/* Errors: there are no cells, or they lack a column. */
+struct error *cells_find(const struct stream *stream, struct cells *cells);
+
+/* Removes what speaks of cells: their table, and of table probe the columns hull_normal and merged. */
+void cells_remove(struct stream *stream);
+
+/* Makes the table of cells, and columns hull_normal and perhaps merged of table probe, anew from the probes' positions and light. The child's own
+ * messages go to standard error. Errors: it is not to be found, or failed. */
 struct error *cells_make(struct stream *stream);
 
 #endif

@@ -1,6 +1,7 @@
 /* Based on: Sukys, "Light probe cloud generation for games", Chalmers 2014, sec. 3.2.2. */
 #include "leak.h"
 #include "array.h"
+#include "cubes.h"
 #include "error.h"
 #include "threads.h"
 #include "trace.h"
@@ -146,56 +147,15 @@ static struct error *look_along(void *context, size_t index, int thread)
 
 /* -- choosing probes -------------------------------------------------------------------------- */
 
-/* Positions by the cube of the separation's size that they are in, for finding those near a point. */
-struct cubes {
-    double size;
-    int32_t *head; /* by hash: the last position put there, or -1 */
-    int32_t *next; /* by position */
-    double *position;
-    size_t count, mask;
+struct view {
+    const struct tracer *tracer;
+    const double *from;
 };
 
-static int64_t cube_of(double x, double size)
+static bool sees(void *context, const double *point)
 {
-    const double cube = floor(x / size);
-    return fabs(cube) < 0x1p62 ? (int64_t)cube : 0;
-}
-
-static size_t cube_hash(const struct cubes *c, int64_t x, int64_t y, int64_t z)
-{
-    const uint64_t h = (uint64_t)x * 0x9e3779b97f4a7c15u ^ (uint64_t)y * 0xc2b2ae3d27d4eb4fu ^ (uint64_t)z * 0x165667b19e3779f9u;
-    return (size_t)((h ^ h >> 29) * 0xbf58476d1ce4e5b9u >> 32) & c->mask;
-}
-
-static void cubes_add(struct cubes *c, struct vec3 p)
-{
-    const size_t h = cube_hash(c, cube_of(p.x, c->size), cube_of(p.y, c->size), cube_of(p.z, c->size));
-    vec3_store(c->position + 3 * c->count, p);
-    c->next[c->count] = c->head[h];
-    c->head[h] = (int32_t)c->count++;
-}
-
-static struct error *cubes_create(struct cubes *c, double size, size_t room)
-{
-    *c = (struct cubes){.size = size, .mask = 1024};
-    while (c->mask < 2 * room)
-        c->mask *= 2;
-    struct error *err = array_create(&c->head, c->mask, sizeof *c->head);
-    if (!err)
-        err = array_create(&c->next, room, sizeof *c->next);
-    if (!err)
-        err = array_create(&c->position, 3 * room, sizeof *c->position);
-    for (size_t i = 0; i < c->mask && !err; i++)
-        c->head[i] = -1;
-    c->mask--;
-    return err;
-}
-
-static void cubes_clear(struct cubes *c)
-{
-    free(c->head);
-    free(c->next);
-    free(c->position);
+    const struct view *view = context;
+    return trace_visibility(view->tracer, view->from, point) > 0;
 }
 
 /* Whether a probe nearer than `reach` (at most a cube's size) is seen from p: it stands for p, on the same side. */
@@ -203,16 +163,8 @@ static bool is_served(const struct cubes *c, const struct tracer *tracer, struct
 {
     double at[3];
     vec3_store(at, p);
-    for (int64_t x = cube_of(p.x, c->size) - 1; x <= cube_of(p.x, c->size) + 1; x++)
-        for (int64_t y = cube_of(p.y, c->size) - 1; y <= cube_of(p.y, c->size) + 1; y++)
-            for (int64_t z = cube_of(p.z, c->size) - 1; z <= cube_of(p.z, c->size) + 1; z++)
-                for (int32_t i = c->head[cube_hash(c, x, y, z)]; i >= 0; i = c->next[i]) {
-                    const double *q = c->position + 3 * (size_t)i;
-                    const double distance = vec3_length(vec3_sub(vec3_load(q), p));
-                    if (distance < reach && trace_visibility(tracer, at, q) > 0)
-                        return true;
-                }
-    return false;
+    struct view view = {tracer, at};
+    return cubes_find(c, at, reach, sees, &view, NULL);
 }
 
 static int compare_positions(struct vec3 p, struct vec3 q)
@@ -261,7 +213,7 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
     if (count)
         qsort(candidate, count, sizeof *candidate, compare_candidates);
     for (size_t i = 0; i < probe_count && !err; i++)
-        cubes_add(&cubes, vec3_load(look->position + 3 * i));
+        cubes_add(&cubes, look->position + 3 * i);
     const double twin_reach = fmin(2 * look->settings->offset, look->settings->separation);
     for (size_t i = 0; i < count && !err; i++) {
         const struct finding *f = candidate[i].finding;
@@ -273,8 +225,9 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
             const int side = turn ? !first : first;
             if (!f->stands[side] || is_served(&cubes, look->tracer, f->probe[side], twin_reach))
                 continue;
-            vec3_store(leaks->probe + 3 * leaks->probe_count++, f->probe[side]);
-            cubes_add(&cubes, f->probe[side]);
+            double *added = leaks->probe + 3 * leaks->probe_count++;
+            vec3_store(added, f->probe[side]);
+            cubes_add(&cubes, added);
         }
     }
     free(candidate);

@@ -1,7 +1,7 @@
 /* stream: the probe stream, tables of named and typed columns, in text and in binary.
  *
  * man/probe.5 specifies the format to the byte and wins over this comment. A stream is a header
- * (provenance lines and keys) and tables, of which `probe` and `tet` have a meaning; columns and
+ * (provenance lines and keys) and tables, of which `probe` and those of cells have a meaning; columns and
  * keys that a program does not know pass through unchanged.
  *
  * Two ways to use it. Whole, for programs that need every row at hand:
@@ -136,8 +136,15 @@ struct table *stream_table(const struct stream *stream, const char *name);
 struct error *stream_add_table(struct stream *stream, const char *name, struct table **table);
 void stream_remove_table(struct stream *stream, const char *name);
 
+/* The tables of cells, of which a stream has at most one, by corners of a cell less one: point, segment, tri, tet. */
+enum { STREAM_CORNERS_MOST = 4 };
+extern const char *const stream_cell_table[STREAM_CORNERS_MOST];
+
+/* How many corners a cell of the table of this name has; 0: it holds no cells. */
+int stream_cell_corners(const char *table);
+
 /* What every stream must satisfy, whoever made it (man probe.5, "Validity"): known columns have their type and width,
- * positions finite, no infinity, NaN for whole row values only, vertex and neighbour in range. Readers and writers call
+ * positions finite, no infinity, NaN for whole row values only, vertex, neighbour and merged in range. Readers and writers call
  * it themselves. */
 struct error *stream_check(const struct stream *stream);
 

@@ -1,5 +1,6 @@
 #include "stream_edit.h"
 #include "array.h"
+#include "cells.h"
 #include "error.h"
 #include "number.h"
 #include "warning.h"
@@ -258,9 +259,8 @@ static struct error *select_rows(struct stream *stream, const struct stream_sele
     if (kept == before)
         return NULL;
     drop_tables(stream, "rows that are no more: dropped", warnings);
-    probes = stream_table(stream, "probe");
-    table_remove_column(probes, "hull_normal");
-    return table_resize(probes, kept);
+    cells_remove(stream);
+    return table_resize(stream_table(stream, "probe"), kept);
 }
 
 struct error *stream_select(struct stream *stream, const struct stream_selection *s, struct warnings *warnings)
@@ -388,10 +388,12 @@ struct error *stream_merge(struct stream *to, struct stream *from, struct warnin
     drop_tables(from, "one stream's probes: dropped (run probe-tet again)", warnings);
     ours = stream_table(to, "probe");
     theirs = stream_table(from, "probe");
-    table_remove_column(ours, "hull_normal");
+    cells_remove(to);
+    ours = stream_table(to, "probe");
     const size_t before = ours->rows;
     err = merge_columns(ours, theirs, warnings);
-    table_remove_column(ours, "hull_normal");
+    cells_remove(to);
+    ours = stream_table(to, "probe");
     if (!err)
         err = table_resize(ours, before + theirs->rows);
     if (!err)

@@ -31,7 +31,7 @@ struct stream_selection {
     const char *columns; /* of whatever table, each must be there; a table that keeps none goes as well */
     const char *drop;    /* columns not to keep; need not be there */
     /* Rows of table probe: first, first + step, ... below end, zero-based. Where not all are kept, other tables go,
-     * with a warning, and so does hull_normal: they speak of rows that are no more. */
+     * with a warning, and so do hull_normal and merged: they speak of rows that are no more. */
     bool rows_given;
     int64_t first, end, step; /* end -1: all */
     int captured; /* ROWS_ANY; with light, without */

@@ -140,7 +140,7 @@ static struct error *fill_probes(struct table *to, const struct table *from, con
         const struct column *theirs = &from->columns[i];
         struct column *ours = table_column(to, theirs->name);
         const bool added = !ours;
-        if (!strcmp(theirs->name, "hull_normal"))
+        if (!strcmp(theirs->name, "hull_normal") || !strcmp(theirs->name, "merged"))
             continue;
         if (ours && (ours->type != theirs->type || ours->width != theirs->width))
             err = error_new("column %s is %s:%zu, and %s:%zu in the stream to be filled", theirs->name, column_type_name(theirs->type),

@@ -102,8 +102,9 @@ void output_abandon(struct stream_output *out);
 /* What is known of a stream while its rows pass. */
 struct stream_validity {
     size_t probes, cells;                /* rows seen */
-    int32_t vertex_most, neighbour_most; /* largest indices seen, and in which row */
-    size_t vertex_row, neighbour_row;
+    int corners;                         /* of the table of cells; 0: none yet */
+    int32_t vertex_most, neighbour_most, merged_most; /* largest indices seen, and in which row */
+    size_t vertex_row, neighbour_row, merged_row;
 };
 
 struct stream_validity validity_start(void);

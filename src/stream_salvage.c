@@ -1,4 +1,5 @@
 #include "stream_salvage.h"
+#include "cells.h"
 #include "error.h"
 #include "stream_private.h"
 #include "warning.h"
@@ -67,8 +68,11 @@ static struct error *keep_whole(const struct stream_reader *reader, struct strea
         return err;
     if (!probes)
         return error_new("%s: no probes can be salvaged", error_message(damage));
-    if (!stream_table(stream, "tet"))
-        table_remove_column(probes, "hull_normal");
+    bool cells = false;
+    for (size_t i = 0; i < stream->table_count; i++)
+        cells = cells || stream_cell_corners(stream->tables[i].name);
+    if (!cells)
+        cells_remove(stream);
     const bool dropped = within && strcmp(reader->schema.name, "probe");
     warnings_add(warnings, path, "%s: %zu rows of table probe are kept%s%s%s", error_message(damage), probes->rows,
                  dropped ? ", table " : "", dropped ? reader->schema.name : "", dropped ? " is dropped" : "");

@@ -23,9 +23,23 @@ static const struct known {
     {"probe", "sh_window", COLUMN_F32, 1, 0},   {"probe", "ambient_cube", COLUMN_F32, 18, 0},
     {"probe", "ambient_dice", COLUMN_F32, 36, 0}, {"probe", "ambient_dice_cubic", COLUMN_F32, 108, 0},
     {"probe", "ahd", COLUMN_F32, 9, 0},
-    {"tet", "vertex", COLUMN_I32, 4, 0},        {"tet", "neighbour", COLUMN_I32, 4, 0},
-    {"tet", "occlusion", COLUMN_I32, 6, 0},
+    {"probe", "merged", COLUMN_I32, 1, 0},      {"tet", "vertex", COLUMN_I32, 4, 0},
+    {"tet", "neighbour", COLUMN_I32, 4, 0},     {"tet", "occlusion", COLUMN_I32, 6, 0},
+    {"tri", "vertex", COLUMN_I32, 3, 0},        {"tri", "neighbour", COLUMN_I32, 3, 0},
+    {"tri", "occlusion", COLUMN_I32, 3, 0},     {"segment", "vertex", COLUMN_I32, 2, 0},
+    {"segment", "neighbour", COLUMN_I32, 2, 0}, {"segment", "occlusion", COLUMN_I32, 1, 0},
+    {"point", "vertex", COLUMN_I32, 1, 0},      {"point", "neighbour", COLUMN_I32, 1, 0},
 };
+
+const char *const stream_cell_table[STREAM_CORNERS_MOST] = {"point", "segment", "tri", "tet"};
+
+int stream_cell_corners(const char *table)
+{
+    for (int i = 0; i < STREAM_CORNERS_MOST; i++)
+        if (!strcmp(table, stream_cell_table[i]))
+            return i + 1;
+    return 0;
+}
 
 bool stream_name_valid(const char *name)
 {
@@ -49,7 +63,7 @@ size_t table_block_rows(const struct table *table)
 
 struct stream_validity validity_start(void)
 {
-    return (struct stream_validity){.vertex_most = -1, .neighbour_most = -1};
+    return (struct stream_validity){.vertex_most = -1, .neighbour_most = -1, .merged_most = -1};
 }
 
 static struct error *check_sh(const struct stream_header *header, const struct column *sh)
@@ -220,23 +234,27 @@ static struct error *check_indices(const struct column *c, size_t first, size_t 
 
 static struct error *check_distinct(const struct column *c, size_t first, size_t count, size_t *row)
 {
-    const int32_t *v = column_i32(c) + first * 4;
-    for (size_t i = 0; i < count; i++, v += 4) {
-        if (v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] || v[2] == v[3]) {
-            *row = first + i;
-            return error_new("column %s: expected 4 different probes, got %d %d %d %d", c->name, v[0], v[1], v[2],
-                             v[3]);
-        }
-    }
+    const int32_t *v = column_i32(c) + first * c->width;
+    for (size_t i = 0; i < count; i++, v += c->width)
+        for (size_t k = 1; k < c->width; k++)
+            for (size_t j = 0; j < k; j++)
+                if (v[j] == v[k]) {
+                    *row = first + i;
+                    return error_new("column %s: expected %zu different probes, got %d twice", c->name, c->width, v[k]);
+                }
     return NULL;
 }
 
 struct error *validity_rows(struct stream_validity *validity, const struct table *table, size_t first, size_t count,
                             size_t number)
 {
-    const bool probes = !strcmp(table->name, "probe"), cells = !strcmp(table->name, "tet");
+    const bool probes = !strcmp(table->name, "probe");
+    const int cells = stream_cell_corners(table->name);
     struct error *err = NULL;
     size_t row = first;
+    if (cells && validity->corners && validity->corners != cells)
+        return error_new("table %s: there are cells in table %s already", table->name, stream_cell_table[validity->corners - 1]);
+    validity->corners = cells ? cells : validity->corners;
     for (size_t i = 0; i < table->column_count && !err; i++) {
         const struct column *c = &table->columns[i];
         if (c->type != COLUMN_I32) {
@@ -245,6 +263,8 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
             err = check_indices(c, first, count, number, 0, &validity->vertex_most, &validity->vertex_row, &row);
             if (!err)
                 err = check_distinct(c, first, count, &row);
+        } else if (probes && !strcmp(c->name, "merged")) {
+            err = check_indices(c, first, count, number, -1, &validity->merged_most, &validity->merged_row, &row);
         } else if (cells && !strcmp(c->name, "neighbour")) {
             err = check_indices(c, first, count, number, -1, &validity->neighbour_most, &validity->neighbour_row, &row);
         }
@@ -256,18 +276,22 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
     return err ? error_wrap(err, "table %s: row %zu", table->name, number + row - first) : NULL;
 }
 
+static struct error *check_most(const char *table, const char *column, const char *of, int32_t most, size_t row, size_t count)
+{
+    if (most < 0 || (size_t)most < count)
+        return NULL;
+    return error_new("table %s: row %zu: column %s: expected an index below the number of %s, %zu, got %d", table, row, column, of, count, most);
+}
+
 struct error *validity_end(const struct stream_validity *v)
 {
+    const char *cells = stream_cell_table[v->corners ? v->corners - 1 : STREAM_CORNERS_MOST - 1];
     if (v->cells && !v->probes)
-        return error_new("table tet has %zu rows, but there are no probes", v->cells);
-    if (v->vertex_most >= 0 && (size_t)v->vertex_most >= v->probes)
-        return error_new("table tet: row %zu: column vertex: expected an index below the number of probes, %zu, got %d",
-                         v->vertex_row, v->probes, v->vertex_most);
-    if (v->neighbour_most >= 0 && (size_t)v->neighbour_most >= v->cells)
-        return error_new(
-            "table tet: row %zu: column neighbour: expected an index below the number of cells, %zu, got %d",
-            v->neighbour_row, v->cells, v->neighbour_most);
-    return NULL;
+        return error_new("table %s has %zu rows, but there are no probes", cells, v->cells);
+    struct error *err = check_most(cells, "vertex", "probes", v->vertex_most, v->vertex_row, v->probes);
+    if (!err)
+        err = check_most(cells, "neighbour", "cells", v->neighbour_most, v->neighbour_row, v->cells);
+    return err ? err : check_most("probe", "merged", "probes", v->merged_most, v->merged_row, v->probes);
 }
 
 struct error *stream_check(const struct stream *stream)

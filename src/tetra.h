@@ -1,11 +1,13 @@
-/* tetra: Delaunay tetrahedra of the probes (TetGen), canonical and checked.
+/* tetra: Delaunay cells of the probes (TetGen), canonical and checked.
  *
- * The same positions give the same tetrahedra in any order: they are snapped to a power-of-two lattice (lattice.h),
- * put into a canonical order, and brought near 1, before TetGen sees them. TetGen runs in a child process,
- * whose death for any reason becomes one clear error.
+ * The same positions give the same cells in any order: they are snapped to a power-of-two lattice (lattice.h), merged and put into a
+ * canonical order (sites.h), stretched a little where they form a grid (stretch.h), before TetGen sees them. TetGen runs
+ * in a child process, whose death for any reason becomes one clear error. Flat cells that noise leaves on the hull are peeled off
+ * (peel.h).
  *
- * A cell is four probes with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice (cell.h); neighbour[i] is the cell across the
- * face opposite vertex i, or -1 on the hull.
+ * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice (cell.h);
+ * three of probes in a plane, all turning the same way; two on a line, in order; or one. neighbour[i] is the cell across
+ * the facet opposite vertex i, or -1 on the hull.
  */
 #ifndef TETRA_H
 #define TETRA_H
@@ -15,6 +17,7 @@
 #include <cstdint>
 extern "C" {
 #else
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #endif
@@ -22,36 +25,85 @@ extern "C" {
 struct error;
 struct warnings;
 
+enum { TETRA_CORNERS_MOST = 4 };
+
+/* Cells; starts as {0}. */
 struct tetra {
-    int32_t *vertex;    /* 4 * cell_count, owned */
-    int32_t *neighbour; /* 4 * cell_count, owned */
+    int corners;         /* 4, 3, 2 or 1 a cell */
     size_t cell_count;
-    float *hull_normal; /* 3 * point_count, owned: unit outward normal (angle-weighted mean of its hull faces) of a hull vertex, 0 inside */
+    int32_t *vertex;     /* corners * cell_count */
+    int32_t *neighbour;  /* corners * cell_count */
+    float *hull_normal;  /* 3 * point_count, owned: unit outward normal (angle-weighted mean of its facets) of a probe on the hull, in
+                            what the cells span; 0 inside */
+    int32_t *merged;     /* of each point the one that represents it in the cells, or -1; NULL where none is merged; owned */
+    size_t merged_count;
+    bool stretched;      /* Delaunay up to STRETCH_TOLERANCE */
+    size_t peeled;       /* flat cells that were taken off the hull */
+    void *room;          /* vertex and neighbour, mapped; owned */
+    size_t room_bytes;
 };
 
-/* Tetrahedralises `count` points (3 * count finite doubles). Errors: fewer than 4 distinct points, all on a line
- * or in a plane (each says which), TetGen's death. Duplicates are a warning. */
+struct tetra_settings {
+    double merge;       /* probes nearer than this share of the box's largest side are merged */
+    const float *light; /* light_width * count, or NULL: of merged probes, one with light represents the others */
+    size_t light_width;
+    int threads;
+    bool in_process;    /* TetGen without a child: where its death is no loss, as in a fuzzer's own child */
+};
+
+/* merge 1e-12: about one step of the lattice; no light; one thread. */
+struct tetra_settings tetra_settings_default(void);
+
+/* Makes the cells of `count` points (3 * count finite doubles). Errors: no point, one that is not finite, TetGen's death. Merged
+ * points are a warning. */
+struct error *tetra_make(struct tetra *tetra, size_t count, const double *position, const struct tetra_settings *settings,
+                         struct warnings *warnings);
+
+/* The same with the default settings. */
 struct error *tetra_build(struct tetra *tetra, size_t count, const double *position, struct warnings *warnings);
 void tetra_clear(struct tetra *tetra);
 
-/* Checks the invariants, in exact arithmetic: indices, positive volumes, symmetric adjacency across the same face, every edge
- * of the hull in two of its faces, volumes sum to the hull's. An error names the first cell that breaks one. */
-struct error *tetra_check(size_t cell_count, const int32_t *vertex, const int32_t *neighbour, size_t point_count, const double *position);
+/* What tetra_verify found of how far cells are from Delaunay, and of the hull from convex. */
+struct tetra_verdict {
+    size_t inner_facets, not_delaunay; /* of them, by exact predicates */
+    double tolerance;                  /* the largest relative error of squared distances that explains the worst of those */
+    size_t dents;                      /* edges (of triangles: corners) at which the hull is not convex */
+};
+
+/* Checks that cells (corners, cell_count, vertex, neighbour, merged) are what tetra_make promises, in exact arithmetic: indices, positive
+ * volumes, symmetric adjacency across the same facet, the hull closed and oriented, convex but for dents that are shallower than
+ * 1/16 of what they span, and holding the cells' volume. tetra_make does so itself. An error names the first cell that breaks one. */
+struct error *tetra_check(const struct tetra *tetra, size_t count, const double *position);
+
+/* The same, and that the cells hang together, are Delaunay up to STRETCH_TOLERANCE across each inner facet, and use every probe that is not merged with
+ * one that they use. */
+struct error *tetra_verify(const struct tetra *tetra, size_t count, const double *position, struct tetra_verdict *verdict);
 
 /* What --report prints. */
 struct tetra_report {
-    size_t cells, hull_faces, hull_vertices, unused_points;
-    double volume, hull_volume;          /* scene units cubed: sum over cells; by the hull's faces */
+    size_t cells, hull_facets, hull_vertices, unused_points, merged_points;
+    double volume, hull_volume;          /* scene units cubed, squared (areas), or units: sum over cells; by the hull's facets */
     double volume_least, volume_median, volume_most;
-    double angle_least, angle_most;      /* dihedral, degrees */
-    size_t angle_histogram[15];          /* least dihedral angle of each cell, in bins of 5 degrees (0-5, .. 70-75) */
+    double angle_least, angle_most;      /* dihedral, or of a triangle, degrees */
+    size_t angle_histogram[15];          /* least angle of each cell, in bins of 5 degrees (0-5, .. 70-75) */
 };
-struct error *tetra_measure(size_t cell_count, const int32_t *vertex, const int32_t *neighbour, size_t point_count,
-                            const double *position, struct tetra_report *report);
+struct error *tetra_measure(const struct tetra *tetra, size_t count, const double *position, struct tetra_report *report);
 
-/* The shim around TetGen (tetra_tetgen.cc), for tetra.c alone. Runs in this process: it may print, abort or crash. Points are distinct,
- * finite, of rank 3, near 1. Returns the cell count or -1; *vertex and *neighbour are never freed: the process is to end. */
-long tetra_tetgen(size_t count, const double *position, int32_t **vertex, int32_t **neighbour);
+/* -- for the module's own files ----------------------------------------------------------------- */
+
+/* Runs TetGen on distinct points, finite and near 1, in canonical order; those numbered first[0..3] span a tetrahedron, as wide as they
+ * can. vertex and neighbour come in a mapping of their own, cells in order of their first vertex, which is the least. */
+struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], bool in_process);
+
+/* The shim around TetGen (tetra_tetgen.cc). Runs in this process: it may print, abort or crash. order: which point is inserted
+ * when. room(context, cells) gives 8 * cells indices, for the vertices and then for the neighbours, or NULL. Returns the cell count or -1. */
+long tetra_tetgen(size_t count, const double *position, const int32_t *order, int32_t *(*room)(void *context, size_t cells), void *context);
+
+/* The checks of tetra_check on sites (3 * count whole numbers): what tetra_make does before it numbers by probe. */
+struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site, const int axis[2], int threads);
+
+/* The facet of cell `other` that it shares with facet i of `cell`, or -1. */
+int tetra_facet_back(const struct tetra *tetra, size_t other, size_t cell, int i);
 
 #ifdef __cplusplus
 }

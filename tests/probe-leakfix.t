@@ -12,7 +12,7 @@ if [ "${before:-0}" -gt 10 ] && [ "${after:-99}" -lt $((before / 10)) ]; then
 else
     fail "leaking edges: $before before, $after after" "$(cat said)"
 fi
-check "the cells are sound" probe-tet --check baked.probe
+check "the cells are sound" probe-tet --verify baked.probe
 check "every probe has light" sh -c "! probe-cat --text baked.probe | grep -q nan"
 check "the cells' edges are marked" sh -c "probe-cat --text baked.probe | grep -q '^table tet .*occlusion:i32:6'"
 for threads in 1 2 4; do probe-leakfix -q --threads $threads "$rooms" cells.probe >t$threads.probe; done

@@ -5,6 +5,7 @@
 #include "error.h"
 #include "lattice.h"
 #include "locate.h"
+#include "point_sets.h"
 #include "random.h"
 #include "tap.h"
 #include "tetra.h"
@@ -69,58 +70,6 @@ static double linear(const double *p)
     return 3 + 2 * p[0] - p[1] + 0.5 * p[2];
 }
 
-/* A point outside every cell's circumsphere, up to rounding: (long double) insphere, on the lattice. */
-static double insphere(double p[5][3])
-{
-    long double m[4][4];
-    for (int i = 0; i < 4; i++) {
-        m[i][3] = 0;
-        for (int k = 0; k < 3; k++) {
-            m[i][k] = (long double)p[i][k] - p[4][k];
-            m[i][3] += m[i][k] * m[i][k];
-        }
-    }
-    long double det = 0;
-    for (int c = 0; c < 4; c++) {
-        long double minor[3][3];
-        for (int i = 1; i < 4; i++)
-            for (int j = 0, k = 0; j < 4; j++)
-                if (j != c)
-                    minor[i - 1][k++] = m[i][j];
-        const long double d = minor[0][0] * (minor[1][1] * minor[2][2] - minor[1][2] * minor[2][1]) -
-                              minor[0][1] * (minor[1][0] * minor[2][2] - minor[1][2] * minor[2][0]) +
-                              minor[0][2] * (minor[1][0] * minor[2][1] - minor[1][1] * minor[2][0]);
-        det += (c % 2 ? -1 : 1) * m[0][c] * d;
-    }
-    return (double)det;
-}
-
-static size_t count_not_delaunay(const struct tetra *t, size_t n, const double *p)
-{
-    const struct lattice lattice = lattice_fit(n, p);
-    size_t bad = 0;
-    for (size_t c = 0; c < t->cell_count; c++) {
-        double q[5][3];
-        for (size_t i = 0; i < 4; i++) {
-            lattice_snap(&lattice, p + 3 * (size_t)t->vertex[4 * c + i], q[i]);
-            for (int k = 0; k < 3; k++)
-                q[i][k] *= 0x1p-40;
-        }
-        for (size_t i = 0; i < 4; i++) { /* the neighbours' opposite corners: locally Delaunay is Delaunay */
-            const int32_t other = t->neighbour[4 * c + i];
-            for (size_t k = 0; other >= 0 && k < 4; k++) {
-                if (t->neighbour[4 * (size_t)other + k] != (int32_t)c)
-                    continue;
-                lattice_snap(&lattice, p + 3 * (size_t)t->vertex[4 * (size_t)other + k], q[4]);
-                for (int m = 0; m < 3; m++)
-                    q[4][m] *= 0x1p-40;
-                bad += insphere(q) < -1e-17; /* positive cells: inside is negative with this sign of m */
-            }
-        }
-    }
-    return bad;
-}
-
 static void test_shapes(void)
 {
     static double p[3 * MOST];
@@ -139,7 +88,9 @@ static void test_shapes(void)
                 continue;
             }
             sets++;
-            delaunay += count_not_delaunay(&t, n, p);
+            struct tetra_verdict verdict;
+            must(tetra_verify(&t, n, p, &verdict));
+            delaunay += t.stretched ? 0 : verdict.not_delaunay;
             struct locate *l = NULL;
             must(locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour));
             struct locate_weights w = {.cell = LOCATE_COLD};
@@ -161,7 +112,7 @@ static void test_shapes(void)
             tetra_clear(&t);
         }
         ok(!broken && sets >= 8, "%s: %zu sets are meshed and pass the exact checker", shape_names[shape], sets);
-        ok(delaunay == 0, "%s: cells are Delaunay", shape_names[shape]);
+        ok(delaunay == 0, "%s: cells are Delaunay, or up to the tolerance of a stretch", shape_names[shape]);
         ok(worst_sum < 1e-12, "%s: weights sum to 1 (%.1e)", shape_names[shape], worst_sum);
         ok(worst_field < 1e-4, "%s: a linear field comes back, relative to its change (%.1e)", shape_names[shape], worst_field);
     }
@@ -218,39 +169,116 @@ static void refused(size_t n, const double *p, const char *message)
     tetra_clear(&t);
 }
 
-static void test_degenerate(void)
+/* Cells of so many corners, so many of them, sound. */
+static void flat(const char *name, size_t n, const double *p, int corners, size_t cells)
 {
-    double p[60] = {0};
-    refused(0, p, "got 0");
-    refused(3, (double[]){0, 0, 0, 1, 0, 0, 0, 1, 0}, "at least 4 probes at different places, got 3");
-    refused(20, p, "at least 4 probes at different places, got 1");
+    struct tetra t;
+    struct tetra_verdict verdict;
+    must(tetra_build(&t, n, p, NULL));
+    struct error *err = tetra_verify(&t, n, p, &verdict);
+    ok(!err && t.corners == corners && t.cell_count == cells, "%s: %zu cells of %d corners%s%s", name, t.cell_count, t.corners, err ? ": " : "",
+       err ? error_message(err) : "");
+    error_destroy(err);
+    tetra_clear(&t);
+}
+
+static void test_flat(void)
+{
+    double p[3 * 400] = {0};
+    refused(0, p, "there are no probes");
+    flat("probes at one place", 20, p, 1, 1);
+    flat("two probes", 2, (double[]){0, 0, 0, 1, 0, 0}, 2, 1);
+    flat("three probes", 3, (double[]){0, 0, 0, 1, 0, 0, 0, 1, 0}, 3, 1);
     for (int i = 0; i < 20; i++)
-        p[3 * i] = p[3 * i + 1] = p[3 * i + 2] = 0.1 * i;
-    refused(20, p, "20 on a line");
+        p[3 * i] = p[3 * i + 1] = p[3 * i + 2] = 0.1 * ((i * 7) % 20);
+    flat("a slanted line", 20, p, 2, 19);
     struct random r = random_start(3, 0, 0);
-    for (int i = 0; i < 20; i++) {
-        p[3 * i] = random_double(&r);
-        p[3 * i + 1] = random_double(&r);
-        p[3 * i + 2] = 0.5;
+    for (int turn = 0; turn < 10; turn++) {
+        const struct rotation rotation = random_rotation(&r);
+        for (int i = 0; i < 400; i++) {
+            p[3 * i] = i % 20;
+            p[3 * i + 1] = (double)(i / 20);
+            p[3 * i + 2] = 0;
+        }
+        rotate_points(&rotation, 400, p);
+        flat("a grid in a slanted plane", 400, p, 3, 2 * 19 * 19);
     }
-    refused(20, p, "20 in a plane");
     p[7] = NAN;
     refused(20, p, "probe 2: expected a finite position");
     p[7] = INFINITY;
     refused(20, p, "probe 2: expected a finite position");
+}
 
+/* Of probes that are nearer than asked for, one with light stands for the others, whatever their order. */
+static void test_merging(void)
+{
+    double p[3 * 20];
+    float light[20];
+    struct random r = random_start(7, 0, 0);
     for (int i = 0; i < 60; i++)
         p[i] = random_double(&r);
-    memcpy(p + 57, p + 3, 3 * sizeof *p);
+    for (int i = 0; i < 20; i++)
+        light[i] = i == 17 || i < 10 ? 1.0f : NAN;
+    memcpy(p + 3 * 17, p + 3 * 12, 3 * sizeof *p); /* 17 has light, 12 has none */
+    for (int k = 0; k < 3; k++)
+        p[3 * 15 + k] = p[3 * 3 + k] + 1e-5;
+    struct tetra_settings settings = tetra_settings_default();
+    settings.light = light;
+    settings.light_width = 1;
     struct warnings w = {0};
     struct tetra t;
-    must(tetra_build(&t, 20, p, &w));
-    bool used = false;
-    for (size_t i = 0; i < 4 * t.cell_count; i++)
-        used = used || t.vertex[i] == 19;
-    ok(warnings_of_kind(&w, "duplicate probe") == 1 && !used, "a duplicate is warned about and in no cell");
+    must(tetra_make(&t, 20, p, &settings, &w));
+    ok(t.merged_count == 1 && t.merged[12] == 17 && t.merged[17] == -1 && warnings_of_kind(&w, "merged") == 1,
+       "a duplicate without light is merged with one that has some, with a warning");
     tetra_clear(&t);
     warnings_clear(&w);
+    settings.merge = 1e-4;
+    must(tetra_make(&t, 20, p, &settings, NULL));
+    struct tetra_verdict verdict;
+    struct error *err = tetra_verify(&t, 20, p, &verdict);
+    ok(!err && t.merged_count == 2 && t.merged[15] == 3, "and so is what is nearer than asked for");
+    error_destroy(err);
+    t.merged[15] = -1;
+    err = tetra_verify(&t, 20, p, &verdict);
+    ok(err && strstr(error_message(err), "probe 15 is in no cell"), "a probe that is neither used nor merged is found: %s", error_message(err));
+    error_destroy(err);
+    tetra_clear(&t);
+}
+
+/* Grids, turned and disturbed: no slivers to speak of, and all of the box. */
+static void test_slivers(void)
+{
+    enum { SIDE = 12, POINTS = SIDE * SIDE * SIDE };
+    static double p[3 * POINTS];
+    static const double noises[] = {0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3};
+    struct random r = random_start(8, 0, 0);
+    for (size_t n = 0; n < sizeof noises / sizeof *noises; n++) {
+        size_t slivers = 0, cells = 0, dents = 0;
+        double tolerance = 0, volume = INFINITY;
+        for (int turn = 0; turn < 4; turn++) {
+            const struct rotation rotation = random_rotation(&r);
+            for (int i = 0; i < POINTS; i++) {
+                const int g[3] = {i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE};
+                for (int k = 0; k < 3; k++)
+                    p[3 * i + k] = g[k] + noises[n] * (2 * random_double(&r) - 1);
+            }
+            rotate_points(&rotation, turn ? POINTS : 0, p);
+            struct tetra t;
+            struct tetra_report report;
+            struct tetra_verdict verdict;
+            must(tetra_build(&t, POINTS, p, NULL));
+            must(tetra_verify(&t, POINTS, p, &verdict));
+            must(tetra_measure(&t, POINTS, p, &report));
+            slivers += report.angle_histogram[0];
+            cells += report.cells;
+            dents += verdict.dents;
+            tolerance = fmax(tolerance, verdict.tolerance);
+            volume = fmin(volume, report.volume / pow(SIDE - 1, 3));
+            tetra_clear(&t);
+        }
+        ok((double)slivers <= 1e-3 * (double)cells && tolerance <= 1.0 / 64 && volume > 1 - 1e-3,
+           "a grid with noise %g: %zu slivers of %zu cells, Delaunay to %.1e, %zu dents, volume %.6f", noises[n], slivers, cells, tolerance, dents, volume);
+    }
 }
 
 /* Each damage to a sound mesh is found. */
@@ -270,13 +298,14 @@ static void test_checker(void)
         if (now == was)
             continue;
         index[at] = now;
-        struct error *err = tetra_check(cells, t.vertex, t.neighbour, n, p);
+        struct error *err = tetra_check(&t, n, p);
         missed += !err;
         error_destroy(err);
         index[at] = was;
     }
     ok(missed == 0, "2000 damaged meshes: %d pass", missed);
-    struct error *err = tetra_check(cells - 1, t.vertex, t.neighbour, n, p);
+    t.cell_count--;
+    struct error *err = tetra_check(&t, n, p);
     ok(err != NULL, "a missing cell is found");
     error_destroy(err);
     tetra_clear(&t);
@@ -297,7 +326,7 @@ static void test_measure(void)
     struct tetra t;
     struct tetra_report report;
     must(tetra_build(&t, n, p, NULL));
-    must(tetra_measure(t.cell_count, t.vertex, t.neighbour, n, p, &report));
+    must(tetra_measure(&t, n, p, &report));
     ok(fabs(report.volume - 216) < 1e-6 && fabs(report.hull_volume - 216) < 1e-6, "a grid's volume is its box's: %.9f", report.volume);
     ok(report.hull_vertices == 343 - 125 && report.unused_points == 0, "all of its outer nodes are on the hull");
     ok(report.angle_least > 30, "an exact grid has no slivers: %.1f degrees", report.angle_least);
@@ -422,7 +451,9 @@ int main(void)
 {
     test_shapes();
     test_order();
-    test_degenerate();
+    test_flat();
+    test_merging();
+    test_slivers();
     test_checker();
     test_measure();
     test_outside();

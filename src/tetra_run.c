@@ -1,0 +1,144 @@
+/* Based on: Amenta, Choi and Rote, "Incremental constructions con BRIO", SoCG 2003: the order in which points are inserted. */
+#include "array.h"
+#include "error.h"
+#include "tetra.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* -- the order of insertion --------------------------------------------------------------------- */
+
+enum { ROUNDS = 8, ROUND_BITS = 3 };
+
+/* A point's round: 7 of 8 points are in the last, 7 of 8 of the others in the one before, and so on, by a hash of its number. */
+static int round_of(size_t i)
+{
+    uint64_t h = i * 0x9e3779b97f4a7c15u + 0x2545f4914f6cdd1du;
+    h = (h ^ h >> 30) * 0xbf58476d1ce4e5b9u;
+    h = (h ^ h >> 27) * 0x94d049bb133111ebu;
+    int round = ROUNDS - 1;
+    for (h ^= h >> 31; round && !(h & ((1 << ROUND_BITS) - 1)); h >>= ROUND_BITS)
+        round--;
+    return round;
+}
+
+/* The first four, then round by round in canonical order, in which each point is near the last. */
+static struct error *make_order(size_t count, const size_t first[4], int32_t **order)
+{
+    struct error *err = array_create(order, count, sizeof **order);
+    size_t start[ROUNDS + 1] = {4};
+    for (size_t i = 0; i < count && !err; i++)
+        start[round_of(i) + 1]++;
+    for (size_t k = 0; k < 4 && !err; k++) {
+        start[round_of(first[k]) + 1]--;
+        (*order)[k] = (int32_t)first[k];
+    }
+    for (int round = 0; round < ROUNDS; round++)
+        start[round + 1] += start[round];
+    for (size_t i = 0; i < count && !err; i++)
+        if (i != first[0] && i != first[1] && i != first[2] && i != first[3])
+            (*order)[start[round_of(i)]++] = (int32_t)i;
+    return err;
+}
+
+/* -- room for the result ------------------------------------------------------------------------ */
+
+static size_t room_bytes(size_t cells)
+{
+    return 8 * cells * sizeof(int32_t);
+}
+
+static int32_t *map(int file, size_t bytes)
+{
+    void *room = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE | (file < 0 ? MAP_ANONYMOUS : 0), file, 0);
+    return room == MAP_FAILED ? NULL : room;
+}
+
+/* The child's room for cells: a file in memory of just their size, which outlives it. */
+static int32_t *make_room(void *context, size_t cells)
+{
+    const int *file = context;
+    return cells && !ftruncate(*file, (off_t)room_bytes(cells)) ? map(*file, room_bytes(cells)) : NULL;
+}
+
+/* -- a child ------------------------------------------------------------------------------------ */
+
+/* What the child does: its streams go nowhere, its result into the file. */
+static _Noreturn void child(int file, size_t count, const double *position, const int32_t *order)
+{
+    const int nowhere = open("/dev/null", O_WRONLY);
+    dup2(nowhere, STDOUT_FILENO);
+    dup2(nowhere, STDERR_FILENO);
+    setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
+    _exit(tetra_tetgen(count, position, order, make_room, &file) < 0 ? 1 : 0);
+}
+
+static void take_room(struct tetra *tetra, void *room, size_t cells)
+{
+    tetra->room = room;
+    tetra->room_bytes = room_bytes(cells);
+    tetra->cell_count = cells;
+    tetra->vertex = room;
+    tetra->neighbour = tetra->vertex + 4 * cells;
+}
+
+static struct error *run_child(struct tetra *tetra, int file, size_t count, const double *position, const int32_t *order)
+{
+    int status = 0;
+    const pid_t pid = fork();
+    if (pid == 0)
+        child(file, count, position, order);
+    if (pid < 0)
+        return error_system(errno, "starting TetGen");
+    while (waitpid(pid, &status, 0) < 0)
+        if (errno != EINTR)
+            return error_system(errno, "waiting for TetGen");
+    if (WIFSIGNALED(status))
+        return error_new("TetGen died on %zu probes: %s", count, strsignal(WTERMSIG(status)));
+    if (WEXITSTATUS(status))
+        return error_new("TetGen failed on %zu probes", count);
+    const off_t bytes = lseek(file, 0, SEEK_END);
+    void *room = bytes > 0 ? map(file, (size_t)bytes) : NULL;
+    if (!room)
+        return error_system(errno, "memory for the cells");
+    take_room(tetra, room, (size_t)bytes / room_bytes(1));
+    return NULL;
+}
+
+/* Room in this process. */
+static int32_t *own_room(void *context, size_t cells)
+{
+    struct tetra *tetra = context;
+    int32_t *room = cells ? map(-1, room_bytes(cells)) : NULL;
+    if (room)
+        take_room(tetra, room, cells);
+    return room;
+}
+
+static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position, const int32_t *order)
+{
+    const int file = memfd_create("tetra", MFD_CLOEXEC);
+    if (file < 0)
+        return error_system(errno, "memory for the cells");
+    struct error *err = run_child(tetra, file, count, position, order);
+    close(file);
+    return err;
+}
+
+struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], bool in_process)
+{
+    int32_t *order = NULL;
+    struct error *err = make_order(count, first, &order);
+    if (!err && !in_process)
+        err = run_with_file(tetra, count, position, order);
+    else if (!err && tetra_tetgen(count, position, order, own_room, tetra) < 0)
+        err = error_new("TetGen failed on %zu probes", count);
+    free(order);
+    return err;
+}
