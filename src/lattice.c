@@ -11,8 +11,9 @@ struct lattice lattice_fit(size_t count, const double *position)
         low[k] = count ? position[k] : 0;
         double high = low[k];
         for (size_t i = 0; i < count; i++) {
-            low[k] = fmin(low[k], position[3 * i + (size_t)k]);
-            high = fmax(high, position[3 * i + (size_t)k]);
+            const double x = position[3 * i + (size_t)k];
+            low[k] = x < low[k] ? x : low[k];
+            high = x > high ? x : high;
         }
         extent = fmax(extent, high / 2 - low[k] / 2); /* halves: a difference may overflow */
     }

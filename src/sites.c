@@ -3,6 +3,7 @@
 #include "array.h"
 #include "cubes.h"
 #include "error.h"
+#include "threads.h"
 #include "vec.h"
 
 #include <math.h>
@@ -12,7 +13,7 @@
 
 /* -- canonical order -------------------------------------------------------------------------- */
 
-enum { KEY_BITS = 21, DIGIT_BITS = 11, DIGITS = 1 << DIGIT_BITS, PASSES = 6 };
+enum { KEY_BITS = 16, DIGIT_BITS = 12, DIGITS = 1 << DIGIT_BITS, PASSES = 4 };
 
 struct place {
     uint64_t key;
@@ -24,7 +25,7 @@ static uint64_t hilbert_key(const double site[3])
 {
     uint32_t x[3], t = 0;
     for (int k = 0; k < 3; k++) {
-        const double cube = ldexp(site[k], KEY_BITS - LATTICE_BITS);
+        const double cube = site[k] * (1.0 / (INT64_C(1) << (LATTICE_BITS - KEY_BITS))); /* exact */
         x[k] = cube > 0 ? (uint32_t)cube : 0;
     }
     for (uint32_t q = 1u << (KEY_BITS - 1); q > 1; q >>= 1)
@@ -326,6 +327,27 @@ static struct error *check_positions(size_t count, const double *position)
     return NULL;
 }
 
+enum { CHUNK = 16384 };
+
+struct snapping {
+    const struct lattice *lattice;
+    size_t count;
+    const double *position;
+    double *snapped;
+    struct place *place;
+};
+
+static struct error *snap_chunk(void *context, size_t index, int thread)
+{
+    (void)thread;
+    const struct snapping *s = context;
+    for (size_t i = index * CHUNK; i < (index + 1) * CHUNK && i < s->count; i++) {
+        lattice_snap(s->lattice, s->position + 3 * i, s->snapped + 3 * i);
+        s->place[i] = (struct place){hilbert_key(s->snapped + 3 * i), (int32_t)i};
+    }
+    return NULL;
+}
+
 /* The probes by site, and of those on one site the first. */
 static struct error *gather(struct sites *sites, size_t count, const double *position, const struct sites_settings *settings)
 {
@@ -336,10 +358,9 @@ static struct error *gather(struct sites *sites, size_t count, const double *pos
         err = array_create(&place, count, sizeof *place);
     if (!err)
         err = array_create(&spare, count, sizeof *spare);
-    for (size_t i = 0; i < count && !err; i++) {
-        lattice_snap(&sites->lattice, position + 3 * i, snapped + 3 * i);
-        place[i] = (struct place){hilbert_key(snapped + 3 * i), (int32_t)i};
-    }
+    struct snapping snapping = {&sites->lattice, count, position, snapped, place};
+    if (!err)
+        err = threads_for(settings->threads, (count + CHUNK - 1) / CHUNK, snap_chunk, &snapping);
     if (!err)
         sort_places(place, spare, count);
     free(spare);
@@ -388,13 +409,15 @@ struct error *sites_make(struct sites *sites, size_t count, const double *positi
         const struct span span = span_of(sites->count, sites->site);
         sites->corners = sites->count == 1 ? 1 : span.width <= tolerance ? 2 : span.height <= tolerance ? 3 : 4;
         axes_of(&span, sites->corners, sites->axis);
+        memcpy(sites->extreme, span.extreme, sizeof span.extreme);
     }
+    const size_t before = sites->count;
     if (!err && (sites->corners == 3 || sites->corners == 2))
         err = merge_projected(sites, count, settings);
     if (!err && sites->count == 1)
         sites->corners = 1;
-    if (!err) {
-        const struct span span = span_of(sites->count, sites->site); /* again: some may have been merged */
+    if (!err && sites->count < before) {
+        const struct span span = span_of(sites->count, sites->site); /* again: an extreme one may be gone */
         memcpy(sites->extreme, span.extreme, sizeof span.extreme);
     }
     if (err)

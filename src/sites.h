@@ -35,6 +35,7 @@ struct sites_settings {
     double merge;       /* probes nearer than this share of the box's largest side are merged */
     const float *light; /* light_width * count, or NULL: a probe whose light is known (not NaN) goes before one without */
     size_t light_width;
+    int threads;
 };
 
 /* Errors: no probe, one that is not finite. */

@@ -57,7 +57,7 @@ static void stretch_all(const struct stretch *stretch, size_t count, const doubl
     }
 }
 
-static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *sites, bool in_process)
+static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *sites, const struct tetra_settings *settings)
 {
     struct stretch stretch;
     double *stretched = NULL;
@@ -65,7 +65,7 @@ static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *si
     if (!err) {
         stretch_find(&stretch, sites->count, sites->site);
         stretch_all(&stretch, sites->count, sites->site, stretched);
-        err = tetra_run(tetra, sites->count, stretched, sites->extreme, in_process);
+        err = tetra_run(tetra, sites->count, stretched, sites->extreme, settings);
     }
     if (!err) {
         tetra->corners = 4;
@@ -99,7 +99,7 @@ static struct error *take_bases(struct tetra *tetra, const struct tetra *cones, 
 
 /* The sphere through a triangle and an apex meets the plane in the triangle's circumcircle: with any apex off the plane, the Delaunay
  * tetrahedra are cones over the Delaunay triangles. */
-static struct error *make_triangles(struct tetra *tetra, const struct sites *sites, bool in_process)
+static struct error *make_triangles(struct tetra *tetra, const struct sites *sites, const struct tetra_settings *settings)
 {
     const size_t count = sites->count;
     double *flat = NULL, *stretched = NULL, m[2][2];
@@ -131,7 +131,7 @@ static struct error *make_triangles(struct tetra *tetra, const struct sites *sit
                                                  {whole[2][0], whole[2][1], whole[2][2]}}},
                     count + 1, flat, stretched);
         const size_t first[4] = {sites->extreme[0], sites->extreme[1], sites->extreme[2], count};
-        err = tetra_run(&cones, count + 1, stretched, first, in_process);
+        err = tetra_run(&cones, count + 1, stretched, first, settings);
     }
     if (!err)
         err = take_bases(tetra, &cones, (int32_t)count);
@@ -268,11 +268,11 @@ static struct error *number_chunk(void *context, size_t index, int thread)
     return NULL;
 }
 
-static struct error *make_cells(struct tetra *tetra, const struct sites *sites, bool in_process)
+static struct error *make_cells(struct tetra *tetra, const struct sites *sites, const struct tetra_settings *settings)
 {
     switch (sites->corners) {
-    case 4: return make_tetrahedra(tetra, sites, in_process);
-    case 3: return make_triangles(tetra, sites, in_process);
+    case 4: return make_tetrahedra(tetra, sites, settings);
+    case 3: return make_triangles(tetra, sites, settings);
     case 2: return make_segments(tetra, sites);
     default: return make_point(tetra);
     }
@@ -293,11 +293,11 @@ struct error *tetra_make(struct tetra *tetra, size_t count, const double *positi
 {
     *tetra = (struct tetra){0};
     struct sites sites;
-    const struct sites_settings site_settings = {settings->merge, settings->light, settings->light_width};
+    const struct sites_settings site_settings = {settings->merge, settings->light, settings->light_width, settings->threads};
     struct error *err = sites_make(&sites, count, position, &site_settings);
     if (err)
         return err;
-    err = make_cells(tetra, &sites, settings->in_process);
+    err = make_cells(tetra, &sites, settings);
     if (!err)
         err = tetra_check_sites(tetra, sites.count, sites.site, sites.axis, settings->threads);
     if (!err)

@@ -93,11 +93,12 @@ struct error *tetra_measure(const struct tetra *tetra, size_t count, const doubl
 
 /* Runs TetGen on distinct points, finite and near 1, in canonical order; those numbered first[0..3] span a tetrahedron, as wide as they
  * can. vertex and neighbour come in a mapping of their own, cells in order of their first vertex, which is the least. */
-struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], bool in_process);
+struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], const struct tetra_settings *settings);
 
 /* The shim around TetGen (tetra_tetgen.cc). Runs in this process: it may print, abort or crash. order: which point is inserted
  * when. room(context, cells) gives 8 * cells indices, for the vertices and then for the neighbours, or NULL. Returns the cell count or -1. */
-long tetra_tetgen(size_t count, const double *position, const int32_t *order, int32_t *(*room)(void *context, size_t cells), void *context);
+long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, int32_t *(*room)(void *context, size_t cells),
+                  void *context);
 
 /* The checks of tetra_check on sites (3 * count whole numbers): what tetra_make does before it numbers by probe. */
 struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site, const int axis[2], int threads);

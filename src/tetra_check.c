@@ -18,6 +18,12 @@ static const double shallow = 0x1p-4;
 /* No set of cells without overlaps holds more: six times the lattice's box. */
 static const lattice_volume volume_most = (lattice_volume)6 << (3 * LATTICE_BITS);
 
+/* What is known of a chunk of cells. */
+struct chunk {
+    lattice_volume volume;
+    size_t below, above; /* neighbours of smaller and of larger numbers than the cell's: as many in all, where each looks back */
+};
+
 struct check {
     const struct tetra *tetra;
     size_t count; /* sites */
@@ -25,7 +31,7 @@ struct check {
     const int *axis;
     int sign;              /* triangles may all turn the other way, segments go against their axis */
     double metric[2][2];   /* of triangles: sites_metric */
-    lattice_volume *chunk; /* volume of each chunk of cells */
+    struct chunk *chunk;
     struct tetra_verdict *verdict;
 };
 
@@ -44,21 +50,27 @@ static int facet_corners(int corners, int i, int facet[3])
     return corners - 1;
 }
 
-int tetra_facet_back(const struct tetra *t, size_t other, size_t cell, int i)
+/* With corners known to the compiler. */
+static inline int facet_back(int corners, const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
 {
-    const int corners = t->corners;
-    const int32_t *theirs = t->vertex + (size_t)corners * other, *ours = t->vertex + (size_t)corners * cell;
+    const int32_t *theirs = vertex + (size_t)corners * other, *ours = vertex + (size_t)corners * cell;
+    const int32_t *back = neighbour + (size_t)corners * other;
     for (int j = 0; j < corners; j++) {
-        if (t->neighbour[(size_t)corners * other + (size_t)j] != (int32_t)cell)
+        if (back[j] != (int32_t)cell)
             continue;
         int shared = 0;
         for (int k = 0; k < corners; k++)
             for (int m = 0; m < corners; m++)
-                shared += k != j && m != i && theirs[k] == ours[m];
+                shared += (k != j) & (m != i) & (theirs[k] == ours[m]);
         if (shared == corners - 1)
             return j;
     }
     return -1;
+}
+
+int tetra_facet_back(const struct tetra *t, size_t other, size_t cell, int i)
+{
+    return t->corners == 4 ? facet_back(4, t->vertex, t->neighbour, other, cell, i) : facet_back(t->corners, t->vertex, t->neighbour, other, cell, i);
 }
 
 /* -- cells ------------------------------------------------------------------------------------ */
@@ -92,29 +104,43 @@ static struct error *name_flat(const struct tetra *t, size_t cell)
     return error_new("cell %zu (probes %d %d ...) has no %s, or turns against the first", cell, v[0], v[1], content[t->corners]);
 }
 
+/* Volumes, and that each neighbour of a larger number looks back over the same facet. */
 static struct error *check_chunk(void *context, size_t index, int thread)
 {
     (void)thread;
     const struct check *c = context;
     const struct tetra *t = c->tetra;
     const int corners = t->corners;
-    lattice_volume sum = 0;
+    struct chunk *chunk = &c->chunk[index];
     for (size_t cell = index * CHUNK; cell < (index + 1) * CHUNK && cell < t->cell_count; cell++) {
         const lattice_volume volume = volume_of(c, cell);
         if (volume <= 0)
             return name_flat(t, cell);
-        sum += volume;
-        if (sum > volume_most)
+        chunk->volume += volume;
+        if (chunk->volume > volume_most)
             return error_new("cell %zu: the cells overlap: together they have more volume than the probes' box", cell);
         for (int i = 0; i < corners; i++) {
             const int32_t n = t->neighbour[(size_t)corners * cell + (size_t)i];
-            if (n >= 0 && tetra_facet_back(t, (size_t)n, cell, i) < 0)
+            chunk->below += n >= 0 && (size_t)n <= cell;
+            chunk->above += n > (int64_t)cell;
+            if (n > (int64_t)cell && tetra_facet_back(t, (size_t)n, cell, i) < 0)
                 return error_new("cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n,
                                  t->vertex[(size_t)corners * cell + (size_t)i]);
         }
     }
-    c->chunk[index] = sum;
     return NULL;
+}
+
+/* The first cell whose neighbour does not look back. */
+static struct error *name_lopsided(const struct tetra *t)
+{
+    for (size_t at = 0; at < (size_t)t->corners * t->cell_count; at++) {
+        const size_t cell = at / (size_t)t->corners;
+        const int32_t n = t->neighbour[at];
+        if (n >= 0 && tetra_facet_back(t, (size_t)n, cell, (int)(at % (size_t)t->corners)) < 0)
+            return error_new("cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n, t->vertex[at]);
+    }
+    return error_new("two facets of cells have the same neighbour");
 }
 
 /* -- the hull --------------------------------------------------------------------------------- */
@@ -273,11 +299,16 @@ static struct error *check_sites(struct check *c, int threads)
     if (!err)
         err = threads_for(threads, chunks, check_chunk, c);
     lattice_volume volume = 0;
+    size_t below = 0, above = 0;
     for (size_t i = 0; i < chunks && !err; i++) {
-        volume += c->chunk[i];
+        below += c->chunk[i].below;
+        above += c->chunk[i].above;
+        volume += c->chunk[i].volume;
         if (volume > volume_most)
             err = error_new("the cells overlap: together they have more volume than the probes' box");
     }
+    if (!err && below != above)
+        err = name_lopsided(t);
     if (!err)
         err = check_hull(c, volume);
     free(c->chunk);

@@ -70,13 +70,13 @@ static int32_t *make_room(void *context, size_t cells)
 /* -- a child ------------------------------------------------------------------------------------ */
 
 /* What the child does: its streams go nowhere, its result into the file. */
-static _Noreturn void child(int file, size_t count, const double *position, const int32_t *order)
+static _Noreturn void child(int file, size_t count, const double *position, const int32_t *order, int threads)
 {
     const int nowhere = open("/dev/null", O_WRONLY);
     dup2(nowhere, STDOUT_FILENO);
     dup2(nowhere, STDERR_FILENO);
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
-    _exit(tetra_tetgen(count, position, order, make_room, &file) < 0 ? 1 : 0);
+    _exit(tetra_tetgen(count, position, order, threads, make_room, &file) < 0 ? 1 : 0);
 }
 
 static void take_room(struct tetra *tetra, void *room, size_t cells)
@@ -88,14 +88,16 @@ static void take_room(struct tetra *tetra, void *room, size_t cells)
     tetra->neighbour = tetra->vertex + 4 * cells;
 }
 
-static struct error *run_child(struct tetra *tetra, int file, size_t count, const double *position, const int32_t *order)
+static struct error *run_child(struct tetra *tetra, int file, size_t count, const double *position, const int32_t *order, int threads)
 {
     int status = 0;
     const pid_t pid = fork();
     if (pid == 0)
-        child(file, count, position, order);
+        child(file, count, position, order, threads);
     if (pid < 0)
         return error_system(errno, "starting TetGen");
+    /* While the child computes, the pages that its result is sure to fill are made. */
+    (void)!fallocate(file, 0, 0, (off_t)room_bytes(count < 1000 ? 0 : 5 * count));
     while (waitpid(pid, &status, 0) < 0)
         if (errno != EINTR)
             return error_system(errno, "waiting for TetGen");
@@ -121,23 +123,23 @@ static int32_t *own_room(void *context, size_t cells)
     return room;
 }
 
-static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position, const int32_t *order)
+static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position, const int32_t *order, int threads)
 {
     const int file = memfd_create("tetra", MFD_CLOEXEC);
     if (file < 0)
         return error_system(errno, "memory for the cells");
-    struct error *err = run_child(tetra, file, count, position, order);
+    struct error *err = run_child(tetra, file, count, position, order, threads);
     close(file);
     return err;
 }
 
-struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], bool in_process)
+struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], const struct tetra_settings *settings)
 {
     int32_t *order = NULL;
     struct error *err = make_order(count, first, &order);
-    if (!err && !in_process)
-        err = run_with_file(tetra, count, position, order);
-    else if (!err && tetra_tetgen(count, position, order, own_room, tetra) < 0)
+    if (!err && !settings->in_process)
+        err = run_with_file(tetra, count, position, order, settings->threads);
+    else if (!err && tetra_tetgen(count, position, order, settings->threads, own_room, tetra) < 0)
         err = error_new("TetGen failed on %zu probes", count);
     free(order);
     return err;

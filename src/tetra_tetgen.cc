@@ -5,61 +5,149 @@
 #include "tetra.h"
 
 #include <algorithm>
-#include <memory>
+#include <cstring>
+#include <thread>
 #include <vector>
 #define TETLIBRARY
 #include <tetgen.h>
 
 namespace {
 
-// The corners opposite which TetGen's faces 0 .. 3 of a tetrahedron lie, and its corners, in the words of that tetrahedron.
-constexpr int FIRST_CORNER = 4;
+using cell = tetgenmesh::tetrahedron *;
 
-int corner(tetgenmesh &mesh, tetgenmesh::tetrahedron *t, int k)
-{
-    return mesh.pointmark(reinterpret_cast<tetgenmesh::point>(t[FIRST_CORNER + k]));
-}
+// Where a tetrahedron holds its corners; faces 0 .. 3 lie opposite oppopivot[0 .. 3].
+constexpr int FIRST_CORNER = 4;
+// Where the numbers of its corners are kept once TetGen is done, in place of the middle two of its pointers to them. The
+// first and the last tell the pool which cells are alive and not beyond the hull.
+constexpr int NUMBERS = 5;
+// Where its index is.
+constexpr int INDEX = 10;
+
+constexpr size_t BATCH = 32;
+constexpr size_t CELLS_A_THREAD = 20000; // fewer are not worth one
+
+// TetGen's cells, which lie in blocks, shared out among threads: each takes as many blocks, one after the other.
+class cells {
+public:
+    cells(tetgenmesh &owner, int threads) : mesh(owner)
+    {
+        const auto *pool = mesh.tetrahedrons;
+        for (void **block = pool->firstblock; block; block = block == pool->nowblock ? nullptr : static_cast<void **>(*block))
+            blocks.push_back(block);
+        const size_t most = static_cast<size_t>(pool->items) / CELLS_A_THREAD + 1;
+        shares = std::min(static_cast<size_t>(threads < 1 ? 1 : threads), most);
+    }
+
+    size_t share_count() const { return shares; }
+
+    // Calls work(share, cell) for each cell that is alive and inside the hull, and ahead(cell) some time before, to fetch what work will
+    // need. The same cells are in the same share each time.
+    template <class Ahead, class Work> void each(Ahead ahead, Work work) const
+    {
+        std::vector<std::thread> others;
+        for (size_t share = 1; share < shares; share++)
+            others.emplace_back([=, this_ = this] { this_->each_of(share, ahead, work); });
+        each_of(0, ahead, work);
+        for (auto &other : others)
+            other.join();
+    }
+
+private:
+    template <class Ahead, class Work> void each_of(size_t share, Ahead ahead, Work work) const
+    {
+        const auto *pool = mesh.tetrahedrons;
+        const size_t align = static_cast<size_t>(pool->alignbytes), bytes = static_cast<size_t>(pool->itembytes);
+        cell batch[BATCH];
+        size_t got = 0;
+        const auto flush = [&] {
+            for (size_t i = 0; i < got; i++)
+                work(share, batch[i]);
+            got = 0;
+        };
+        for (size_t b = share * blocks.size() / shares; b < (share + 1) * blocks.size() / shares; b++) {
+            const auto past = reinterpret_cast<uintptr_t>(blocks[b] + 1); // the link to the next block
+            char *item = reinterpret_cast<char *>(past + align - past % align);
+            for (int i = 0; i < pool->itemsperblock && item != pool->nextitem; i++, item += bytes) {
+                const cell t = reinterpret_cast<cell>(item);
+                if (!t[FIRST_CORNER] || reinterpret_cast<tetgenmesh::point>(t[FIRST_CORNER + 3]) == mesh.dummypoint)
+                    continue;
+                ahead(t);
+                batch[got++] = t;
+                if (got == BATCH)
+                    flush();
+            }
+        }
+        flush();
+    }
+
+    tetgenmesh &mesh;
+    std::vector<void **> blocks;
+    size_t shares;
+};
 
 // An even permutation that begins with corner k.
 constexpr int turned[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
 
 // Numbers the cells in order of their least corner, and counts them.
-size_t number_cells(tetgenmesh &mesh, size_t count)
+size_t number_cells(tetgenmesh &mesh, const cells &all, size_t count)
 {
-    std::vector<int> start(count + 1, 0);
-    size_t cells = 0;
-    mesh.tetrahedrons->traversalinit();
-    for (tetgenmesh::tetrahedron *t; (t = mesh.tetrahedrontraverse()); cells++) {
-        const int least = std::min(std::min(corner(mesh, t, 0), corner(mesh, t, 1)), std::min(corner(mesh, t, 2), corner(mesh, t, 3)));
-        mesh.setelemindex(t, least);
-        start[static_cast<size_t>(least) + 1]++;
-    }
+    std::vector<std::vector<int>> start(all.share_count()); // by share and least corner
+    for (auto &s : start)
+        s.assign(count, 0);
+    all.each(
+        [&mesh](cell t) {
+            for (int k = 0; k < 4; k++)
+                __builtin_prefetch(reinterpret_cast<int *>(t[FIRST_CORNER + k]) + mesh.pointmarkindex);
+        },
+        [&mesh, &start](size_t share, cell t) {
+            int v[4];
+            for (int k = 0; k < 4; k++)
+                v[k] = mesh.pointmark(reinterpret_cast<tetgenmesh::point>(t[FIRST_CORNER + k]));
+            const int least = *std::min_element(v, v + 4);
+            std::memcpy(&t[NUMBERS], v, sizeof v);
+            mesh.setelemindex(t, least);
+            start[share][static_cast<size_t>(least)]++;
+        });
+    int sum = 0;
     for (size_t i = 0; i < count; i++)
-        start[i + 1] += start[i];
-    mesh.tetrahedrons->traversalinit();
-    for (tetgenmesh::tetrahedron *t; (t = mesh.tetrahedrontraverse());)
-        mesh.setelemindex(t, start[static_cast<size_t>(mesh.elemindex(t))]++);
-    return cells;
+        for (auto &s : start) {
+            const int here = s[i];
+            s[i] = sum;
+            sum += here;
+        }
+    all.each([](cell) {}, [&mesh, &start](size_t share, cell t) { mesh.setelemindex(t, start[share][static_cast<size_t>(mesh.elemindex(t))]++); });
+    return static_cast<size_t>(sum);
 }
 
-void write_cells(tetgenmesh &mesh, int32_t *vertex, int32_t *neighbour)
+void write_cells(tetgenmesh &mesh, const cells &all, int32_t *vertex, int32_t *neighbour)
 {
-    mesh.tetrahedrons->traversalinit();
-    for (tetgenmesh::tetrahedron *t; (t = mesh.tetrahedrontraverse());) {
-        int v[4], n[4];
-        for (int k = 0; k < 4; k++) {
-            tetgenmesh::triface across;
-            mesh.decode(t[k], across);
-            v[k] = corner(mesh, t, k);
-            n[tetgenmesh::oppopivot[k] - FIRST_CORNER] = mesh.ishulltet(across) ? -1 : mesh.elemindex(across.tet);
-        }
-        const int *turn = turned[std::min_element(v, v + 4) - v];
-        const size_t at = 4 * static_cast<size_t>(mesh.elemindex(t));
-        for (size_t k = 0; k < 4; k++) {
-            vertex[at + k] = v[turn[k]];
-            neighbour[at + k] = n[turn[k]];
-        }
-    }
+    const auto across = [&mesh](cell t, int k) {
+        tetgenmesh::triface face;
+        mesh.decode(t[k], face);
+        return face;
+    };
+    all.each(
+        [across](cell t) {
+            for (int k = 0; k < 4; k++) {
+                const cell other = across(t, k).tet;
+                __builtin_prefetch(other + FIRST_CORNER + 3);
+                __builtin_prefetch(other + INDEX);
+            }
+        },
+        [&mesh, across, vertex, neighbour](size_t, cell t) {
+            int v[4], n[4];
+            std::memcpy(v, &t[NUMBERS], sizeof v);
+            for (int k = 0; k < 4; k++) {
+                tetgenmesh::triface face = across(t, k);
+                n[tetgenmesh::oppopivot[k] - FIRST_CORNER] = mesh.ishulltet(face) ? -1 : mesh.elemindex(face.tet);
+            }
+            const int *turn = turned[std::min_element(v, v + 4) - v];
+            const size_t at = 4 * static_cast<size_t>(mesh.elemindex(t));
+            for (size_t k = 0; k < 4; k++) {
+                vertex[at + k] = v[turn[k]];
+                neighbour[at + k] = n[turn[k]];
+            }
+        });
 }
 
 // The points in the order in which they are to be inserted, numbered as they were given.
@@ -79,7 +167,8 @@ void transfer(tetgenmesh &mesh, tetgenio &in, size_t count, const double *positi
 
 } // namespace
 
-extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int32_t *(*room)(void *context, size_t cells), void *context)
+extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads,
+                             int32_t *(*room)(void *context, size_t cells), void *context)
 {
     tetgenmesh *mesh = nullptr;
     tetgenio in;
@@ -98,13 +187,14 @@ extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t
         exactinit(0, 0, 0, mesh->xmax - mesh->xmin, mesh->ymax - mesh->ymin, mesh->zmax - mesh->zmin); // of its static filters
         clock_t ticks;
         mesh->incrementaldelaunay(ticks);
-        const size_t cells = number_cells(*mesh, count);
-        int32_t *const vertex = room(context, cells);
+        const cells all(*mesh, threads);
+        const size_t made = number_cells(*mesh, all, count);
+        int32_t *const vertex = room(context, made);
         static_assert(sizeof(int) == sizeof(int32_t), "TetGen's indices are 32 bits");
         if (vertex)
-            write_cells(*mesh, vertex, vertex + 4 * cells);
+            write_cells(*mesh, all, vertex, vertex + 4 * made);
         delete mesh;
-        return vertex && cells ? static_cast<long>(cells) : -1;
+        return vertex && made ? static_cast<long>(made) : -1;
     } catch (...) { // TetGen throws integers, after it has freed what the mesh would free again: the mesh stays
         return -1;
     }
