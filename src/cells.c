@@ -23,13 +23,19 @@ struct error *cells_find(const struct stream *stream, struct cells *cells)
         return error_new("there are no cells: run probe-tet");
     struct column *vertex = NULL, *neighbour = NULL;
     struct error *err = table_require(cells->table, "vertex", COLUMN_I32, (size_t)cells->corners, &vertex);
-    if (!err)
+    if (!err && table_column(cells->table, "neighbour"))
         err = table_require(cells->table, "neighbour", COLUMN_I32, (size_t)cells->corners, &neighbour);
-    if (!err) {
-        cells->vertex = column_i32(vertex);
-        cells->neighbour = column_i32(neighbour);
-    }
+    cells->vertex = vertex ? column_i32(vertex) : NULL;
+    cells->neighbour = neighbour ? column_i32(neighbour) : NULL;
     return err;
+}
+
+bool cells_exist(const struct stream *stream)
+{
+    for (size_t i = 0; i < stream->table_count; i++)
+        if (stream_cell_corners(stream->tables[i].name))
+            return true;
+    return false;
 }
 
 void cells_remove(struct stream *stream)

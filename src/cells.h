@@ -9,6 +9,7 @@
 #ifndef CELLS_H
 #define CELLS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 struct error;
@@ -21,7 +22,10 @@ struct cells {
     int32_t *vertex, *neighbour; /* corners * table->rows */
 };
 
-/* Errors: there are no cells, or they lack a column. */
+/* Whether there is a table of cells. */
+bool cells_exist(const struct stream *stream);
+
+/* Errors: there are no cells, or they lack their column vertex. Without its column neighbour that is NULL. */
 struct error *cells_find(const struct stream *stream, struct cells *cells);
 
 /* Removes what speaks of cells: their table, and of table probe the columns hull_normal and merged. */

@@ -1,4 +1,5 @@
 #include "grid.h"
+#include "cells.h"
 #include "content.h"
 #include "derive.h"
 #include "display.h"
@@ -149,20 +150,21 @@ static struct error *add_gradients(struct grid *grid, const float *luminance)
     return derive_point_gradient(m->point_count, m->cell_count, m->vertex, m->position, of_cells, of_points);
 }
 
-/* Where the hull is: a face is on it where there is no neighbour, and so are its probes. */
-static struct error *add_hull(struct grid *grid, const struct column *neighbour)
+/* Where the hull is: a face (an edge, an end) is on it where there is no neighbour, and so are its probes. */
+static struct error *add_hull(struct grid *grid, const int32_t *neighbour)
 {
     const struct vtk_mesh *mesh = &grid->mesh;
     int32_t *faces = NULL, *probes = NULL;
     struct error *err = fields_add_new(&grid->cells, "hull_faces", VTK_EXPORT_I32, 1, mesh->cell_count, &faces);
     if (!err)
         err = fields_add_new(&grid->points, "hull", VTK_EXPORT_I32, 1, mesh->point_count, &probes);
-    for (size_t i = 0; i < 4 * mesh->cell_count && !err; i++) {
-        if (column_i32(neighbour)[i] >= 0)
+    const size_t corners = (size_t)mesh->corners;
+    for (size_t i = 0; i < corners * mesh->cell_count && !err; i++) {
+        if (neighbour[i] >= 0)
             continue;
-        const size_t cell = i / 4;
+        const size_t cell = i / corners;
         faces[cell]++;
-        for (size_t corner = 4 * cell; corner < 4 * cell + 4; corner++)
+        for (size_t corner = corners * cell; corner < corners * (cell + 1); corner++)
             if (corner != i)
                 probes[mesh->vertex[corner]] = 1;
     }
@@ -177,9 +179,9 @@ static struct error *add_leaks(struct grid *grid, const struct column *occlusion
     struct error *err = fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, count, &crossed);
     if (!err)
         err = fields_add_new(&grid->cells, "leaking_edges", VTK_EXPORT_I32, 1, count, &leaking);
-    for (size_t i = 0; i < 6 * count && !err; i++) {
-        crossed[i / 6] += column_i32(occlusion)[i] > 0;
-        leaking[i / 6] += column_i32(occlusion)[i] == 2;
+    for (size_t i = 0; i < occlusion->width * count && !err; i++) {
+        crossed[i / occlusion->width] += column_i32(occlusion)[i] > 0;
+        leaking[i / occlusion->width] += column_i32(occlusion)[i] == 2;
     }
     return err;
 }
@@ -215,24 +217,22 @@ static struct error *add_texts(struct grid *grid, const struct stream_header *he
     return NULL;
 }
 
-static struct error *add_cells(struct grid *grid, const struct table *tets, struct warnings *warnings)
+static struct error *add_cells(struct grid *grid, const struct cells *cells, struct warnings *warnings)
 {
-    struct column *vertex = NULL, *occlusion = table_column(tets, "occlusion");
-    const struct column *neighbour = table_column(tets, "neighbour");
-    struct error *err = table_require(tets, "vertex", COLUMN_I32, 4, &vertex);
-    if (err)
-        return err;
-    grid->mesh.cell_count = tets->rows;
-    grid->mesh.vertex = column_i32(vertex);
+    const struct column *occlusion = table_column(cells->table, "occlusion");
+    const size_t count = cells->table->rows;
     float *angle = NULL;
-    err = add_columns(&grid->cells, tets, warnings);
-    if (!err)
-        err = fields_add_new(&grid->cells, "min_dihedral", VTK_EXPORT_F32, 1, tets->rows, &angle);
-    if (!err)
-        derive_min_dihedral(tets->rows, grid->mesh.vertex, grid->mesh.position, angle);
-    if (!err && neighbour)
-        err = add_hull(grid, neighbour);
-    if (!err && occlusion && occlusion->type == COLUMN_I32 && occlusion->width == 6)
+    grid->mesh.cell_count = count;
+    grid->mesh.corners = cells->corners;
+    grid->mesh.vertex = cells->vertex;
+    struct error *err = add_columns(&grid->cells, cells->table, warnings);
+    if (!err && cells->corners == 4)
+        err = fields_add_new(&grid->cells, "min_dihedral", VTK_EXPORT_F32, 1, count, &angle);
+    if (!err && cells->corners == 4)
+        derive_min_dihedral(count, grid->mesh.vertex, grid->mesh.position, angle);
+    if (!err && cells->neighbour)
+        err = add_hull(grid, cells->neighbour);
+    if (!err && occlusion && occlusion->type == COLUMN_I32)
         err = add_leaks(grid, occlusion);
     return err;
 }
@@ -240,11 +240,12 @@ static struct error *add_cells(struct grid *grid, const struct table *tets, stru
 struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure, struct warnings *warnings)
 {
     *grid = (struct grid){0};
-    const struct table *probes = stream_table(stream, "probe"), *tets = stream_table(stream, "tet");
+    const struct table *probes = stream_table(stream, "probe");
+    struct cells cells = {0};
     if (!probes || !probes->rows)
         return error_new("there are no probes to show");
     for (size_t i = 0; i < stream->table_count; i++)
-        if (&stream->tables[i] != probes && &stream->tables[i] != tets)
+        if (&stream->tables[i] != probes && !stream_cell_corners(stream->tables[i].name))
             warnings_add(warnings, "table", "table %s has no shape: it is left out", stream->tables[i].name);
     const struct column *sh = table_column(probes, "sh");
     bool convolved = false;
@@ -254,13 +255,15 @@ struct error *grid_create(struct grid *grid, const struct stream *stream, double
     struct error *err = content_from_header(&stream->header, &convolved);
     if (!err)
         err = add_columns(&grid->points, probes, warnings);
-    if (!err && tets && tets->rows)
-        err = add_cells(grid, tets, warnings);
+    if (!err && cells_exist(stream))
+        err = cells_find(stream, &cells);
+    if (!err && cells.table && cells.table->rows)
+        err = add_cells(grid, &cells, warnings);
     if (!err && sh)
         err = add_light(grid, probes, sh, convolved, &exposure, &luminance);
     else if (!err)
         warnings_add(warnings, "no light", "the probes have no light (no column sh): nothing is derived from it");
-    if (!err && sh && grid->mesh.cell_count)
+    if (!err && sh && grid->mesh.cell_count && grid->mesh.corners == 4)
         err = add_gradients(grid, luminance);
     if (!err)
         err = add_texts(grid, &stream->header, sh ? exposure : 0);

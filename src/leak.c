@@ -12,7 +12,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-const int leak_edge[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+const int leak_edge[5][6][2] = {
+    [2] = {{0, 1}}, [3] = {{0, 1}, {0, 2}, {1, 2}}, [4] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+int leak_edges_of(int corners)
+{
+    return corners * (corners - 1) / 2;
+}
 
 /* -- edges ------------------------------------------------------------------------------------ */
 
@@ -32,17 +38,21 @@ static int compare_edges(const void *a, const void *b)
 }
 
 /* All edges of all cells, sorted: those of several cells stand together. */
-static struct error *list_edges(size_t cell_count, const int32_t *vertex, struct edge **edges)
+static struct error *list_edges(int corners, size_t cell_count, const int32_t *vertex, struct edge **edges, size_t *count)
 {
+    const size_t each = (size_t)leak_edges_of(corners);
+    *count = each * cell_count;
     if (cell_count > UINT32_MAX / 6)
         return error_new("more than %u cells", UINT32_MAX / 6);
-    struct error *err = array_create(edges, 6 * cell_count, sizeof **edges);
-    for (size_t i = 0; i < 6 * cell_count && !err; i++) {
-        const int32_t a = vertex[i / 6 * 4 + (size_t)leak_edge[i % 6][0]], b = vertex[i / 6 * 4 + (size_t)leak_edge[i % 6][1]];
+    struct error *err = array_create(edges, *count, sizeof **edges);
+    for (size_t i = 0; i < *count && !err; i++) {
+        const int32_t *v = vertex + i / each * (size_t)corners;
+        const int *edge = leak_edge[corners][i % each];
+        const int32_t a = v[edge[0]], b = v[edge[1]];
         (*edges)[i] = (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
     }
     if (!err)
-        qsort(*edges, 6 * cell_count, sizeof **edges, compare_edges);
+        qsort(*edges, *count, sizeof **edges, compare_edges);
     return err;
 }
 
@@ -57,15 +67,15 @@ static int compare_doubles(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, size_t cell_count, const int32_t *vertex)
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count, const int32_t *vertex)
 {
     struct edge *edges = NULL;
     double *length = NULL;
-    size_t count = 0;
-    struct error *err = list_edges(cell_count, vertex, &edges);
+    size_t count = 0, all = 0;
+    struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
     if (!err)
-        err = array_create(&length, 6 * cell_count, sizeof *length);
-    for (size_t i = 0; i < 6 * cell_count && !err; i++) {
+        err = array_create(&length, all, sizeof *length);
+    for (size_t i = 0; i < all && !err; i++) {
         if (i && same_edge(&edges[i - 1], &edges[i]))
             continue;
         length[count++] = vec3_length(vec3_sub(vec3_load(position + 3 * (size_t)edges[i].high),
@@ -238,20 +248,21 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
 /* -- all together ----------------------------------------------------------------------------- */
 
 struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const struct leak_settings *settings,
-                        size_t probe_count, const double *position, size_t cell_count, const int32_t *vertex)
+                        size_t probe_count, const double *position, int corners, size_t cell_count, const int32_t *vertex)
 {
     *leaks = (struct leaks){0};
     struct edge *edges = NULL;
     size_t *first = NULL;
     struct look look = {.tracer = tracer, .settings = settings, .position = position};
-    struct error *err = list_edges(cell_count, vertex, &edges);
+    size_t all = 0;
+    struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
     if (!err)
-        err = array_create(&first, 6 * cell_count + 1, sizeof *first);
-    for (size_t i = 0; i < 6 * cell_count && !err; i++)
+        err = array_create(&first, all + 1, sizeof *first);
+    for (size_t i = 0; i < all && !err; i++)
         if (!i || !same_edge(&edges[i - 1], &edges[i]))
             first[leaks->edges++] = i;
     if (!err) {
-        first[leaks->edges] = 6 * cell_count;
+        first[leaks->edges] = all;
         err = array_create(&look.finding, leaks->edges, sizeof *look.finding);
     }
     look.edges = edges;
@@ -259,7 +270,7 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const 
     if (!err)
         err = threads_for(settings->threads, leaks->edges, look_along, &look);
     if (!err)
-        err = array_create(&leaks->cell_edges, 6 * cell_count, sizeof *leaks->cell_edges);
+        err = array_create(&leaks->cell_edges, all, sizeof *leaks->cell_edges);
     for (size_t e = 0; e < leaks->edges && !err; e++) {
         leaks->crossed += look.finding[e].crossed;
         for (size_t i = first[e]; i < first[e + 1]; i++)

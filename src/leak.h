@@ -26,23 +26,26 @@ struct leak_settings {
 };
 
 /* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median edge. */
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, size_t cell_count, const int32_t *vertex);
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count, const int32_t *vertex);
 
-/* The order in which a cell's six edges are counted: vertices of edge e. */
-extern const int leak_edge[6][2];
+/* How many edges a cell of so many corners has: 6, 3, 1, 0. */
+int leak_edges_of(int corners);
+
+/* The order in which they are counted: by corners of a cell, the corners of each edge. */
+extern const int leak_edge[5][6][2];
 
 struct leaks {
     size_t edges;        /* of the mesh */
     size_t crossed;      /* by a surface */
     size_t leaking;      /* crossed, with an end that is far from the surface */
-    int32_t *cell_edges; /* 6 * cell_count: 2 where the cell's edge leaks, 1 where it is only crossed, else 0; owned */
+    int32_t *cell_edges; /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only crossed, else 0; owned */
     double *probe;       /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
     size_t probe_count;
 };
 
 /* Looks along the edges of the cells. The result does not depend on the number of threads, or on the order of the probes. */
 struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const struct leak_settings *settings,
-                        size_t probe_count, const double *position, size_t cell_count, const int32_t *vertex);
+                        size_t probe_count, const double *position, int corners, size_t cell_count, const int32_t *vertex);
 void leaks_clear(struct leaks *leaks);
 
 #endif

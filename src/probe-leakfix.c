@@ -26,22 +26,20 @@ static const double *positions(const struct stream *stream)
     return column_f64(table_column(stream_table(stream, "probe"), "position"));
 }
 
-static const int32_t *vertices(const struct stream *stream)
-{
-    return column_i32(table_column(stream_table(stream, "tet"), "vertex"));
-}
-
 static struct error *check_stream(const struct stream *stream)
 {
-    struct column *vertex = NULL;
-    if (!stream_table(stream, "probe") || !stream_table(stream, "tet"))
+    struct cells cells;
+    if (!stream_table(stream, "probe"))
         return error_new("there are no cells: run probe-tet");
-    return table_require(stream_table(stream, "tet"), "vertex", COLUMN_I32, 4, &vertex);
+    return cells_find(stream, &cells);
 }
 
 static struct error *choose_settings(const struct arguments *a, const struct stream *stream, int threads, struct leak_settings *settings)
 {
-    struct error *err = leak_settings_for(settings, positions(stream), stream_table(stream, "tet")->rows, vertices(stream));
+    struct cells cells;
+    struct error *err = cells_find(stream, &cells);
+    if (!err)
+        err = leak_settings_for(settings, positions(stream), cells.corners, cells.table->rows, cells.vertex);
     settings->graze = a->graze;
     settings->margin = a->margin;
     settings->offset = a->offset_given ? a->offset : settings->offset;
@@ -56,8 +54,11 @@ static struct error *find(struct leaks *leaks, const struct stage *stage, const 
     struct place_inside_settings inside_settings = place_inside_default();
     bool *inside = NULL;
     leaks_clear(leaks);
-    struct error *err = leak_find(leaks, stage->tracer, settings, stream_table(stream, "probe")->rows, positions(stream),
-                                  stream_table(stream, "tet")->rows, vertices(stream));
+    struct cells cells;
+    struct error *err = cells_find(stream, &cells);
+    if (!err)
+        err = leak_find(leaks, stage->tracer, settings, stream_table(stream, "probe")->rows, positions(stream), cells.corners,
+                        cells.table->rows, cells.vertex);
     if (err || !leaks->probe_count)
         return err;
     inside_settings.threads = settings->threads;
@@ -88,11 +89,15 @@ static struct error *mend(struct stream *stream, const struct leaks *leaks)
 
 static struct error *store_occlusion(struct stream *stream, const struct leaks *leaks)
 {
-    struct table *cells = stream_table(stream, "tet");
+    struct cells cells;
     struct column *occlusion = NULL;
-    struct error *err = table_add_column(cells, "occlusion", COLUMN_I32, 6, &occlusion);
+    struct error *err = cells_find(stream, &cells);
+    const size_t edges = err ? 0 : (size_t)leak_edges_of(cells.corners);
+    if (!edges) /* a single probe has none */
+        return err;
+    err = table_add_column(cells.table, "occlusion", COLUMN_I32, edges, &occlusion);
     if (!err)
-        memcpy(occlusion->data, leaks->cell_edges, 6 * cells->rows * sizeof(int32_t));
+        memcpy(occlusion->data, leaks->cell_edges, edges * cells.table->rows * sizeof(int32_t));
     return err;
 }
 

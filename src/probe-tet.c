@@ -149,6 +149,8 @@ static struct error *cells_of(const struct stream *stream, struct tetra *tetra)
     struct column *merged = NULL;
     struct table *probes = stream_table(stream, "probe");
     struct error *err = cells_find(stream, &cells);
+    if (!err && !cells.neighbour)
+        err = error_new("table %s has no column neighbour", cells.table->name);
     if (!err && table_column(probes, "merged"))
         err = table_require(probes, "merged", COLUMN_I32, 1, &merged);
     if (!err)

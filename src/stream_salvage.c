@@ -68,10 +68,7 @@ static struct error *keep_whole(const struct stream_reader *reader, struct strea
         return err;
     if (!probes)
         return error_new("%s: no probes can be salvaged", error_message(damage));
-    bool cells = false;
-    for (size_t i = 0; i < stream->table_count; i++)
-        cells = cells || stream_cell_corners(stream->tables[i].name);
-    if (!cells)
+    if (!cells_exist(stream))
         cells_remove(stream);
     const bool dropped = within && strcmp(reader->schema.name, "probe");
     warnings_add(warnings, path, "%s: %zu rows of table probe are kept%s%s%s", error_message(damage), probes->rows,

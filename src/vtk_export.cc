@@ -321,8 +321,10 @@ extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh 
     return guard([=](const message_catcher &messages) {
         vtkNew<vtkUnstructuredGrid> grid;
         fill(grid, mesh);
-        grid->SetCells(mesh->cell_count ? VTK_TETRA : VTK_VERTEX, make_cells(mesh, 4));
-        if (mesh->cell_count) {
+        static const int kinds[] = {VTK_VERTEX, VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_TETRA};
+        const int corners = mesh->cell_count ? mesh->corners : 1;
+        grid->SetCells(kinds[corners], make_cells(mesh, corners));
+        if (corners == 4) {
             add_quality(grid, "aspect_ratio", VTK_QUALITY_ASPECT_RATIO);
             add_quality(grid, "volume", VTK_QUALITY_VOLUME);
         }

@@ -43,7 +43,8 @@ struct vtk_mesh {
     size_t point_count;
     const double *position; /* 3 * point_count */
     size_t cell_count;
-    const int32_t *vertex;  /* 4 (tetrahedra) or 3 (triangles) a cell; cell_count 0: each point is a cell of its own */
+    int corners;            /* of a cell of a grid: 4 tetrahedra, 3 triangles, 2 lines, 1 vertices; a surface's have 3 */
+    const int32_t *vertex;  /* corners * cell_count; cell_count 0: each point is a cell of its own */
     const struct vtk_array *point_arrays, *cell_arrays;
     size_t point_array_count, cell_array_count;
     const struct vtk_text *texts; /* go into the field data */
@@ -58,7 +59,7 @@ enum vtk_encoding {
     VTK_EXPORT_COMPRESSED, /* zlib, then base64 */
 };
 
-/* Writes tetrahedra (or points, where there are no cells) as .vtu. Cells get their quality by vtkMeshQuality:
+/* Writes cells (or points, where there are none) as .vtu. Tetrahedra get their quality by vtkMeshQuality:
  * aspect_ratio (1 for a regular one, 1e30 for a flat one) and volume; cell_arrays of these names go before them. path
  * "-": standard output. What is not a file is written from memory, so it takes that much. */
 struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding);

@@ -207,15 +207,15 @@ static void test_leaks(void)
     must(scene_finish(scene, &settings, NULL));
     must(trace_create(&tracer, scene));
     struct leak_settings s;
-    must(leak_settings_for(&s, p, CELLS, v));
+    must(leak_settings_for(&s, p, 4, CELLS, v));
     s.separation = 0.02; /* the points are dense: probes near all walls */
     s.offset = 0.01;
     struct leaks leaks;
-    must(leak_find(&leaks, tracer, &s, N, p, CELLS, v));
+    must(leak_find(&leaks, tracer, &s, N, p, 4, CELLS, v));
     size_t wrong = 0, crossed = 0;
     for (int c = 0; c < CELLS; c++) {
         for (int e = 0; e < 6; e++) {
-            const double *a = p + 3 * (size_t)v[4 * c + leak_edge[e][0]], *b = p + 3 * (size_t)v[4 * c + leak_edge[e][1]];
+            const double *a = p + 3 * (size_t)v[4 * c + leak_edge[4][e][0]], *b = p + 3 * (size_t)v[4 * c + leak_edge[4][e][1]];
             crossed += crosses(a, b);
             wrong += crosses(a, b) != (leaks.cell_edges[6 * c + e] > 0);
         }
@@ -233,12 +233,12 @@ static void test_leaks(void)
     ok(left > 5 && leaks.probe_count - left > 5 && pairs >= leaks.probe_count / 2, "on both sides: %zu left, %zu right", left, leaks.probe_count - left);
     struct leaks other;
     s.threads = 4;
-    must(leak_find(&other, tracer, &s, N, p, CELLS, v));
+    must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));
     ok(other.probe_count == leaks.probe_count && !memcmp(other.probe, leaks.probe, 3 * leaks.probe_count * sizeof(double)) &&
            other.leaking == leaks.leaking, "4 threads find the same");
     leaks_clear(&other);
     s.graze = 1;
-    must(leak_find(&other, tracer, &s, N, p, CELLS, v));
+    must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));
     ok(other.crossed == leaks.crossed && other.leaking == 0 && other.probe_count == 0, "rays that only graze ask for nothing");
     leaks_clear(&other);
     leaks_clear(&leaks);
