@@ -2,7 +2,12 @@
 # probe-tet as users run it.
 . "${SRC:?}/tests/setup.sh"
 probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 --text >grid.probe
-stream() { printf '#?probe 1\ntable probe position:f64:3\n'; cat; echo end; }
+cat >stream <<'END'
+#!/bin/sh
+printf '#?probe 1\ntable probe position:f64:3\n'; cat; echo end
+END
+chmod +x stream
+PATH=$PWD:$PATH
 
 check "cells and hull normals are added" sh -c "probe-tet grid.probe >cells.probe && grep -q '^table tet vertex:i32:4 neighbour:i32:4' cells.probe &&
     grep -q 'hull_normal:f32:3' cells.probe"
@@ -20,14 +25,27 @@ awk '/^table tet/ { tet = NR } tet && NR == tet + 5 { $1 = ($1 + 1) % 64; if ($1
 probe-tet --verify broken.probe >out 2>err
 if [ $? -eq 1 ] && grep -q 'cell' err; then pass "a broken cell is found"; else fail "a broken cell is found" "$(cat err)"; fi
 
-refused 1 "at least 4 probes at different places, got 3" sh -c "printf '0 0 0\n1 0 0\n0 1 0\n' | { printf '#?probe 1\ntable probe position:f64:3\n'; cat; echo end; } | probe-tet"
-printf '0 0 0\n1 0 0\n2 0 0\n3 0 0\n' | stream >line.probe
-refused 1 "4 on a line" probe-tet line.probe
+printf '0 0 0\n2 0 0\n1 0 0\n3 0 0\n' | stream >line.probe
+check "probes on a line become segments, in order" sh -c "probe-tet line.probe | sed -n '/^table segment/,/^end/p' | tr '\n' ' ' | grep -qx 'table segment vertex:i32:2 neighbour:i32:2 0 2 1 -1 2 1 2 0 1 3 -1 1 end '"
 printf '0 0 0\n1 0 0\n0 1 0\n1 1 0\n5 5 0\n' | stream >plane.probe
-refused 1 "5 in a plane" probe-tet plane.probe
+probe-tet plane.probe >triangles.probe
+check "probes in a plane become triangles" sh -c "grep -q '^table tri vertex:i32:3 neighbour:i32:3' triangles.probe && probe-tet --verify triangles.probe"
+check "probes at one place become a point" sh -c "printf '1 2 3\n1 2 3\n' | stream | probe-tet -q | probe-cat --text | sed -n '/^table point/,/^end/p' | tr '\n' ' ' | grep -qx 'table point vertex:i32:1 neighbour:i32:1 [01] -1 end '" 
 printf '0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0\n' | stream >twice.probe
 probe-tet twice.probe >twice.out 2>err
-check "a duplicate stays, in no cell, with a warning" sh -c "grep -q 'probe 4 is where probe 1 is' err && [ \$(grep -c '^[0-9]' twice.out) -eq 6 ]"
+check "a duplicate stays, in no cell, with a warning" sh -c "grep -q '1 of 5 probes are merged' err && [ \$(grep -c '^[0-9]' twice.out) -eq 6 ] && grep -q 'merged:i32:1' twice.out && probe-tet --verify twice.out"
+check "and goes when it is one no more" sh -c "probe-cat --rows 0:4 twice.out | probe-tet | grep -q 'merged' && exit 1 || exit 0"
+check "--merge merges what is near" sh -c "printf '0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0.001 0\n' | stream | probe-tet --merge 0.01 2>&1 >/dev/null | grep -q '1 of 5 probes are merged'"
+check "and what is nearly flat is flat" sh -c "printf '0 0 0\n1 0 0\n0 1 0\n1 1 0.001\n' | stream | probe-tet --merge 0.01 | grep -q '^table tri'"
+check "no cells of two kinds" sh -c "probe-tet triangles.probe | grep -c '^table tri' | grep -qx 1"
+check "--report counts slivers" sh -c "probe-tet --report grid.probe 2>&1 >/dev/null | grep -q 'slivers *0 cells'"
+check "shuffled probes get the same cells" sh -c "
+    { sed '/^[0-9-]/,\$d' grid.probe; sed -n '/^[0-9-]/p' grid.probe | sort -r; echo end; } >shuffled.probe
+    places() { probe-tet \$1 | awk '/^table tet/ { t = 1; next } /^end/ { exit } !t && /^[0-9-]/ { p[n++] = \$1 \" \" \$2 \" \" \$3 } t { print p[\$1], p[\$2], p[\$3], p[\$4], \$5, \$6, \$7, \$8 }'; }
+    places grid.probe >a && places shuffled.probe >b && [ -s a ] && cmp a b"
+check "the same bytes for any number of threads" sh -c "probe-tet --threads 1 grid.probe >one && probe-tet --threads 5 grid.probe | cmp one -"
+refused 1 "cells in table tet already" sh -c "{ sed '/^end/d' cells.probe; sed -n '/^table tri/,\$p' triangles.probe; } | probe-cat"
+refused 1 "column merged: expected an index below" sh -c "sed 's/^0 1 0 .*/0 1 0 0 0 0 77/' twice.out | probe-cat"
 refused 1 "no table probe" sh -c "printf '#?probe 1\nend\n' | probe-tet"
 refused 1 "run probe-tet" probe-tet --verify grid.probe
 refused 1 "expected a probe stream, got nothing" sh -c "probe-tet </dev/null"

@@ -339,7 +339,7 @@ static void test_text_refused(void)
     text_refused(HEAD FOUR TET "0 1 2 3 -1 -1 -2 -1\nend\n",
                  ":8: table tet: row 0: column neighbour: expected an index of -1 or more, got -2");
     text_refused(HEAD FOUR TET "0 1 2 2 -1 -1 -1 -1\nend\n",
-                 ":8: table tet: row 0: column vertex: expected 4 different probes, got 0 1 2 2");
+                 ":8: table tet: row 0: column vertex: expected 4 different probes, got 2 twice");
     text_refused(HEAD FOUR TET "0 1 2 3.5 -1 -1 -1 -1\nend\n",
                  ":8: table tet: column vertex: expected a whole number of 32 bits, got '3.5'");
     text_refused(HEAD FOUR TET "0 1 2 99999999999 -1 -1 -1 -1\nend\n",
