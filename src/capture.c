@@ -22,7 +22,7 @@ static const char *const light_names[] = {[CAPTURE_ALL] = "all", [CAPTURE_DIRECT
 
 struct capture_settings capture_settings_default(void)
 {
-    return (struct capture_settings){.order = 3, .rays = 512, .rays_most = 65536, .bounces = 64, .ao_distance = (double)INFINITY,
+    return (struct capture_settings){.order = 3, .rays = 512, .rays_most = 65536, .bounces = 64, .decimate = 1, .ao_distance = (double)INFINITY,
                                      .columns = CAPTURE_DEFAULT};
 }
 
@@ -44,7 +44,7 @@ static struct error *set_real(struct stream_header *header, const char *key, dou
 
 struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header)
 {
-    static const char *const optional[] = {"capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance"};
+    static const char *const optional[] = {"capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance", "capture-decimate"};
     for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)
         header_remove_key(header, optional[i]);
     struct error *err = set_number(header, "sh-order", (uint64_t)settings->order);
@@ -65,6 +65,8 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
     }
     if (!err && settings->ao_distance < (double)INFINITY)
         err = set_real(header, "capture-ao-distance", settings->ao_distance);
+    if (!err && settings->decimate < 1)
+        err = set_real(header, "capture-decimate", settings->decimate);
     if (!err)
         err = set_number(header, "capture-bounces", (uint64_t)settings->bounces);
     if (!err)
@@ -130,6 +132,10 @@ struct error *capture_settings_from_header(struct capture_settings *settings, co
     if (!err)
         err = get_real(header, "capture-ao-distance", &settings->ao_distance);
     if (!err)
+        err = get_real(header, "capture-decimate", &settings->decimate);
+    if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
+        err = error_new("header key capture-decimate: expected a share above 0 and at most 1, got '%s'", header_key(header, "capture-decimate"));
+    if (!err)
         err = get_light(header, &settings->light);
     if (!err)
         err = content_from_header(header, &settings->convolved);
@@ -150,7 +156,7 @@ bool capture_header_has_settings(const struct stream_header *header)
 struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now)
 {
     static const char *const keys[] = {"sh-order",      "sh-content",          "sh-dering",        "capture-light",    "capture-rays",
-                                       "capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance",
+                                       "capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance", "capture-decimate",
                                        "capture-bounces", "capture-seed",      "scene-key"};
     if (!capture_header_has_settings(before) || !capture_header_has_settings(now))
         return NULL;

@@ -52,6 +52,7 @@ struct capture_settings {
     int bounces;
     enum capture_light light;
     uint64_t seed;
+    double decimate;    /* share of the scene's triangles that was kept (scene_decimate), by who reads the scene; 1: it is whole */
     double ao_distance; /* scene units: surfaces beyond do not occlude; INFINITY: all do */
     unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
     bool convolved;     /* sh, its error and gradient are written as irradiance (content.h) */
@@ -92,12 +93,12 @@ struct capture_probe {
     float sh_window;      /* r of the window that dering put on it; 1: none. Set by capture_shape */
 };
 
-/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao distance, default columns, radiance as it is. */
+/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao distance, the whole scene, default columns, radiance as it is. */
 struct capture_settings capture_settings_default(void);
 
 /* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed; capture-error,
- * capture-error-floor, capture-max-rays where an error is asked for; capture-ao-distance where there is one; sh-dering where that is asked
- * for), and back. */
+ * capture-error-floor, capture-max-rays where an error is asked for; capture-ao-distance where there is one; capture-decimate below 1; sh-dering where
+ * that is asked for), and back. */
 struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header);
 /* An error when keys make no sense. Missing keys leave the setting as it is. */
 struct error *capture_settings_from_header(struct capture_settings *settings, const struct stream_header *header);

@@ -115,6 +115,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "what to write beside light: of these, sh_gradient,\nvisibility, ao, bent_normal, rays; none: nothing"},
         {.name = "ao-distance", .argument = "D", .kind = OPTION_REAL, .value = &o->capture.ao_distance, .least_open = true,
          .most = (double)INFINITY, .shown = "none", .help = "surfaces beyond do not occlude, for ao and bent_normal"},
+        {.name = "decimate", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.decimate, .least_open = true, .most = 1,
+         .help = "trace in a scene of this share of the triangles: those\nthat change its surface least are taken away"},
         {.name = "again", .kind = OPTION_FLAG, .value = &o->again, .help = "capture all probes, not only those that have no light yet"},
         {.name = "slice", .argument = "I/N", .kind = OPTION_CALL, .value = &o->slice, .parse = parse_slice, .shown = "1/1",
          .help = "capture the I-th of N parts of the probes: every N-th from\nthe I-th on (probe-cat --fill puts slices together)"},

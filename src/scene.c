@@ -226,6 +226,8 @@ static void hash_light(XXH3_state_t *state, const struct scene_light *l)
 
 uint64_t scene_key(const struct scene *scene)
 {
+    if (scene->decimated)
+        return scene->whole_key;
     XXH3_state_t state;
     XXH3_64bits_reset(&state);
     const uint64_t shape[] = {scene->mesh_count,    scene->instance_count,  scene->material_count,

@@ -14,7 +14,7 @@
  * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_import.c (which importer;
  * textures), scene_obj.cc (tinyobjloader), scene_gltf.cc and scene_gltf_file.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
  * scene_faces.c and polygon.c (polygons to triangles), scene_finish.c (what makes a scene legal), scene_shade.c (maps,
- * sky, lights), scene_openmesh.cc (closed pieces), image.c (stb_image, libwebp).
+ * sky, lights), scene_surface.cc (faces joined where they meet), scene_openmesh.cc (closed pieces), scene_decimate.cc, image.c (stb_image, libwebp).
  */
 #ifndef SCENE_H
 #define SCENE_H
@@ -133,6 +133,8 @@ struct scene {
     float max_albedo; /* scene_albedo is at most this, channel by channel */
     struct vec3 box_min, box_max; /* of all instances in the scene's coordinates; min > max when there is no triangle */
     size_t degenerate_count;      /* triangles left out */
+    bool decimated;               /* by scene_decimate; scene_key is then whole_key, of what it was */
+    uint64_t whole_key;
     /* room in the lists */
     size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity;
 };
@@ -188,7 +190,7 @@ struct error *scene_finish(struct scene *scene, const struct scene_settings *set
 void scene_destroy(struct scene *scene);
 
 /* A key of everything that light depends on (geometry, materials, textures, lights, sky): equal scenes have equal keys
- * on every machine. XXH3-64. */
+ * on every machine. XXH3-64. A decimated scene keeps the key of the scene that it was. */
 uint64_t scene_key(const struct scene *scene);
 
 size_t scene_triangle_count(const struct scene *scene); /* with instances counted as often as placed */
@@ -245,5 +247,13 @@ struct scene_solids {
 };
 struct error *scene_solids(const struct scene *scene, struct scene_solids *solids, struct warnings *warnings);
 void scene_solids_clear(struct scene_solids *solids);
+
+/* Takes triangles away until `share` of them is left (above 0; 1 leaves the scene as it is), those first that change the surface
+ * least: quadric errors (Garland and Heckbert 1997), one order for all meshes that are placed once, which become one mesh in the
+ * scene's coordinates; a mesh that is placed often is decimated by itself, to the same share. Vertices that stay are where
+ * they were; closed pieces stay closed. Borders, changes of material and seams of a texture keep their course as the surface does. What stays
+ * whatever the share: emissive triangles, branches of borders and seams, and borders along which other surfaces run. When more than
+ * the share is left for that, it is a warning that says how much. The same scene gives the same triangles on every machine. */
+struct error *scene_decimate(struct scene *scene, double share, struct warnings *warnings);
 
 #endif

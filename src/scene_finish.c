@@ -229,7 +229,7 @@ static struct error *find_box(struct scene *scene)
     return NULL;
 }
 
-static struct error *finish_geometry(struct scene *scene, struct warnings *warnings)
+struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnings)
 {
     struct error *err = check_instances(scene);
     if (!err)
@@ -420,7 +420,7 @@ struct error *scene_finish(struct scene *scene, const struct scene_settings *set
     for (size_t i = 0; i < scene->material_count && !err; i++)
         err = finish_material(scene, &scene->materials[i], settings, warnings);
     if (!err)
-        err = finish_geometry(scene, warnings);
+        err = scene_finish_geometry(scene, warnings);
     if (err && scene->path)
         return error_wrap(err, "%s", scene->path);
     if (!err)

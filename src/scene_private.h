@@ -95,6 +95,9 @@ struct error *scene_faces_corner(struct scene_faces *faces, uint32_t vertex); /*
 struct error *scene_import_faces(struct scene_import *import, const struct scene_faces *faces);
 void scene_faces_clear(struct scene_faces *faces);
 
+/* The part of scene_finish that is about geometry: what changes meshes later calls it again. */
+struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnings);
+
 /* Frees a mesh that was not pushed. */
 void scene_mesh_clear(struct scene_mesh *mesh);
 
