@@ -139,7 +139,7 @@ static struct error *fix(struct stream *stream, const struct stage *stage, const
     return err;
 }
 
-static struct error *capture_new(struct stream *stream, const struct stage *stage, size_t first, const struct common *common,
+static struct error *capture_new(struct stream *stream, struct stage *stage, size_t first, const struct common *common,
                                  const char *program, struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
@@ -151,8 +151,11 @@ static struct error *capture_new(struct stream *stream, const struct stage *stag
         return NULL;
     }
     size_t captured = 0;
+    struct error *err = stage_decimate(stage, warnings);
+    if (err)
+        return err;
     struct progress *progress = progress_start(common->progress && !common->quiet, program, "probes", count);
-    struct error *err = capture_rows(&stage->path, &stage->capture_settings, probes, first, count, false, NULL,
+    err = capture_rows(&stage->path, &stage->capture_settings, probes, first, count, false, NULL,
                                      (int)common->threads, progress, &captured, NULL);
     progress_end(progress);
     return err;

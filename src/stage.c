@@ -29,6 +29,20 @@ struct error *stage_create(struct stage *stage, const char *path, const struct s
     return NULL;
 }
 
+struct error *stage_decimate(struct stage *stage, struct warnings *warnings)
+{
+    if (!(stage->capture_settings.decimate < 1))
+        return NULL;
+    path_clear(&stage->path);
+    trace_destroy(stage->tracer);
+    stage->path = (struct path_tracer){0};
+    stage->tracer = NULL;
+    struct error *err = scene_decimate(stage->scene, stage->capture_settings.decimate, warnings);
+    if (!err)
+        err = trace_create(&stage->tracer, stage->scene);
+    return err ? err : path_create(&stage->path, stage->tracer, stage->capture_settings.bounces);
+}
+
 void stage_destroy(struct stage *stage)
 {
     path_clear(&stage->path);
