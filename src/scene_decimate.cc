@@ -41,6 +41,10 @@ const double length_weight = 1e-7;
 /* No face may turn farther than 60 degrees, nor become a needle. */
 const double cos_turn_most = 0.5, sin_corner_least = 1e-5;
 
+/* What is looked at about a vertex grows with the square of its faces: one with more than the first number stays, and no collapse
+ * makes such a one; one with more than the second stays with all its faces. */
+const uint32_t fan_most = 128, fan_taken_most = 1024;
+
 /* Triangles to be decimated: a surface, and what belongs to its faces. */
 struct part {
     surface s;
@@ -86,12 +90,19 @@ public:
         triangle = its_triangle;
         vertex = its_vertex;
         quadrics.assign(mesh().n_vertices(), quadric());
+        faces.assign(mesh().n_vertices(), 0);
+        for (const auto f : mesh().faces())
+            for (uint32_t k = 0; k < 3; k++)
+                faces[(size_t)(*vertex)[3 * triangle_of(f) + k]]++;
         for (const auto f : mesh().faces())
             add_planes(f);
     }
 
     float collapse_priority(const CollapseInfo &ci) override
     {
+        const uint32_t fan = faces_after(ci);
+        if (fan > fan_most && fan > faces[(size_t)ci.v1.idx()])
+            return ILLEGAL_COLLAPSE;
         const int count = creases_at(ci.v0v1);
         if (count && !(count == 2 && is_crease(ci.v0v1)))
             return ILLEGAL_COLLAPSE;
@@ -110,6 +121,10 @@ public:
     void preprocess_collapse(const CollapseInfo &ci) override
     {
         quadrics[(size_t)ci.v1.idx()] += quadrics[(size_t)ci.v0.idx()];
+        faces[(size_t)ci.v1.idx()] = faces_after(ci);
+        for (const auto v : {ci.vl, ci.vr})
+            if (v.is_valid())
+                faces[(size_t)v.idx()]--;
         moves.clear();
         each_remaining(ci, [&](uint32_t, uint32_t corner, const float *uv) {
             moves.push_back({corner, {uv[0], uv[1]}});
@@ -127,6 +142,12 @@ private:
         uint32_t corner;
         float uv[2];
     };
+
+    /* Faces about v1 after the collapse. */
+    uint32_t faces_after(const CollapseInfo &ci) const
+    {
+        return faces[(size_t)ci.v0.idx()] + faces[(size_t)ci.v1.idx()] - 2 * (uint32_t)ci.fl.is_valid() - 2 * (uint32_t)ci.fr.is_valid();
+    }
 
     uint32_t triangle_of(half_edges::FaceHandle f) const { return (*triangle)[(size_t)f.idx()]; }
 
@@ -262,6 +283,7 @@ private:
     const std::vector<uint32_t> *triangle = nullptr;
     std::vector<int> *vertex = nullptr;
     std::vector<quadric> quadrics;
+    std::vector<uint32_t> faces; /* about each vertex */
     std::vector<move> moves;
     half_edges::VertexHandle counted; /* the vertex that `creases` is of */
     int creases = 0;
@@ -271,9 +293,10 @@ private:
 struct topology {
     half_edges mesh;
     std::vector<uint32_t> triangle;            /* of each face */
-    std::vector<half_edges::FaceHandle> face; /* of each triangle; invalid: OpenMesh does not take it */
+    std::vector<half_edges::FaceHandle> face; /* of each triangle; invalid: not taken */
     std::vector<int> vertex;                   /* of each corner */
     std::vector<uint32_t> origin;              /* of each vertex: in the part */
+    std::vector<uint32_t> fan;                 /* faces about each vertex */
 };
 
 void add_vertices(topology &o, const part &p, corner_sets &sets)
@@ -301,9 +324,14 @@ void add_vertices(topology &o, const part &p, corner_sets &sets)
 void add_faces(topology &o, const part &p)
 {
     o.face.resize(p.count());
+    o.fan.resize(o.origin.size());
+    for (const int v : o.vertex)
+        o.fan[(size_t)v]++;
     for (uint32_t t = 0; t < p.count(); t++) {
         const int *v = &o.vertex[3 * (size_t)t];
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
+            continue;
+        if (std::max({o.fan[(size_t)v[0]], o.fan[(size_t)v[1]], o.fan[(size_t)v[2]]}) > fan_taken_most)
             continue;
         o.face[t] = o.mesh.add_face(half_edges::VertexHandle(v[0]), half_edges::VertexHandle(v[1]), half_edges::VertexHandle(v[2]));
         if (o.face[t].is_valid())
@@ -311,8 +339,8 @@ void add_faces(topology &o, const part &p)
     }
 }
 
-/* Locks what must stay: the corners of emissive triangles, whose area is light; those of triangles that OpenMesh does not take;
- * and the ends of borders along which other surfaces run, from which a gap would part them. */
+/* Locks what must stay: the corners of emissive triangles, whose area is light; those of triangles that were not taken;
+ * the ends of borders along which other surfaces run, from which a gap would part them; and large fans. */
 void lock_vertices(topology &o, const struct scene *scene, const part &p, const std::vector<uint32_t> &place)
 {
     std::vector<uint32_t> at(p.s.corner.size()); /* where each corner stands */
@@ -321,8 +349,9 @@ void lock_vertices(topology &o, const struct scene *scene, const part &p, const 
     std::vector<char> locked_place(p.s.vertices.size());
     const auto lock_corner = [&](uint32_t c) { o.mesh.status(half_edges::VertexHandle(o.vertex[c])).set_locked(true); };
     for (uint32_t t = 0; t < p.count(); t++) {
+        const bool emits = scene_emits(&scene->materials[p.material[t]]);
         for (uint32_t c = 3 * t; c < 3 * t + 3; c++) {
-            if (scene_emits(&scene->materials[p.material[t]]))
+            if (emits || o.fan[(size_t)o.vertex[c]] > fan_most)
                 lock_corner(c);
             if (!o.face[t].is_valid())
                 locked_place[at[c]] = 1;

@@ -170,7 +170,11 @@ int main(int argc, char **argv)
     fail(scene_settings_from_header(&light, &stream->header));
     fail(capture_settings_from_header(&settings, &stream->header));
     fail(scene_read(&scene, argv[1], &light, true, &warnings));
+    const double decimate_start = seconds();
+    fail(scene_decimate(scene, settings.decimate, &warnings));
+    const double build_start = seconds();
     fail(trace_create(&tracer, scene));
+    const double build_end = seconds();
     fail(path_create(&path, tracer, settings.bounces));
     struct table *probes = stream_table(stream, "probe");
     if (render) {
@@ -187,7 +191,9 @@ int main(int argc, char **argv)
     }
     const double c = median(capture, (size_t)runs), b = median(bare, (size_t)runs);
     printf("{\"probes\": %zu, \"rays\": %zu, \"capture_s\": %.4f, \"bare_s\": %.4f, \"capture_mrays\": %.3f, \"bare_mrays\": %.3f, "
-           "\"ratio\": %.3f}\n", probes->rows, ray_count, c, b, (double)ray_count / c / 1e6, (double)ray_count / b / 1e6, b / c);
+           "\"ratio\": %.3f, \"triangles\": %zu, \"decimate_s\": %.4f, \"build_s\": %.4f}\n", probes->rows, ray_count, c, b,
+           (double)ray_count / c / 1e6, (double)ray_count / b / 1e6, b / c, scene_triangle_count(scene), build_start - decimate_start,
+           build_end - build_start);
     path_clear(&path);
     trace_destroy(tracer);
     scene_destroy(scene);

@@ -239,6 +239,25 @@ static void test_borders(void)
     bench_clear(&b);
 }
 
+/* What is looked at about a vertex must not grow with the square of its faces. */
+static void test_fans(void)
+{
+    struct bench b;
+    bench_start(&b);
+    struct shape disc = shape_disc(1, 200000);
+    add_shape(&b, &disc, material(0.5f, 0));
+    shape_clear(&disc);
+    disc = shape_disc(1, 1000);
+    shape_move(&disc, 5, 0, 0);
+    add_shape(&b, &disc, material(0.5f, 0));
+    shape_clear(&disc);
+    finish(&b);
+    decimate(&b, 0.1);
+    const size_t left = scene_triangle_count(b.scene) - 200000;
+    ok(left > 2 && left < 100, "a fan of 200000 triangles stays, within the time that there is; one of 1000 becomes one of %zu", left);
+    bench_clear(&b);
+}
+
 static void test_instances(void)
 {
     static const double mirrored[12] = {-1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0}, away[12] = {1, 0, 0, 9, 0, 2, 0, 0, 0, 0, 1, 0};
@@ -457,6 +476,7 @@ int main(void)
     test_round();
     test_texture();
     test_borders();
+    test_fans();
     test_instances();
     test_share();
     test_hostile();

@@ -41,6 +41,24 @@ refused 1 "another scene" probe-capture --sky 1,1,1 "$scene" a.probe
 check "--again captures all anew" sh -c "probe-capture --again --rays 64 '$scene' a.probe | probe-cat --info | grep -q 'key capture-rays 64'"
 check "direct and indirect are accepted" capture --light direct "$scene" placed.probe
 
+# A scene of fewer triangles: the header knows it, and the scene by its whole. A tenth of the Cornell box is nothing.
+capture --decimate .5 "$scene" placed.probe >half.probe
+check "--decimate is kept, with the key of the whole scene" sh -c "probe-cat --info half.probe | grep -qx 'key capture-decimate 0.5' &&
+    probe-cat --info half.probe | grep '^key scene-key' >x && probe-cat --info a.probe | grep '^key scene-key' | cmp - x"
+check "and gives other light" sh -c "! probe-cat --text half.probe | grep '^[0-9-]' | cmp -s - whole.txt"
+capture --decimate 1 "$scene" placed.probe >one.probe
+check "--decimate 1 is the whole scene" sh -c "probe-cat --no-provenance a.probe >x && probe-cat --no-provenance one.probe | cmp - x"
+check "a second pass decimates alike" sh -c "probe-cat --rows 0:10 half.probe >x && probe-cat --rows 10: placed.probe >y && probe-cat x y |
+    probe-capture -q '$scene' | probe-cat --no-provenance --text | grep '^[0-9-]' >z &&
+    probe-cat --no-provenance --text half.probe | grep '^[0-9-]' | cmp - z"
+refused 1 "captured with capture-decimate 0.5, not none" probe-capture --decimate 1 "$scene" half.probe
+refused 1 "captured with capture-decimate none, not 0.5" probe-capture --decimate .5 "$scene" a.probe
+check "what cannot go is said" sh -c "probe-capture --rays 32 --decimate .01 '$scene' placed.probe 2>&1 >x | grep -q 'of 32 triangles are left'"
+sed 's/^capture-decimate 0.5/capture-decimate 2/' half.probe >bad.probe
+refused 1 "header key capture-decimate: expected a share above 0 and at most 1, got '2'" probe-capture "$scene" bad.probe
+refused 2 "--decimate" probe-capture --decimate 0 "$scene" placed.probe
+refused 2 "--decimate" probe-capture --decimate 1.01 "$scene" placed.probe
+
 # Rays by error, orders by what irradiance needs, columns on request, surfaces.
 check "every probe as exactly as is asked" sh -c "probe-capture -e 0.1 --emit front --columns sh_error,rays --text '$scene' placed.probe >error.probe &&
     grep -q '^capture-error 0.1' error.probe && probe-cat --where 'rays[0]>200' error.probe | probe-cat --info | grep -q 'table probe: [1-9]'"

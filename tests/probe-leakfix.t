@@ -24,6 +24,14 @@ probe-place points all.txt | probe-capture -q --rays 32 --bounces 4 "$rooms" | p
 probe-cat --text --no-provenance --tables probe --columns position,sh baked.probe | grep '^[0-9-]' >baked.txt
 check "new probes are captured as the others were" cmp captured.txt baked.txt
 
+# The same where they were captured in a scene of fewer triangles; leaks are looked for in the whole scene.
+probe-cat --tables probe --columns position cells.probe | probe-capture --again -q --rays 32 --bounces 4 --decimate .6 "$rooms" | probe-tet >few.probe
+check "leaks are those of the whole scene" sh -c "probe-leakfix '$rooms' few.probe 2>err >fewer.probe; grep edges said >x; grep edges err | cmp - x"
+probe-place points all.txt | probe-capture -q --rays 32 --bounces 4 --decimate .6 "$rooms" |
+    probe-cat --text --no-provenance --tables probe --columns position,sh | grep '^[0-9-]' >captured.txt
+probe-cat --text --no-provenance --tables probe --columns position,sh fewer.probe | grep '^[0-9-]' >fewer.txt
+check "new probes are captured in the scene that the others were captured in" sh -c "cmp captured.txt fewer.txt && ! cmp -s fewer.txt baked.txt"
+
 # Light at the far side of the wall, beside it, low in the dark room: less than before it was mended, as behind a closed wall.
 awk 'BEGIN { for (i = 0; i < 20; i++) print 4.3, 0.6 + i * .09, 0.5, 1, 0, 0 }' >behind.txt
 probe-query -q cells.probe behind.txt | awk '{ s += $1 } END { print s }' >leaky
