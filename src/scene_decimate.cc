@@ -68,7 +68,17 @@ void part_add(part &p, const struct scene_mesh &mesh, const double *m)
     }
 }
 
-/* The error of a collapse, and whether it is legal. Holds the faces by their corners' vertices, which it keeps up to date. */
+/* A part as OpenMesh's half-edges, within a cube from -1 to 1. */
+struct topology {
+    half_edges mesh;
+    std::vector<uint32_t> triangle;            /* of each face */
+    std::vector<half_edges::FaceHandle> face;  /* of each triangle; invalid: not taken */
+    std::vector<int> vertex;                   /* of each corner */
+    std::vector<uint32_t> origin;              /* of each vertex: in the part */
+    std::vector<uint32_t> fan;                 /* faces about each vertex */
+};
+
+/* The error of a collapse, and whether it is legal. Keeps the corners' vertices and texture coordinates up to date, and the fans. */
 class collapses : public OpenMesh::Decimater::ModBaseT<half_edges> {
 public:
     using Base = OpenMesh::Decimater::ModBaseT<half_edges>;
@@ -82,26 +92,21 @@ public:
         return own;
     }
 
-    /* triangle: of each face of the mesh; vertex: of each corner. All stay the caller's. */
-    void begin(const struct scene *its_scene, part *its_part, const std::vector<uint32_t> *its_triangle, std::vector<int> *its_vertex)
+    /* All stay the caller's. */
+    void begin(const struct scene *its_scene, part *its_part, topology *its_topology)
     {
         scene = its_scene;
         p = its_part;
-        triangle = its_triangle;
-        vertex = its_vertex;
+        o = its_topology;
         quadrics.assign(mesh().n_vertices(), quadric());
-        faces.assign(mesh().n_vertices(), 0);
-        for (const auto f : mesh().faces())
-            for (uint32_t k = 0; k < 3; k++)
-                faces[(size_t)(*vertex)[3 * triangle_of(f) + k]]++;
         for (const auto f : mesh().faces())
             add_planes(f);
     }
 
     float collapse_priority(const CollapseInfo &ci) override
     {
-        const uint32_t fan = faces_after(ci);
-        if (fan > fan_most && fan > faces[(size_t)ci.v1.idx()])
+        const uint32_t fan = fan_after(ci);
+        if (fan > fan_most && fan > o->fan[(size_t)ci.v1.idx()])
             return ILLEGAL_COLLAPSE;
         const int count = creases_at(ci.v0v1);
         if (count && !(count == 2 && is_crease(ci.v0v1)))
@@ -121,17 +126,17 @@ public:
     void preprocess_collapse(const CollapseInfo &ci) override
     {
         quadrics[(size_t)ci.v1.idx()] += quadrics[(size_t)ci.v0.idx()];
-        faces[(size_t)ci.v1.idx()] = faces_after(ci);
+        o->fan[(size_t)ci.v1.idx()] = fan_after(ci);
         for (const auto v : {ci.vl, ci.vr})
             if (v.is_valid())
-                faces[(size_t)v.idx()]--;
+                o->fan[(size_t)v.idx()]--;
         moves.clear();
         each_remaining(ci, [&](uint32_t, uint32_t corner, const float *uv) {
             moves.push_back({corner, {uv[0], uv[1]}});
             return true;
         });
         for (const move &m : moves) { /* now that nothing more is asked of the faces as they were */
-            (*vertex)[m.corner] = ci.v1.idx();
+            o->vertex[m.corner] = ci.v1.idx();
             std::copy_n(m.uv, 2, &p->uv[2 * (size_t)m.corner]);
         }
         counted = half_edges::VertexHandle();
@@ -144,18 +149,18 @@ private:
     };
 
     /* Faces about v1 after the collapse. */
-    uint32_t faces_after(const CollapseInfo &ci) const
+    uint32_t fan_after(const CollapseInfo &ci) const
     {
-        return faces[(size_t)ci.v0.idx()] + faces[(size_t)ci.v1.idx()] - 2 * (uint32_t)ci.fl.is_valid() - 2 * (uint32_t)ci.fr.is_valid();
+        return o->fan[(size_t)ci.v0.idx()] + o->fan[(size_t)ci.v1.idx()] - 2 * (uint32_t)ci.fl.is_valid() - 2 * (uint32_t)ci.fr.is_valid();
     }
 
-    uint32_t triangle_of(half_edges::FaceHandle f) const { return (*triangle)[(size_t)f.idx()]; }
+    uint32_t triangle_of(half_edges::FaceHandle f) const { return o->triangle[(size_t)f.idx()]; }
 
     /* The corner of a triangle that stands on a vertex. */
     uint32_t corner_at(uint32_t t, half_edges::VertexHandle v) const
     {
         uint32_t c = 3 * t;
-        while (c < 3 * t + 2 && (*vertex)[c] != v.idx())
+        while (c < 3 * t + 2 && o->vertex[c] != v.idx())
             c++;
         return c;
     }
@@ -217,7 +222,7 @@ private:
         return going;
     }
 
-    point position(uint32_t corner) { return mesh().point(half_edges::VertexHandle((*vertex)[corner])); }
+    point position(uint32_t corner) { return mesh().point(half_edges::VertexHandle(o->vertex[corner])); }
 
     /* Whether a face may follow its corner from v0 to v1; adds what its texture slides. */
     bool face_allows(const CollapseInfo &ci, uint32_t t, uint32_t corner, const float *uv, double &slide)
@@ -259,7 +264,7 @@ private:
         quadric face(normal, a);
         face *= area / 2;
         for (uint32_t k = 0; k < 3; k++)
-            quadrics[(size_t)(*vertex)[3 * t + k]] += face;
+            quadrics[(size_t)o->vertex[3 * t + k]] += face;
         half_edges::HalfedgeHandle h = mesh().halfedge_handle(f);
         for (int k = 0; k < 3; k++, h = mesh().next_halfedge_handle(h)) {
             if (!is_crease(h))
@@ -280,23 +285,11 @@ private:
 
     const struct scene *scene = nullptr;
     part *p = nullptr;
-    const std::vector<uint32_t> *triangle = nullptr;
-    std::vector<int> *vertex = nullptr;
+    topology *o = nullptr;
     std::vector<quadric> quadrics;
-    std::vector<uint32_t> faces; /* about each vertex */
     std::vector<move> moves;
     half_edges::VertexHandle counted; /* the vertex that `creases` is of */
     int creases = 0;
-};
-
-/* A part as OpenMesh's half-edges, within a cube from -1 to 1. */
-struct topology {
-    half_edges mesh;
-    std::vector<uint32_t> triangle;            /* of each face */
-    std::vector<half_edges::FaceHandle> face; /* of each triangle; invalid: not taken */
-    std::vector<int> vertex;                   /* of each corner */
-    std::vector<uint32_t> origin;              /* of each vertex: in the part */
-    std::vector<uint32_t> fan;                 /* faces about each vertex */
 };
 
 void add_vertices(topology &o, const part &p, corner_sets &sets)
@@ -416,7 +409,7 @@ void decimate(part &p, const struct scene *scene, size_t target)
     collapses::Handle handle;
     decimater.add(handle);
     decimater.initialize();
-    decimater.module(handle).begin(scene, &p, &o.triangle, &o.vertex);
+    decimater.module(handle).begin(scene, &p, &o);
     decimater.decimate_to_faces(0, target > outside ? target - outside : 0);
     reduce(p, o);
 }
