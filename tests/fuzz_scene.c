@@ -84,8 +84,12 @@ static void read_scene(const char *name, const char *sky)
     settings.sky_file = sky ? strdup(files_path(sky)) : NULL;
     struct error *err = scene_read(&s, files_path(name), &settings, true, &warnings);
     require(!err == (s != NULL), "a scene or an error");
-    if (s)
+    if (s) {
         check_scene(s);
+        struct error *decimated = scene_decimate(s, 0.3, NULL);
+        require(!decimated, "a scene can be decimated");
+        check_scene(s);
+    }
     error_destroy(err);
     scene_destroy(s);
     scene_settings_clear(&settings);
