@@ -168,11 +168,11 @@ static void test_instances(void)
 
 static void test_header(void)
 {
-    struct capture_settings s = {.order = 5, .rays = 77, .bounces = 3, .light = CAPTURE_INDIRECT, .seed = (uint64_t)1 << 52}, back = capture_settings_default();
+    struct capture_settings s = {.order = 5, .rays = 77, .bounces = 3, .light = CAPTURE_INDIRECT, .seed = (uint64_t)1 << 52, .decimate = 0.3}, back = capture_settings_default();
     struct stream_header h = {0};
     must(capture_settings_to_header(&s, &h));
     must(capture_settings_from_header(&back, &h));
-    ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT && back.seed == s.seed, "settings come back from a header");
+    ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT && back.seed == s.seed && back.decimate == s.decimate, "settings come back from a header");
     must(header_set_key(&h, "capture-rays", "many"));
     struct error *err = capture_settings_from_header(&back, &h);
     ok(err && strstr(error_message(err), "capture-rays"), "refused: %s", err ? error_message(err) : "");
