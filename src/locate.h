@@ -1,7 +1,6 @@
 /* locate: the cell around a point, the weights of its four probes, and what they blend to.
  *
- * This is the core that a game ships: plain C, no dependency but libc and libm, no stream and no scene.
- * It borrows arrays and owns only what it derives from them (the hull).
+ * The project's own face of libprobe-query (probe-query.h), with errors as values:
  *
  *     struct locate *l;
  *     err = locate_create(&l, probes, position, cells, vertex, neighbour);
@@ -23,6 +22,7 @@
 
 struct error;
 struct locate;
+struct probe_mesh;
 
 enum { LOCATE_COLD = -1 }; /* no last cell known: start anywhere */
 
@@ -34,13 +34,15 @@ struct locate_weights {
     double distance;   /* to the hull's nearest point; 0 inside */
 };
 
-/* position: 3 * probe_count; vertex, neighbour: 4 * cell_count, as tetra makes them; all must outlive the locator. Checks every index and that
- * cells have positive volume; errors name the cell. */
+/* position: 3 * probe_count; vertex, neighbour: 4 * cell_count, as tetra makes them; all must outlive the locator. Checks every index, that
+ * cells have positive volume and that neighbours share faces; errors name the cell. */
 struct error *locate_create(struct locate **locate, size_t probe_count, const double *position, size_t cell_count,
                             const int32_t *vertex, const int32_t *neighbour);
+/* The same of cells of any dimension (mesh.h). */
+struct error *locate_create_mesh(struct locate **locate, const struct probe_mesh *mesh);
 void locate_destroy(struct locate *locate);
 
-/* Locates p (finite). Ends always: a walk that visits more cells than there are turns to a search over all of them. */
+/* Locates p (finite). Ends always (volume_walk.c says why). */
 void locate_point(const struct locate *locate, const double p[3], struct locate_weights *weights);
 
 /* out[k] = sum weight_i value[vertex_i * width + k], k = 0 .. width-1, summed in double. */

@@ -1,27 +1,75 @@
 /* probe-query: the light at points, interpolated between the probes around each. */
 #include "array.h"
 #include "error.h"
+#include "interpolate.h"
 #include "options.h"
 #include "points.h"
 #include "query.h"
+#include "stream_private.h"
 #include "warning.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK = 4096 };
+struct arguments {
+    int from, to, outside, pack, kind;
+    bool normals, explain;
+    const char *column;
+};
 
-static struct error *answer(struct query *query, struct points *points)
+static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path, const struct arguments *a)
 {
-    double *value = NULL;
-    struct error *err = array_create(&value, 6 * BLOCK, sizeof *value);
-    for (size_t got = 1; !err && got;) {
-        size_t width = 0;
-        err = points_read(points, BLOCK, value, &width, &got);
-        if (!err)
-            err = query_points(query, points, got, width, value);
+    const struct interpolate_settings settings = {.kind = (enum interpolate_kind)a->kind, .column = a->column,
+                                                  .nearest = a->outside != QUERY_EXTEND};
+    if (interpolate_is_packed(path))
+        return interpolate_open_packed(in, path, &settings);
+    struct error *err = stream_read(stream, path);
+    return err ? err : error_wrap(interpolate_open(in, *stream, &settings), "%s", path);
+}
+
+static struct error *write_packed(const struct interpolate *in, enum probe_packing packing, const char *path)
+{
+    struct stream_output out;
+    char *image;
+    const size_t size = probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, NULL, 0);
+    if (!size)
+        return error_new("some probes have no light: run probe-capture");
+    struct error *err = output_open(&out, path, true);
+    if (err)
+        return err;
+    err = output_room(&out, size, &image);
+    if (!err) {
+        probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, image, size);
+        out.count += size;
+        return output_finish(&out);
     }
-    free(value);
+    output_abandon(&out);
+    return err;
+}
+
+static struct error *answer(const struct interpolate *in, const struct arguments *a, const char *input, const struct common *common,
+                            const struct program *program)
+{
+    const struct query_settings settings = {.format = (enum query_format)a->to, .outside = (enum query_outside)a->outside, .explain = a->explain,
+                                            .threads = (int)common->threads, .output = common->output, .recorded = program->recorded};
+    struct query *query = NULL;
+    struct points *points = NULL;
+    struct warnings warnings = {0};
+    struct error *err = query_open(&query, in, &settings);
+    if (!err)
+        err = points_open(&points, input, (enum points_format)a->from, a->normals);
+    if (!err)
+        err = query_run(query, points);
+    if (!err && query_outside(query))
+        warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: %s", query_outside(query),
+                     a->outside == QUERY_ZERO ? "they have no light" : "their light is that of the hull");
+    if (!err && !common->quiet)
+        warnings_print(&warnings, program->name);
+    warnings_clear(&warnings);
+    points_close(points);
+    if (!err)
+        return query_finish(query);
+    query_abandon(query);
     return err;
 }
 
@@ -29,19 +77,25 @@ int main(int argc, char **argv)
 {
     static const char *const from_formats[] = {"text", "binary", NULL};
     static const char *const to_formats[] = {"text", "binary", "stream", NULL};
-    int from = POINTS_TEXT, to = QUERY_TEXT;
-    bool normals = false, explain = false;
-    const char *column = "sh";
+    static const char *const outsides[] = {"extend", "nearest", "zero", "error", NULL};
+    static const char *const packings[] = {"float", "half", NULL};
+    struct arguments a = {.from = POINTS_TEXT, .to = QUERY_TEXT, .column = "sh"};
+    bool pack = false;
     const struct option_row rows[] = {
-        {.name = "from", .argument = "FORMAT", .kind = OPTION_CHOICE, .choices = from_formats, .value = &from,
+        {.name = "from", .argument = "FORMAT", .kind = OPTION_CHOICE, .choices = from_formats, .value = &a.from,
          .help = "points come as text, one a line, or binary: little-endian doubles,\n3 a point", .unrecorded = true},
-        {.name = "normals", .kind = OPTION_FLAG, .value = &normals, .unrecorded = true,
+        {.name = "normals", .kind = OPTION_FLAG, .value = &a.normals, .unrecorded = true,
          .help = "binary points have 6 doubles, the last 3 a normal (text tells by itself)"},
-        {.name = "to", .argument = "FORMAT", .kind = OPTION_CHOICE, .choices = to_formats, .value = &to,
+        {.name = "to", .argument = "FORMAT", .kind = OPTION_CHOICE, .choices = to_formats, .value = &a.to,
          .help = "light goes out as text, binary (little-endian floats), or a probe\nstream of the points", .unrecorded = true},
-        {.name = "column", .argument = "NAME", .kind = OPTION_TEXT, .value = &column,
+        {.name = "column", .argument = "NAME", .kind = OPTION_TEXT, .value = &a.column,
          .help = "interpolate this column of the probes"},
-        {.name = "explain", .kind = OPTION_FLAG, .value = &explain, .unrecorded = true,
+        {.name = "outside", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = outsides, .value = &a.outside,
+         .help = "outside of the hull of the probes: light goes on from it along rays (extend),\n"
+                 "is that of its nearest point, is none (zero), or is refused (error)"},
+        {.name = "pack", .argument = "PRECISION", .kind = OPTION_CHOICE, .choices = packings, .value = &a.pack, .given = &pack,
+         .shown = "no", .help = "answer no points: write BAKED as a packed file for libprobe-query, its\nlight as floats or halves (float, half)"},
+        {.name = "explain", .kind = OPTION_FLAG, .value = &a.explain, .unrecorded = true,
          .help = "with text: add the cell, its four probes and their weights, inside or\noutside of the hull, and the distance from it"},
         {0}};
     struct common common = common_default();
@@ -51,42 +105,25 @@ int main(int argc, char **argv)
         .usage = "[OPTION]... BAKED [POINTS]",
         .summary = "Reads points (x y z, or x y z nx ny nz) and writes the light there, interpolated between\n"
                    "the probes of BAKED: the SH coefficients, or for a normal the irradiance (R G B).",
-        .groups = {rows, common_rows(&common, COMMON_OUTPUT, shared)},
+        .groups = {rows, common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared)},
         .operands_least = 1,
         .operands_most = 2};
     struct stream *stream = NULL;
-    struct points *points = NULL;
-    struct query *query = NULL;
+    struct interpolate *in = NULL;
     struct error *err = options_parse(&program, argc, argv);
-    if (!err && explain && to != QUERY_TEXT)
+    if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
+    if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))
+        err = error_usage("--pack takes no points, and packs no column but sh");
     const char *baked = err ? "-" : program.operands[0];
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
-    if (!err && !strcmp(baked, "-") && !strcmp(input, "-"))
+    if (!err && !pack && !strcmp(baked, "-") && !strcmp(input, "-"))
         err = error_usage("the baked stream and the points cannot both come from standard input");
     if (!err)
-        err = stream_read(&stream, baked);
-    if (!err) {
-        const struct query_settings settings = {.column = column, .format = (enum query_format)to, .explain = explain,
-                                                .output = common.output, .recorded = program.recorded};
-        err = error_wrap(query_open(&query, stream, &settings), "%s", baked);
-    }
+        err = open_baked(&in, &stream, baked, &a);
     if (!err)
-        err = points_open(&points, input, (enum points_format)from, normals);
-    if (!err)
-        err = answer(query, points);
-    struct warnings warnings = {0};
-    if (!err && query_outside(query))
-        warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: light is that of its nearest point",
-                     query_outside(query));
-    if (!err && !common.quiet)
-        warnings_print(&warnings, program.name);
-    warnings_clear(&warnings);
-    if (!err)
-        err = query_finish(query);
-    else
-        query_abandon(query);
-    points_close(points);
+        err = pack ? write_packed(in, (enum probe_packing)a.pack, common.output) : answer(in, &a, input, &common, &program);
+    interpolate_close(in);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

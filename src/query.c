@@ -1,83 +1,74 @@
 #include "query.h"
 #include "array.h"
-#include "content.h"
 #include "error.h"
-#include "locate.h"
+#include "interpolate.h"
 #include "number.h"
 #include "points.h"
-#include "sh.h"
 #include "stream_private.h"
+#include "threads.h"
 
 #include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-struct query {
-    struct query_settings settings;
-    const struct stream *stream;
-    struct locate *locate;
-    struct locate_weights weights; /* of the last point: where the next walk begins */
-    const float *value;            /* the interpolated column */
-    size_t width;
-    int order; /* of SH, where the column is sh; else 0 */
-    bool convolved;
-    float *blend; /* width; owned */
-    size_t outside;
-    size_t point_width; /* 0 before the first point */
-    struct stream_output out;
-    struct stream_writer *writer;
-    struct table rows; /* QUERY_STREAM: the block that is being filled */
+enum {
+    BLOCK_NEAR = 4096,       /* points of a block whose points are near one another: what comes out stays in the second-level cache */
+    BLOCK_FAR = 128 * 1024,  /* of one whose points are not: the more, the nearer they come when they are sorted */
+    AHEAD = 16,              /* points whose places are found before the first one's light is blended, so that memory can be asked for it early */
+    WAIT = 50,               /* milliseconds */
 };
 
-static struct error *open_cells(struct query *q)
-{
-    const struct table *probes = stream_table(q->stream, "probe"), *cells = stream_table(q->stream, "tet");
-    struct column *vertex = NULL, *neighbour = NULL;
-    if (!probes)
-        return error_new("there is no table probe");
-    if (!cells)
-        return error_new("there are no cells: run probe-tet");
-    struct error *err = table_require(cells, "vertex", COLUMN_I32, 4, &vertex);
-    if (!err)
-        err = table_require(cells, "neighbour", COLUMN_I32, 4, &neighbour);
-    if (!err)
-        err = locate_create(&q->locate, probes->rows, column_f64(table_column(probes, "position")), cells->rows,
-                            column_i32(vertex), column_i32(neighbour));
-    return err;
-}
+struct query {
+    struct query_settings settings;
+    const struct interpolate *in;
+    struct stream_output out;
+    struct stream_writer *writer;
+    size_t point_width; /* 0 before the first point */
+    struct points *points;
+    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written in the order of their tickets. */
+    pthread_mutex_t lock, reading;
+    pthread_cond_t turned;
+    size_t ticket, turn;
+    atomic_size_t block_most;
+    bool ended, failed;
+    size_t outside;
+};
 
-static struct error *open_column(struct query *q)
-{
-    const struct table *probes = stream_table(q->stream, "probe");
-    const bool sh = !strcmp(q->settings.column, "sh");
-    struct column *column = NULL;
-    if (sh && !table_column(probes, "sh"))
-        return error_new("the probes have no light (no column sh): run probe-capture");
-    struct error *err = table_require(probes, q->settings.column, COLUMN_F32, 0, &column);
-    if (err)
-        return err;
-    q->value = column_f32(column);
-    q->width = column->width;
-    q->order = sh ? sh_order_of(column->width) : 0;
-    err = sh ? content_from_header(&q->stream->header, &q->convolved) : NULL;
-    return err ? err : array_create(&q->blend, q->width, sizeof *q->blend);
-}
+/* What a thread has of its own. */
+struct worker {
+    struct query *query;
+    struct points_block block;
+    float *light; /* of the block's points, or their irradiance */
+    size_t light_capacity;
+    struct probe_place *place; /* explain: of each point */
+    size_t place_capacity;
+    uint32_t *order;
+    uint64_t *room;
+    size_t order_capacity, room_capacity;
+    struct probe_place last; /* where the next walk begins */
+    char *text;
+    size_t text_bytes, text_capacity;
+    struct table rows; /* QUERY_STREAM */
+    float *blend;      /* one point's, before its irradiance is made */
+    size_t outside;
+};
 
-struct error *query_open(struct query **query, const struct stream *stream, const struct query_settings *settings)
+struct error *query_open(struct query **query, const struct interpolate *in, const struct query_settings *settings)
 {
     struct query *q = NULL;
     *query = NULL;
     struct error *err = array_create(&q, 1, sizeof *q);
     if (err)
         return err;
-    q->settings = *settings;
-    q->stream = stream;
-    q->weights.cell = LOCATE_COLD;
-    q->out.fd = -1;
-    err = open_cells(q);
-    if (!err)
-        err = open_column(q);
-    if (!err && settings->format != QUERY_STREAM)
+    *q = (struct query){.settings = *settings, .in = in, .out = {.fd = -1}, .block_most = BLOCK_NEAR};
+    pthread_mutex_init(&q->lock, NULL);
+    pthread_mutex_init(&q->reading, NULL);
+    pthread_cond_init(&q->turned, NULL);
+    if (settings->format == QUERY_STREAM && !in->stream)
+        err = error_new("a packed file has no stream's header: --to stream needs a stream");
+    else if (settings->format != QUERY_STREAM)
         err = output_open(&q->out, settings->output, false);
     if (err)
         query_abandon(q);
@@ -88,160 +79,314 @@ struct error *query_open(struct query **query, const struct stream *stream, cons
 
 /* -- what comes out --------------------------------------------------------------------------- */
 
-static struct error *write_text(struct query *q, const float *value, size_t width)
+static size_t result_width(const struct query *q)
 {
-    char *room;
-    struct error *err = output_room(&q->out, (width + 11) * (NUMBER_ROOM + 1), &room);
-    if (err)
-        return err;
-    char *at = room;
-    for (size_t k = 0; k < width; k++) {
-        at = number_write_f32(at, value[k]);
-        *at++ = ' ';
-    }
-    if (q->settings.explain) {
-        const struct locate_weights *w = &q->weights;
-        at = number_write_i32(at, w->cell);
-        *at++ = ' ';
-        for (int i = 0; i < 4; i++) {
-            at = number_write_i32(at, w->vertex[i]);
-            *at++ = ' ';
-        }
-        for (int i = 0; i < 4; i++) {
-            at = number_write_f32(at, (float)w->weight[i]);
-            *at++ = ' ';
-        }
-        at = stpcpy(at, w->inside ? "inside " : "outside ");
-        at = number_write_f32(at, (float)w->distance);
-        *at++ = ' ';
-    }
-    at[-1] = '\n';
-    q->out.count += (size_t)(at - room);
-    return output_flush(&q->out, false);
-}
-
-static struct error *write_binary(struct query *q, const float *value, size_t width)
-{
-    char *room;
-    struct error *err = output_room(&q->out, width * sizeof *value, &room);
-    if (err)
-        return err;
-    memcpy(room, value, width * sizeof *value);
-    q->out.count += width * sizeof *value;
-    return output_flush(&q->out, false);
-}
-
-static struct error *write_legend(struct query *q, size_t point_width)
-{
-    const char *what = point_width == 6 ? "irradiance:3" : q->settings.column;
-    char *room;
-    struct error *err = output_room(&q->out, strlen(what) + 80, &room);
-    if (!err)
-        q->out.count += (size_t)(stpcpy(stpcpy(stpcpy(room, "# "), what), " cell probe:4 weight:4 inside distance\n") - room);
-    return err;
+    return q->point_width == 6 ? 3 : q->in->width;
 }
 
 /* A stream like the baked one's, of points in place of probes. */
-static struct error *start_stream(struct query *q, size_t point_width)
+static struct error *make_rows(const struct query *q, struct table *rows)
+{
+    struct column *column = NULL;
+    struct error *err = table_init(rows, "probe");
+    if (!err)
+        err = table_add_column(rows, "position", COLUMN_F64, 3, &column);
+    if (!err && q->point_width == 6)
+        err = table_add_column(rows, "normal", COLUMN_F32, 3, &column);
+    if (!err && q->point_width == 6)
+        err = table_add_column(rows, "irradiance", COLUMN_F32, 3, &column);
+    else if (!err)
+        err = table_add_column(rows, q->in->settings.column, COLUMN_F32, q->in->width, &column);
+    return err;
+}
+
+static struct error *start_stream(struct query *q)
 {
     struct stream_header header = {0};
-    struct column *column = NULL;
-    struct error *err = header_copy(&header, &q->stream->header);
+    struct table rows = {0};
+    struct error *err = header_copy(&header, &q->in->stream->header);
     if (!err)
         err = header_add_provenance(&header, q->settings.recorded);
     if (!err)
-        err = table_init(&q->rows, "probe");
+        err = make_rows(q, &rows);
     if (!err)
-        err = table_add_column(&q->rows, "position", COLUMN_F64, 3, &column);
-    if (!err && point_width == 6)
-        err = table_add_column(&q->rows, "normal", COLUMN_F32, 3, &column);
-    if (!err && point_width == 6)
-        err = table_add_column(&q->rows, "irradiance", COLUMN_F32, 3, &column);
-    else if (!err)
-        err = table_add_column(&q->rows, q->settings.column, COLUMN_F32, q->width, &column);
+        err = stream_writer_open(&q->writer, q->settings.output, q->in->stream->encoding, &header);
     if (!err)
-        err = stream_writer_open(&q->writer, q->settings.output, q->stream->encoding, &header);
-    if (!err)
-        err = stream_writer_table(q->writer, &q->rows);
+        err = stream_writer_table(q->writer, &rows);
+    table_clear(&rows);
     header_clear(&header);
     return err;
 }
 
+static struct error *write_legend(struct query *q)
+{
+    const char *what = q->point_width == 6 ? "irradiance:3" : q->in->settings.column;
+    char *room;
+    struct error *err = output_room(&q->out, strlen(what) + 80, &room);
+    if (!err)
+        q->out.count += (size_t)(stpcpy(stpcpy(stpcpy(room, "# "), what), " cell probe:4 weight:4 inside distance\n") - room);
+    return err ? err : output_flush(&q->out, true);
+}
+
+/* The first point says what comes out. */
 static struct error *start(struct query *q, size_t point_width)
 {
-    if (point_width == 6 && !q->order)
-        return error_new("points with a normal ask for irradiance, which is made of the column sh, not of %s", q->settings.column);
+    if (point_width == 6 && !q->in->order)
+        return error_new("points with a normal ask for irradiance, which is made of the column sh, not of %s", q->in->settings.column);
     q->point_width = point_width;
     if (q->settings.format == QUERY_STREAM)
-        return start_stream(q, point_width);
-    return q->settings.explain ? write_legend(q, point_width) : NULL;
+        return start_stream(q);
+    return q->settings.explain ? write_legend(q) : NULL;
 }
 
-static void write_row(struct query *q, size_t i, const double *point, const float *value, size_t width)
+static char *explain(char *at, const struct probe_place *place)
 {
-    memcpy(column_f64(&q->rows.columns[0]) + 3 * i, point, 3 * sizeof *point);
-    if (q->point_width == 6)
-        for (size_t k = 0; k < 3; k++)
-            column_f32(&q->rows.columns[1])[3 * i + k] = (float)point[3 + k];
-    memcpy(column_f32(&q->rows.columns[q->rows.column_count - 1]) + width * i, value, width * sizeof *value);
-}
-
-/* -- the light at a point --------------------------------------------------------------------- */
-
-static struct error *blend(struct query *q, const double *point)
-{
-    locate_point(q->locate, point, &q->weights);
-    q->outside += !q->weights.inside;
+    at = number_write_i32(at, place->cell);
+    *at++ = ' ';
     for (int i = 0; i < 4; i++) {
-        const int32_t probe = q->weights.vertex[i];
-        if (q->weights.weight[i] > 0 && isnan(q->value[(size_t)probe * q->width]))
-            return error_new("probe %d has no %s: run probe-capture", probe, q->order ? "light" : q->settings.column);
+        at = number_write_i32(at, place->probe[i]);
+        *at++ = ' ';
     }
-    locate_blend(&q->weights, q->value, q->width, q->blend);
+    for (int i = 0; i < 4; i++) {
+        at = number_write_f32(at, (float)place->weight[i]);
+        *at++ = ' ';
+    }
+    at = stpcpy(at, place->inside ? "inside " : "outside ");
+    at = number_write_f32(at, (float)place->distance);
+    *at++ = ' ';
+    return at;
+}
+
+static struct error *make_text(struct worker *w)
+{
+    const struct query *q = w->query;
+    const size_t width = result_width(q), line = (width + 11) * (NUMBER_ROOM + 1);
+    w->text_bytes = 0;
+    for (size_t i = 0; i < w->block.count; i++) {
+        struct error *err = array_reserve(&w->text, &w->text_capacity, w->text_bytes + line, 1);
+        if (err)
+            return err;
+        char *at = w->text + w->text_bytes;
+        for (size_t k = 0; k < width; k++) {
+            at = number_write_f32(at, w->light[i * width + k]);
+            *at++ = ' ';
+        }
+        if (q->settings.explain)
+            at = explain(at, &w->place[i]);
+        at[-1] = '\n';
+        w->text_bytes = (size_t)(at - w->text);
+    }
     return NULL;
 }
 
-static struct error *irradiance(const struct query *q, const double *normal, float rgb[3])
+static struct error *make_stream(struct worker *w)
+{
+    struct error *err = w->rows.column_count ? NULL : make_rows(w->query, &w->rows);
+    if (!err)
+        err = table_resize(&w->rows, w->block.count);
+    if (err)
+        return err;
+    const size_t width = w->block.width;
+    for (size_t i = 0; i < w->block.count; i++) {
+        const double *point = w->block.value + i * width;
+        memcpy(column_f64(&w->rows.columns[0]) + 3 * i, point, 3 * sizeof *point);
+        for (size_t k = 0; k < 3 && width == 6; k++)
+            column_f32(&w->rows.columns[1])[3 * i + k] = (float)point[3 + k];
+    }
+    memcpy(w->rows.columns[w->rows.column_count - 1].data, w->light, w->block.count * result_width(w->query) * sizeof *w->light);
+    return NULL;
+}
+
+/* Writes a block whose turn it is; a pipe is answered while it runs. */
+static struct error *write_block(struct worker *w)
+{
+    struct query *q = w->query;
+    if (!w->block.count)
+        return NULL;
+    switch (q->settings.format) {
+    case QUERY_STREAM: return stream_writer_rows(q->writer, &w->rows, 0, w->block.count);
+    case QUERY_TEXT: return output_write(&q->out, w->text, w->text_bytes);
+    default: return output_write(&q->out, w->light, w->block.count * result_width(q) * sizeof *w->light);
+    }
+}
+
+/* -- the light at points ---------------------------------------------------------------------- */
+
+static struct error *make_irradiance(const struct query *q, const float *sh, const double *normal, float rgb[3])
 {
     const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    if (!(length > 0) || !isfinite(length))
+    if (!(length > 0) || !(length < INFINITY))
         return error_new("expected a normal with a length, got %g %g %g", normal[0], normal[1], normal[2]);
-    const double n[3] = {normal[0] / length, normal[1] / length, normal[2] / length};
-    double e[3];
-    sh_irradiance(q->order, q->blend, q->convolved, n, e);
-    for (int k = 0; k < 3; k++)
-        rgb[k] = (float)e[k];
+    const float n[3] = {(float)(normal[0] / length), (float)(normal[1] / length), (float)(normal[2] / length)};
+    (q->in->convolved ? probe_irradiance_convolved : probe_irradiance)(q->in->order, sh, n, rgb);
     return NULL;
 }
 
-struct error *query_points(struct query *q, const struct points *points, size_t count, size_t width, const double *value)
+/* The light at a point whose place is known, into its row of w->light. */
+static struct error *light_point(struct worker *w, size_t i, const struct probe_place *place)
 {
-    struct error *err = !count || q->point_width ? NULL : start(q, width);
-    if (!err && q->settings.format == QUERY_STREAM)
-        err = table_resize(&q->rows, count);
-    for (size_t i = 0; i < count && !err; i++) {
-        const double *point = value + i * width;
-        float rgb[3];
-        err = blend(q, point);
-        if (!err && width == 6)
-            err = irradiance(q, point + 3, rgb);
-        err = points_place(points, i, err);
-        const float *result = width == 6 ? rgb : q->blend;
-        const size_t result_width = width == 6 ? 3 : q->width;
-        if (err)
-            break;
-        if (q->settings.format == QUERY_TEXT)
-            err = write_text(q, result, result_width);
-        else if (q->settings.format == QUERY_BINARY)
-            err = write_binary(q, result, result_width);
-        else
-            write_row(q, i, point, result, result_width);
+    const struct query *q = w->query;
+    const double *point = w->block.value + i * w->block.width;
+    float *result = w->light + i * result_width(q), *sh = q->point_width == 6 ? w->blend : result;
+    if (!place->inside) {
+        w->outside++;
+        if (q->settings.outside == QUERY_ERROR)
+            return error_new("the point is outside of the hull of the probes, %g away from it", place->distance);
+        if (q->settings.outside == QUERY_ZERO) {
+            memset(result, 0, result_width(q) * sizeof *result);
+            return NULL;
+        }
     }
-    if (!err && q->settings.format == QUERY_STREAM)
-        err = stream_writer_rows(q->writer, &q->rows, 0, count);
-    else if (!err) /* a pipe is answered while it runs */
-        err = output_flush(&q->out, true);
+    struct error *err = interpolate_at(q->in, point, place, sh);
+    return !err && q->point_width == 6 ? make_irradiance(q, sh, point + 3, result) : err;
+}
+
+/* Answers the block's points, in the given order or as they come. The error is that of the first point that has one. */
+static struct error *light_block(struct worker *w, const uint32_t *order)
+{
+    const size_t count = w->block.count, width = w->block.width;
+    struct error *err = NULL;
+    size_t wrong = count;
+    for (size_t k = 0; k < count; k += AHEAD) {
+        const size_t n = count - k < AHEAD ? count - k : AHEAD;
+        struct probe_place place[AHEAD];
+        for (size_t j = 0; j < n; j++) {
+            const size_t i = order ? order[k + j] : k + j;
+            interpolate_find(w->query->in, w->block.value + i * width, &w->last);
+            place[j] = w->last;
+            if (order)
+                interpolate_fetch(w->query->in, &place[j]);
+        }
+        for (size_t j = 0; j < n; j++) {
+            const size_t i = order ? order[k + j] : k + j;
+            struct error *here = i < wrong ? light_point(w, i, &place[j]) : NULL;
+            if (here) {
+                error_destroy(err);
+                err = here;
+                wrong = i;
+            }
+            if (w->place)
+                w->place[i] = place[j];
+        }
+        if (err && !order)
+            break;
+    }
+    return points_block_place(w->query->points, &w->block, wrong, err);
+}
+
+/* Finds an order for a block whose points are far from one another; NULL: they are answered as they come. */
+static struct error *find_order(struct worker *w, const uint32_t **order)
+{
+    const size_t count = w->block.count;
+    const bool scattered = probe_volume_scattered(w->query->in->volume, count, w->block.value, w->block.width);
+    *order = NULL;
+    atomic_store_explicit(&w->query->block_most, scattered ? BLOCK_FAR : BLOCK_NEAR, memory_order_relaxed); /* of what comes next */
+    if (!scattered)
+        return NULL;
+    struct error *err = array_reserve(&w->order, &w->order_capacity, count, sizeof *w->order);
+    if (!err)
+        err = array_reserve(&w->room, &w->room_capacity, 3 * count, sizeof *w->room);
+    if (err)
+        return err;
+    probe_volume_order(w->query->in->volume, count, w->block.value, w->block.width, w->order, w->room);
+    *order = w->order;
+    return NULL;
+}
+
+static struct error *answer(struct worker *w)
+{
+    struct query *q = w->query;
+    const uint32_t *order;
+    struct error *err = points_parse(q->points, &w->block);
+    if (!err)
+        err = array_reserve(&w->light, &w->light_capacity, w->block.count * result_width(q), sizeof *w->light);
+    if (!err && q->settings.explain)
+        err = array_reserve(&w->place, &w->place_capacity, w->block.count, sizeof *w->place);
+    if (!err && !w->blend)
+        err = array_create(&w->blend, q->in->width, sizeof *w->blend);
+    if (!err)
+        err = find_order(w, &order);
+    if (!err)
+        err = light_block(w, order);
+    if (!err && q->settings.format == QUERY_TEXT)
+        err = make_text(w);
+    if (!err && q->settings.format == QUERY_STREAM && w->block.count)
+        err = make_stream(w);
     return err;
+}
+
+/* -- threads ---------------------------------------------------------------------------------- */
+
+/* Takes the next block and its ticket; false when there is none, or another thread has failed. Reading may wait for a pipe: nobody else does meanwhile. */
+static bool take(struct worker *w, size_t *ticket, struct error **err)
+{
+    struct query *q = w->query;
+    pthread_mutex_lock(&q->reading);
+    pthread_mutex_lock(&q->lock);
+    bool more = !q->ended;
+    while (more && !q->failed && !points_ready(q->points, 0)) {
+        pthread_mutex_unlock(&q->lock);
+        points_ready(q->points, WAIT); /* now and then, whether another thread failed */
+        pthread_mutex_lock(&q->lock);
+    }
+    more = more && !q->failed;
+    pthread_mutex_unlock(&q->lock);
+    if (more) {
+        *err = points_take(q->points, q->block_most, &w->block);
+        if (!*err && w->block.width && !q->point_width)
+            *err = start(q, w->block.width);
+        more = *err || w->block.bytes;
+        q->ended = !more || *err;
+        *ticket = more ? q->ticket++ : 0;
+    }
+    pthread_mutex_unlock(&q->reading);
+    return more;
+}
+
+static struct error *work(void *context, size_t index, int thread)
+{
+    struct query *q = context;
+    struct worker w = {.query = q, .last = {.cell = PROBE_COLD}};
+    struct error *err = NULL;
+    size_t ticket = 0;
+    (void)index;
+    (void)thread;
+    while (!err && take(&w, &ticket, &err)) {
+        if (!err)
+            err = answer(&w);
+        pthread_mutex_lock(&q->lock);
+        while (q->turn != ticket)
+            pthread_cond_wait(&q->turned, &q->lock);
+        if (q->failed) { /* an earlier block did: what comes behind it is not written */
+            error_destroy(err);
+            err = NULL;
+        } else if (!err) {
+            pthread_mutex_unlock(&q->lock);
+            err = write_block(&w); /* nobody else's turn meanwhile */
+            pthread_mutex_lock(&q->lock);
+        }
+        q->failed = q->failed || err;
+        q->outside += w.outside;
+        w.outside = 0;
+        q->turn++;
+        pthread_cond_broadcast(&q->turned);
+        pthread_mutex_unlock(&q->lock);
+    }
+    points_block_clear(&w.block);
+    table_clear(&w.rows);
+    free(w.light);
+    free(w.place);
+    free(w.order);
+    free(w.room);
+    free(w.text);
+    free(w.blend);
+    return err;
+}
+
+struct error *query_run(struct query *q, struct points *points)
+{
+    q->points = points;
+    return threads_for(q->settings.threads, (size_t)q->settings.threads, work, q);
 }
 
 size_t query_outside(const struct query *q)
@@ -270,8 +415,8 @@ void query_abandon(struct query *q)
         return;
     stream_writer_abandon(q->writer);
     output_abandon(&q->out);
-    table_clear(&q->rows);
-    locate_destroy(q->locate);
-    free(q->blend);
+    pthread_mutex_destroy(&q->lock);
+    pthread_mutex_destroy(&q->reading);
+    pthread_cond_destroy(&q->turned);
     free(q);
 }

@@ -248,19 +248,32 @@ struct error *output_room(struct stream_output *out, size_t count, char **room)
     return err;
 }
 
-struct error *output_flush(struct stream_output *out, bool always)
+static struct error *write_all(const struct stream_output *out, const char *bytes, size_t count)
 {
-    if (!always && out->count < STREAM_BLOCK_BYTES)
-        return NULL;
-    for (size_t done = 0; done < out->count;) {
-        const ssize_t put = write(out->fd, out->data + done, out->count - done);
+    for (size_t done = 0; done < count;) {
+        const ssize_t put = write(out->fd, bytes + done, count - done);
         if (put < 0 && errno != EINTR)
             return error_system(errno, "%s", out->name);
         if (put > 0)
             done += (size_t)put;
     }
-    out->count = 0;
     return NULL;
+}
+
+struct error *output_flush(struct stream_output *out, bool always)
+{
+    if (!always && out->count < STREAM_BLOCK_BYTES)
+        return NULL;
+    struct error *err = write_all(out, out->data, out->count);
+    if (!err)
+        out->count = 0;
+    return err;
+}
+
+struct error *output_write(struct stream_output *out, const void *bytes, size_t count)
+{
+    struct error *err = output_flush(out, true);
+    return err ? err : write_all(out, bytes, count);
 }
 
 struct error *output_finish(struct stream_output *out)

@@ -91,6 +91,9 @@ struct error *output_room(struct stream_output *out, size_t count, char **room);
 /* Writes what is in memory when it is more than a block (always: all of it). */
 struct error *output_flush(struct stream_output *out, bool always);
 
+/* Writes bytes that lie elsewhere, behind those in memory. */
+struct error *output_write(struct stream_output *out, const void *bytes, size_t count);
+
 /* Flushes, closes, and gives the file its name. Clears, on error too. */
 struct error *output_finish(struct stream_output *out);
 

@@ -1,0 +1,480 @@
+/* Based on:
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a matrix for each cell.
+ */
+#include "volume.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const int facet_corner[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
+const char *probe_status_text(enum probe_status status)
+{
+    switch (status) {
+    case PROBE_OK: return "done";
+    case PROBE_NO_MEMORY: return "out of memory";
+    case PROBE_BAD_ARGUMENT: return "a count that cannot be";
+    case PROBE_NO_CELLS: return "there are no cells";
+    case PROBE_BAD_POSITION: return "a position is not finite";
+    case PROBE_BAD_VERTEX: return "a cell names a probe that does not exist";
+    case PROBE_BAD_NEIGHBOUR: return "a cell names a neighbour that does not exist or does not share the face";
+    case PROBE_BAD_SHAPE: return "a cell has no positive volume";
+    case PROBE_BAD_POINT: return "a point is not finite";
+    case PROBE_NOT_AN_IMAGE: return "this is not a packed file of a version that is known";
+    case PROBE_BAD_IMAGE: return "the packed file is damaged";
+    }
+    return "an unknown status";
+}
+
+/* -- exact measures ------------------------------------------------------------------------------ */
+
+static int64_t whole(double x)
+{
+    return (int64_t)x;
+}
+
+/* Lattice units along the axes that tell places of a lower-dimensional mesh apart. */
+static lattice_volume cross_2d(const struct probe_volume *v, const double a[3], const double b[3], const double c[3])
+{
+    const int x = v->axis[0], y = v->axis[1];
+    return (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]) - (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]);
+}
+
+void volume_measure(const struct probe_volume *v, size_t cell, const double p[3], lattice_volume volume[4])
+{
+    const double *s[4] = {p, p, p, p};
+    for (int i = 0; i < v->corners; i++)
+        s[i] = volume_site(v, volume_vertex(v, cell, i));
+    volume[0] = volume[1] = volume[2] = volume[3] = 0;
+    switch (v->corners) {
+    case 4:
+        volume[0] = lattice_orient(p, s[1], s[2], s[3]);
+        volume[1] = lattice_orient(s[0], p, s[2], s[3]);
+        volume[2] = lattice_orient(s[0], s[1], p, s[3]);
+        volume[3] = lattice_orient(s[0], s[1], s[2], p);
+        break;
+    case 3:
+        volume[0] = cross_2d(v, p, s[1], s[2]);
+        volume[1] = cross_2d(v, s[0], p, s[2]);
+        volume[2] = cross_2d(v, s[0], s[1], p);
+        break;
+    case 2:
+        volume[0] = whole(s[1][v->axis[0]] - p[v->axis[0]]);
+        volume[1] = whole(p[v->axis[0]] - s[0][v->axis[0]]);
+        break;
+    default: volume[0] = 1;
+    }
+    if (v->corners < 4 && volume[0] + volume[1] + volume[2] < 0) /* which way these run round is not said */
+        for (int i = 0; i < 3; i++)
+            volume[i] = -volume[i];
+}
+
+int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet *facet, int32_t vertex[3])
+{
+    const size_t cell = (size_t)facet->cell;
+    const int count = v->corners > 1 ? v->corners - 1 : 1;
+    for (int k = 0; k < 3; k++) {
+        const int other = k < count ? k : count - 1;
+        const int corner = v->corners == 4 ? facet_corner[facet->corner][k]
+                           : v->corners == 1 ? 0
+                                             : (facet->corner + 1 + other) % v->corners;
+        vertex[k] = volume_vertex(v, cell, corner);
+    }
+    return count;
+}
+
+/* -- checking what is given ---------------------------------------------------------------------- */
+
+/* Whether `other` has a neighbour `cell` across a facet with the corners of cell's facet opposite `corner`. */
+static bool shares_facet(const struct probe_volume *v, size_t cell, int corner, size_t other)
+{
+    for (int j = 0; j < v->corners; j++) {
+        if (volume_neighbour(v, other, j) != (int32_t)cell)
+            continue;
+        int shared = 0;
+        for (int a = 0; a < v->corners; a++)
+            for (int b = 0; b < v->corners; b++)
+                shared += a != corner && b != j && volume_vertex(v, cell, a) == volume_vertex(v, other, b);
+        if (shared == v->corners - 1)
+            return true;
+    }
+    return false;
+}
+
+static enum probe_status check_indices(const struct probe_volume *v, size_t *row)
+{
+    for (size_t cell = 0; cell < v->cells; cell++) {
+        *row = cell;
+        for (int i = 0; i < v->corners; i++) {
+            const int32_t p = volume_vertex(v, cell, i), n = volume_neighbour(v, cell, i);
+            if (p < 0 || (size_t)p >= v->probes)
+                return PROBE_BAD_VERTEX;
+            if (n < -1 || n >= (int32_t)v->cells)
+                return PROBE_BAD_NEIGHBOUR;
+        }
+    }
+    return PROBE_OK;
+}
+
+static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
+{
+    for (size_t cell = 0; cell < v->cells; cell++) {
+        *row = cell;
+        lattice_volume volume[4];
+        volume_measure(v, cell, volume_site(v, volume_vertex(v, cell, 0)), volume); /* that of corner 0 is the whole cell's */
+        if (volume[0] <= 0)
+            return PROBE_BAD_SHAPE;
+        for (int i = 0; i < v->corners; i++) {
+            const int32_t n = volume_neighbour(v, cell, i);
+            if (n >= 0 && !shares_facet(v, cell, i, (size_t)n))
+                return PROBE_BAD_NEIGHBOUR;
+        }
+    }
+    return PROBE_OK;
+}
+
+/* -- planes and lines ---------------------------------------------------------------------------- */
+
+static int largest(const double a[3])
+{
+    int k = 0;
+    for (int i = 1; i < 3; i++)
+        k = fabs(a[i]) > fabs(a[k]) ? i : k;
+    return k;
+}
+
+static void normalise(double a[3])
+{
+    const double length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    for (int k = 0; k < 3 && length > 0; k++)
+        a[k] /= length;
+}
+
+/* Triangles: the plane's normal is the largest one of a cell. Segments: the line runs between the two ends that are farthest apart along an axis. */
+static void find_span(struct probe_volume *v)
+{
+    double best = -1;
+    for (size_t cell = 0; cell < v->cells && v->corners == 3; cell++) {
+        const double *a = volume_site(v, volume_vertex(v, cell, 0)), *b = volume_site(v, volume_vertex(v, cell, 1)),
+                     *c = volume_site(v, volume_vertex(v, cell, 2));
+        double n[3], square = 0;
+        for (int k = 0; k < 3; k++) {
+            const int i = (k + 1) % 3, j = (k + 2) % 3;
+            n[k] = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
+            square += n[k] * n[k];
+        }
+        if (square > best) {
+            best = square;
+            memcpy(v->normal, n, sizeof n);
+            memcpy(v->origin, a, 3 * sizeof *a);
+        }
+    }
+    if (v->corners == 3) {
+        const int drop = largest(v->normal);
+        v->axis[0] = (drop + 1) % 3;
+        v->axis[1] = (drop + 2) % 3;
+        v->axis[2] = drop;
+    } else {
+        double extent[3];
+        for (int k = 0; k < 3; k++)
+            extent[k] = v->high[k] - v->low[k];
+        v->axis[0] = largest(extent);
+        v->axis[1] = (v->axis[0] + 1) % 3;
+        v->axis[2] = (v->axis[0] + 2) % 3;
+    }
+    int32_t ends[2] = {volume_vertex(v, 0, 0), volume_vertex(v, 0, 0)};
+    for (size_t i = 0; i < v->cells && v->corners == 2; i++)
+        for (int k = 0; k < 2; k++) {
+            const int32_t p = volume_vertex(v, i, k);
+            if (volume_site(v, p)[v->axis[0]] < volume_site(v, ends[0])[v->axis[0]])
+                ends[0] = p;
+            if (volume_site(v, p)[v->axis[0]] > volume_site(v, ends[1])[v->axis[0]])
+                ends[1] = p;
+        }
+    for (int k = 0; k < 3 && v->corners <= 2; k++) {
+        v->origin[k] = volume_site(v, ends[0])[k];
+        v->normal[k] = volume_site(v, ends[1])[k] - v->origin[k];
+    }
+    normalise(v->normal);
+}
+
+/* -- cells and their matrices ---------------------------------------------------------------------- */
+
+/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole numbers below 2^127, so each number of a plane is right to
+ * three roundings; volume_walk.c builds on that. */
+static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
+{
+    const double *s[4];
+    for (int i = 0; i < 4; i++)
+        s[i] = volume_site(v, cell->vertex[i]);
+    const double whole_cell = (double)lattice_orient(s[0], s[1], s[2], s[3]);
+    for (int i = 1; i < 4; i++) {
+        const double *a = s[facet_corner[i][0]], *b = s[facet_corner[i][1]], *c = s[facet_corner[i][2]];
+        lattice_volume constant = 0;
+        for (int k = 0; k < 3; k++) {
+            const int x = (k + 1) % 3, y = (k + 2) % 3;
+            const lattice_volume n = (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]) -
+                                     (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]); /* inward */
+            cell->plane[i - 1][k] = (double)n / whole_cell;
+            constant -= n * whole(a[k]);
+        }
+        cell->plane[i - 1][3] = (double)constant / whole_cell;
+    }
+}
+
+static void *aligned(size_t bytes)
+{
+    return aligned_alloc(64, (bytes + 63) / 64 * 64);
+}
+
+/* Copies the cells in the order of their first corners' places along a Morton curve, with their planes. */
+static enum probe_status make_cells(struct probe_volume *v)
+{
+    const size_t n = v->cells;
+    struct volume_cell *cell = aligned(n * sizeof *cell);
+    uint32_t *order = malloc(n * sizeof *order);
+    uint64_t *key = malloc(n * sizeof *key), *room = malloc(3 * n * sizeof *room);
+    v->number = malloc(n * sizeof *v->number);
+    v->inner = malloc(n * sizeof *v->inner);
+    const bool made = cell && order && key && room && v->number && v->inner;
+    for (size_t i = 0; made && i < n; i++) {
+        uint32_t x[3];
+        for (int k = 0; k < 3; k++) {
+            double centre = 0;
+            for (int c = 0; c < 4; c++)
+                centre += volume_site(v, volume_vertex(v, i, c))[k];
+            x[k] = (uint32_t)(centre / 4 * (1.0 / ((uint64_t)1 << (LATTICE_BITS - 21 + 1))));
+        }
+        key[i] = volume_morton(x, 21);
+    }
+    if (made)
+        volume_sort(n, key, 63, order, room);
+    for (size_t i = 0; made && i < n; i++) {
+        v->number[i] = (int32_t)order[i];
+        v->inner[order[i]] = (int32_t)i;
+    }
+    for (size_t i = 0; made && i < n; i++) {
+        for (int k = 0; k < 4; k++) {
+            cell[i].vertex[k] = volume_vertex(v, order[i], k);
+            const int32_t beyond = volume_neighbour(v, order[i], k);
+            cell[i].neighbour[k] = beyond < 0 ? -1 : v->inner[beyond];
+        }
+        make_planes(v, &cell[i]);
+    }
+    free(order);
+    free(key);
+    free(room);
+    v->cell = cell; /* from here on, cells are the copies */
+    v->bytes += n * (sizeof *cell + 2 * sizeof *v->number);
+    return made ? PROBE_OK : PROBE_NO_MEMORY;
+}
+
+static enum probe_status make_cell_tree(struct probe_volume *v)
+{
+    const enum probe_status status = volume_tree_init(&v->cell_tree, v->cells);
+    for (size_t i = 0; !status && i < v->cells; i++)
+        for (int k = 0; k < v->corners; k++) {
+            const double *s = volume_site(v, volume_vertex(v, i, k));
+            double p[3] = {s[0], s[1], s[2]};
+            for (int j = v->corners - 1; j < 3; j++)
+                p[v->axis[j]] = 0;
+            volume_tree_add(&v->cell_tree, i, p);
+        }
+    if (!status)
+        volume_tree_finish(&v->cell_tree);
+    return status;
+}
+
+/* -- the hull ------------------------------------------------------------------------------------ */
+
+static enum probe_status make_facets(struct probe_volume *v, size_t *row)
+{
+    for (size_t i = 0; i < v->cells; i++)
+        for (int k = 0; k < v->corners; k++)
+            v->facets += volume_neighbour(v, i, k) < 0;
+    if (!v->facets) { /* cells without an end: there is no such mesh in flat space */
+        *row = 0;
+        return PROBE_BAD_NEIGHBOUR;
+    }
+    v->facet = malloc(v->facets * sizeof *v->facet);
+    enum probe_status status = v->facet ? volume_tree_init(&v->facet_tree, v->facets) : PROBE_NO_MEMORY;
+    if (status)
+        return status;
+    size_t n = 0;
+    for (size_t i = 0; i < v->cells; i++) /* cells are in Morton order: so are these */
+        for (int k = 0; k < v->corners; k++)
+            if (volume_neighbour(v, i, k) < 0)
+                v->facet[n++] = (struct volume_facet){.cell = (int32_t)i, .corner = k, .across = {-1, -1, -1}};
+    for (size_t i = 0; i < n; i++) {
+        int32_t vertex[3];
+        volume_facet_vertex(v, &v->facet[i], vertex);
+        for (int k = 0; k < 3; k++)
+            volume_tree_add(&v->facet_tree, i, volume_site(v, vertex[k]));
+    }
+    volume_tree_finish(&v->facet_tree);
+    return PROBE_OK;
+}
+
+struct edge {
+    int32_t low, high; /* its probes */
+    int32_t facet, corner;
+};
+
+static int compare_edges(const void *a, const void *b)
+{
+    const struct edge *x = a, *y = b;
+    if (x->low != y->low)
+        return x->low < y->low ? -1 : 1;
+    if (x->high != y->high)
+        return x->high < y->high ? -1 : 1;
+    return x->facet < y->facet ? -1 : x->facet > y->facet;
+}
+
+/* Which facets share edges; the hull is convex where none sees the far corner of another. */
+static enum probe_status join_facets(struct probe_volume *v)
+{
+    const size_t n = 3 * v->facets;
+    struct edge *edge = malloc(n * sizeof *edge);
+    if (!edge)
+        return PROBE_NO_MEMORY;
+    for (size_t i = 0; i < n; i++) {
+        int32_t p[3];
+        volume_facet_vertex(v, &v->facet[i / 3], p);
+        const int32_t a = p[(i + 1) % 3], b = p[(i + 2) % 3];
+        edge[i] = (struct edge){a < b ? a : b, a < b ? b : a, (int32_t)(i / 3), (int32_t)(i % 3)};
+    }
+    qsort(edge, n, sizeof *edge, compare_edges);
+    v->convex = true;
+    for (size_t i = 0; i < n;) {
+        size_t same = 1;
+        while (i + same < n && edge[i + same].low == edge[i].low && edge[i + same].high == edge[i].high)
+            same++;
+        if (same == 2) {
+            int32_t p[3], q[3];
+            v->facet[edge[i].facet].across[edge[i].corner] = edge[i + 1].facet;
+            v->facet[edge[i + 1].facet].across[edge[i + 1].corner] = edge[i].facet;
+            volume_facet_vertex(v, &v->facet[edge[i].facet], p);
+            volume_facet_vertex(v, &v->facet[edge[i + 1].facet], q);
+            v->convex = v->convex && lattice_orient(volume_site(v, p[0]), volume_site(v, p[2]), volume_site(v, p[1]),
+                                                    volume_site(v, q[edge[i + 1].corner])) >= 0;
+        } else {
+            v->convex = false;
+        }
+        i += same;
+    }
+    free(edge);
+    return PROBE_OK;
+}
+
+/* -- making -------------------------------------------------------------------------------------- */
+
+static enum probe_status make_sites(struct probe_volume *v, const double *position, size_t *row)
+{
+    for (size_t i = 0; i < 3 * v->probes; i++)
+        if (!isfinite(position[i])) {
+            *row = i / 3;
+            return PROBE_BAD_POSITION;
+        }
+    v->lattice = lattice_fit(v->probes, position);
+    v->site = v->site_owned = malloc((3 * v->probes + 1) * sizeof *v->site_owned);
+    if (!v->site_owned)
+        return PROBE_NO_MEMORY;
+    v->bytes += 3 * v->probes * sizeof *v->site_owned;
+    for (size_t i = 0; i < v->probes; i++)
+        lattice_snap(&v->lattice, position + 3 * i, v->site_owned + 3 * i);
+    return PROBE_OK;
+}
+
+enum probe_status volume_finish(struct probe_volume *v, size_t *row)
+{
+    if (v->corners < 1 || v->corners > 4 || v->probes > INT32_MAX || v->cells > INT32_MAX)
+        return PROBE_BAD_ARGUMENT;
+    if (!v->cells)
+        return PROBE_NO_CELLS;
+    v->scale = 1 / v->lattice.step;
+    v->scale = v->lattice.step > 0x1p-1000 && v->lattice.step < 0x1p1000 ? v->scale : 0;
+    for (int k = 0; k < 3; k++) {
+        v->shift[k] = v->lattice.step > 0 ? v->lattice.origin[k] / v->lattice.step : 0;
+        v->low[k] = INFINITY;
+        v->high[k] = -INFINITY;
+        for (size_t i = 0; i < v->probes; i++) {
+            v->low[k] = fmin(v->low[k], v->site[3 * i + (size_t)k]);
+            v->high[k] = fmax(v->high[k], v->site[3 * i + (size_t)k]);
+        }
+    }
+    enum probe_status status = check_indices(v, row);
+    if (!status && v->corners < 4)
+        find_span(v);
+    if (!status)
+        status = check_cells(v, row);
+    if (!status && v->corners == 4 && !(v->flags & PROBE_LEAN))
+        status = make_cells(v);
+    if (!status)
+        status = make_cell_tree(v);
+    if (!status)
+        status = make_facets(v, row);
+    if (!status && v->corners == 4)
+        status = join_facets(v);
+    if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST))
+        status = volume_outer_init(v);
+    v->bytes += sizeof *v + (v->cell_tree.level[v->cell_tree.levels] + v->facet_tree.level[v->facet_tree.levels]) * sizeof(struct volume_box) +
+                v->facets * sizeof *v->facet + (v->ray ? 3 * v->probes * sizeof *v->ray : 0);
+    return status;
+}
+
+enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh, unsigned flags, size_t *row)
+{
+    size_t nowhere;
+    struct probe_volume *v = calloc(1, sizeof *v);
+    *volume = NULL;
+    if (!v)
+        return PROBE_NO_MEMORY;
+    *v = (struct probe_volume){.flags = flags, .corners = mesh->corners, .probes = mesh->probes, .cells = mesh->cells,
+                               .vertex = mesh->vertex, .neighbour = mesh->neighbour, .vertex_bytes = 4, .neighbour_bytes = 4};
+    row = row ? row : &nowhere;
+    *row = 0;
+    enum probe_status status = v->probes > INT32_MAX ? PROBE_BAD_ARGUMENT : make_sites(v, mesh->position, row);
+    if (!status)
+        status = volume_finish(v, row);
+    if (status)
+        probe_volume_destroy(v);
+    else
+        *volume = v;
+    return status;
+}
+
+void probe_volume_destroy(struct probe_volume *v)
+{
+    if (!v)
+        return;
+    free(v->site_owned);
+    free(v->cell);
+    free(v->number);
+    free(v->inner);
+    volume_tree_clear(&v->cell_tree);
+    free(v->facet);
+    volume_tree_clear(&v->facet_tree);
+    free(v->ray);
+    free(v);
+}
+
+size_t probe_volume_probes(const struct probe_volume *v)
+{
+    return v->probes;
+}
+
+size_t probe_volume_cells(const struct probe_volume *v)
+{
+    return v->cells;
+}
+
+int probe_volume_corners(const struct probe_volume *v)
+{
+    return v->corners;
+}
+
+size_t probe_volume_bytes(const struct probe_volume *v)
+{
+    return v->bytes;
+}

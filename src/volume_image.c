@@ -1,0 +1,247 @@
+/* Packed files, as man/probe-query.1 specifies them: a header of 128 bytes, then what a volume is made of, used where it lies.
+ *
+ * Based on: Collet, XXH3, https://xxhash.com: the checksum.
+ */
+#include "volume.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+enum { IMAGE_VERSION = 1, IMAGE_ALIGNMENT = 64 };
+
+struct image_header {
+    char magic[8];
+    uint64_t checksum; /* XXH3-64 of all that follows it */
+    uint32_t version;
+    uint8_t corners, order, convolved, packing, vertex_bytes, neighbour_bytes, nothing[6];
+    uint64_t probes, cells;
+    double step, origin[3]; /* position = origin + step * site */
+    float light_scale;      /* coefficient = light_scale * what is stored */
+    uint32_t nothing_either;
+    uint64_t size; /* of the whole */
+    uint64_t unused[4];
+};
+_Static_assert(sizeof(struct image_header) == 128, "the header is packed");
+
+static const char image_magic[8] = {'p', 'r', 'o', 'b', 'e', 'p', 'a', 'k'};
+
+/* Where the parts of an image lie. */
+struct layout {
+    size_t site, light, vertex, neighbour, size;
+};
+
+static size_t align(size_t at)
+{
+    return (at + IMAGE_ALIGNMENT - 1) / IMAGE_ALIGNMENT * IMAGE_ALIGNMENT;
+}
+
+static size_t width_of(const struct image_header *h)
+{
+    return (size_t)(3 * h->order * h->order);
+}
+
+static struct layout lay_out(const struct image_header *h)
+{
+    struct layout at = {.site = align(sizeof *h)};
+    at.light = align(at.site + h->probes * 3 * sizeof(double));
+    at.vertex = align(at.light + h->probes * width_of(h) * (h->packing == PROBE_PACK_HALF ? 2 : 4));
+    at.neighbour = align(at.vertex + h->cells * h->corners * h->vertex_bytes);
+    at.size = align(at.neighbour + h->cells * h->corners * h->neighbour_bytes);
+    return at;
+}
+
+static uint64_t image_checksum(const void *image, size_t size)
+{
+    const size_t from = offsetof(struct image_header, version);
+    return XXH3_64bits((const char *)image + from, size - from);
+}
+
+/* -- opening ------------------------------------------------------------------------------------- */
+
+static enum probe_status check_header(const struct image_header *h, const void *image, size_t size)
+{
+    if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION)
+        return PROBE_NOT_AN_IMAGE;
+    const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 && h->packing <= PROBE_PACK_HALF &&
+                      (h->vertex_bytes == 2 || h->vertex_bytes == 4) && (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
+                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && h->step >= 0 && h->step < INFINITY && isfinite(h->origin[0]) &&
+                      isfinite(h->origin[1]) && isfinite(h->origin[2]) && h->light_scale > 0 && h->light_scale < INFINITY;
+    if (!sane || h->size != size || lay_out(h).size != size || h->checksum != image_checksum(image, size))
+        return PROBE_BAD_IMAGE;
+    return PROBE_OK;
+}
+
+/* Sites are whole numbers of the lattice; coefficients are finite. */
+static enum probe_status check_numbers(const struct probe_volume *v, size_t *row)
+{
+    const double most = (double)((uint64_t)1 << LATTICE_BITS);
+    for (size_t i = 0; i < 3 * v->probes; i++)
+        if (!(v->site[i] >= 0 && v->site[i] <= most && v->site[i] == floor(v->site[i]))) {
+            *row = i / 3;
+            return PROBE_BAD_POSITION;
+        }
+    const size_t n = v->probes * (size_t)(3 * v->image.order * v->image.order);
+    const bool half = v->image.packing == PROBE_PACK_HALF;
+    for (size_t i = 0; i < n; i++)
+        if (half ? (((const uint16_t *)v->light)[i] & 0x7c00) == 0x7c00 : !isfinite(((const float *)v->light)[i]))
+            return PROBE_BAD_IMAGE;
+    return PROBE_OK;
+}
+
+
+
+enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size, unsigned flags, size_t *row)
+{
+    struct image_header h;
+    size_t nowhere;
+    *volume = NULL;
+    row = row ? row : &nowhere;
+    *row = 0;
+    if ((uintptr_t)image % 8)
+        return PROBE_BAD_ARGUMENT;
+    if (size < sizeof h)
+        return size >= sizeof image_magic && !memcmp(image, image_magic, sizeof image_magic) ? PROBE_BAD_IMAGE : PROBE_NOT_AN_IMAGE;
+    memcpy(&h, image, sizeof h);
+    enum probe_status status = check_header(&h, image, size);
+    if (status)
+        return status;
+    struct probe_volume *v = calloc(1, sizeof *v);
+    if (!v)
+        return PROBE_NO_MEMORY;
+    const struct layout at = lay_out(&h);
+    const char *bytes = image;
+    *v = (struct probe_volume){.flags = flags, .corners = h.corners, .probes = (size_t)h.probes, .cells = (size_t)h.cells,
+                               .lattice = {.step = h.step, .origin = {h.origin[0], h.origin[1], h.origin[2]}},
+                               .site = (const double *)(const void *)(bytes + at.site), .vertex = bytes + at.vertex,
+                               .neighbour = bytes + at.neighbour, .vertex_bytes = h.vertex_bytes, .neighbour_bytes = h.neighbour_bytes,
+                               .light = bytes + at.light, .light_scale = h.light_scale};
+    v->image = (struct probe_image_facts){
+        .order = h.order, .convolved = h.convolved, .packing = (enum probe_packing)h.packing, .vertex_bytes = h.vertex_bytes,
+        .neighbour_bytes = h.neighbour_bytes, .bytes_per_probe = 3 * sizeof(double) + width_of(&h) * (h.packing == PROBE_PACK_HALF ? 2 : 4),
+        .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes), .bytes = size};
+    status = check_numbers(v, row);
+    if (!status)
+        status = volume_finish(v, row);
+    if (status)
+        probe_volume_destroy(v);
+    else
+        *volume = v;
+    return status;
+}
+
+struct probe_image_facts probe_volume_image(const struct probe_volume *v)
+{
+    return v->image;
+}
+
+/* -- packing ------------------------------------------------------------------------------------- */
+
+/* The half nearest to x (|x| <= 65504), to even. */
+static uint16_t half_of(float x)
+{
+    uint32_t bits;
+    const float size = fabsf(x);
+    float scaled = size * 0x1p-112f; /* a half's exponent: what falls below a float's least normal is rounded as a subnormal half's is */
+    memcpy(&bits, &scaled, sizeof bits);
+    bits = (bits + 0xfff + (bits >> 13 & 1)) >> 13;
+    if (size < 0x1p-14f)
+        bits = (uint32_t)nearbyintf(size * 0x1p24f);
+    return (uint16_t)(bits | (signbit(x) ? 0x8000u : 0));
+}
+
+static void put_index(void *to, int bytes, size_t i, int32_t value)
+{
+    if (bytes == 4)
+        ((int32_t *)to)[i] = value;
+    else
+        ((uint16_t *)to)[i] = value < 0 ? UINT16_MAX : (uint16_t)value;
+}
+
+/* New numbers of the probes that cells use, in order of first use: near ones come to lie near. Returns how many. */
+static size_t number_probes(const struct probe_volume *v, int32_t *fresh, int32_t *old)
+{
+    size_t used = 0;
+    for (size_t i = 0; i < v->probes; i++)
+        fresh[i] = -1;
+    for (size_t cell = 0; cell < v->cells; cell++)
+        for (int k = 0; k < v->corners; k++) {
+            const int32_t p = volume_vertex(v, cell, k);
+            if (fresh[p] < 0) {
+                old[used] = p;
+                fresh[p] = (int32_t)used++;
+            }
+        }
+    return used;
+}
+
+/* A power of two that brings all coefficients within a half's range, near its top: small ones keep more bits. 0: one is not finite. */
+static float scale_of(size_t used, const int32_t *old, size_t width, const float *sh, enum probe_packing packing)
+{
+    float most = 0;
+    for (size_t i = 0; i < used; i++)
+        for (size_t k = 0; k < width; k++) {
+            const float x = fabsf(sh[(size_t)old[i] * width + k]);
+            if (!isfinite(x))
+                return 0;
+            most = x > most ? x : most;
+        }
+    int exponent = 0;
+    if (packing != PROBE_PACK_HALF || !(most > 0))
+        return 1;
+    frexpf(most, &exponent);
+    exponent = exponent < -100 ? -100 : exponent;
+    return ldexpf(1, exponent - 15);
+}
+
+static void put_parts(const struct probe_volume *v, const struct image_header *h, const int32_t *fresh, const int32_t *old, const float *sh, char *image)
+{
+    const struct layout at = lay_out(h);
+    const size_t width = width_of(h);
+    double *site = (double *)(void *)(image + at.site);
+    float *light = (float *)(void *)(image + at.light);
+    uint16_t *half = (uint16_t *)(void *)(image + at.light);
+    memset(image, 0, at.size);
+    for (size_t i = 0; i < h->probes; i++) {
+        memcpy(site + 3 * i, volume_site(v, old[i]), 3 * sizeof *site);
+        for (size_t k = 0; k < width; k++) {
+            const float x = sh[(size_t)old[i] * width + k];
+            if (h->packing == PROBE_PACK_HALF)
+                half[i * width + k] = half_of(x / h->light_scale);
+            else
+                light[i * width + k] = x;
+        }
+    }
+    for (size_t cell = 0; cell < v->cells; cell++)
+        for (int k = 0; k < v->corners; k++) {
+            const size_t i = cell * (size_t)v->corners + (size_t)k;
+            put_index(image + at.vertex, h->vertex_bytes, i, fresh[volume_vertex(v, cell, k)]);
+            put_index(image + at.neighbour, h->neighbour_bytes, i, volume_neighbour(v, cell, k));
+        }
+    memcpy(image, h, sizeof *h);
+    const uint64_t sum = image_checksum(image, at.size);
+    memcpy(image + offsetof(struct image_header, checksum), &sum, sizeof sum);
+}
+
+size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved, enum probe_packing packing, void *image, size_t size)
+{
+    int32_t *fresh = malloc(2 * (v->probes + 1) * sizeof *fresh);
+    if (!fresh)
+        return 0;
+    int32_t *old = fresh + v->probes + 1;
+    struct image_header h = {.version = IMAGE_VERSION, .corners = (uint8_t)v->corners, .order = (uint8_t)order, .convolved = convolved != 0,
+                             .packing = (uint8_t)packing, .cells = v->cells, .step = v->lattice.step,
+                             .origin = {v->lattice.origin[0], v->lattice.origin[1], v->lattice.origin[2]}};
+    memcpy(h.magic, image_magic, sizeof h.magic);
+    h.probes = number_probes(v, fresh, old);
+    h.vertex_bytes = h.probes < UINT16_MAX ? 2 : 4;
+    h.neighbour_bytes = h.cells < UINT16_MAX ? 2 : 4;
+    h.light_scale = scale_of((size_t)h.probes, old, width_of(&h), sh, packing);
+    h.size = lay_out(&h).size;
+    if (h.light_scale > 0 && size >= h.size)
+        put_parts(v, &h, fresh, old, sh, image);
+    free(fresh);
+    return h.light_scale > 0 ? (size_t)h.size : 0;
+}

@@ -1,0 +1,284 @@
+/* Based on:
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: walk from the last cell, to the neighbour beyond the most negative weight.
+ * Edelsbrunner, "An acyclicity theorem for cell complexes in d dimensions", Combinatorica 10, 1990.
+ * Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", DCG 18, 1997: signs with an error bound.
+ *
+ * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided exactly. Among Delaunay cells such a walk visits
+ * none twice (Edelsbrunner 1990: from any viewpoint, Delaunay cells are partially ordered by which hides which), so it ends after as many steps as there are cells at
+ * most, and in practice after a few times their cube root. A mesh whose slivers were mended, or that someone else made, may not be Delaunay. So the walk is
+ * only a head start: where it has not arrived after steps_most steps, or leaves a mesh that is not convex, the tree of boxes over all cells is descended
+ * instead. That visits each of its finitely many nodes at most once, and finds a cell that holds the point if there is one.
+ *
+ * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one answer. A
+ * point on a face, an edge or a probe (an exact weight of 0) is in several: its answer is the first of them in the tree's order.
+ */
+#include "volume.h"
+
+#include <math.h>
+
+/* -- a point ------------------------------------------------------------------------------------- */
+
+static double round_whole(double x) /* to even, as rint, which is a call: |x| < 2^51 */
+{
+    return x + 0x1.8p52 - 0x1.8p52;
+}
+
+void volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
+{
+    const double reach = 0x1p60;
+    double most = 0, size = 0;
+    for (int k = 0; k < 3; k++) {
+        coordinates[k] = v->scale > 0          ? point[k] * v->scale - v->shift[k]
+                         : v->lattice.step > 0 ? point[k] / v->lattice.step - v->shift[k]
+                                               : 0;
+        most = fmax(most, fabs(coordinates[k]));
+        size = fmax(size, fabs(point[k]));
+    }
+    for (int k = 0; k < 3 && !(most <= reach); k++)
+        coordinates[k] = point[k] / size * reach;
+}
+
+/* The place of the mesh's plane or line that a point is above, rounded to the lattice along the axes that matter. */
+static void project(const struct probe_volume *v, const double p[3], double q[3])
+{
+    double along = 0;
+    for (int k = 0; k < 3; k++)
+        along += (p[k] - v->origin[k]) * v->normal[k];
+    for (int k = 0; k < 3; k++)
+        q[k] = v->corners == 3 ? p[k] - along * v->normal[k] : v->origin[k] + along * v->normal[k];
+    for (int j = 0; j < 3; j++)
+        q[v->axis[j]] = j < v->corners - 1 ? rint(q[v->axis[j]]) : 0;
+}
+
+/* -- weights ------------------------------------------------------------------------------------- */
+
+struct weights {
+    double weight[4]; /* sum 1 */
+    int lowest;       /* the corner with the least weight */
+    bool touches;     /* exactly: none is below 0, and one is 0 */
+};
+
+static int lowest_of(const double w[4])
+{
+    const int a = w[1] < w[0], b = 2 + (w[3] < w[2]);
+    return w[b] < w[a] ? b : a;
+}
+
+static bool weigh_exactly(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+{
+    lattice_volume volume[4], sum = 0;
+    volume_measure(v, cell, p, volume);
+    for (int i = 0; i < 4; i++)
+        sum += volume[i];
+    int zeros = 0;
+    w->lowest = 0;
+    for (int i = 0; i < v->corners; i++) {
+        w->weight[i] = (double)volume[i] / (double)sum;
+        zeros += volume[i] == 0;
+        w->lowest = volume[i] < volume[w->lowest] ? i : w->lowest;
+    }
+    for (int i = v->corners; i < 4; i++)
+        w->weight[i] = 0;
+    w->touches = zeros > 0;
+    return volume[w->lowest] >= 0;
+}
+
+/* Lean: from the sites, in doubles. False: not certain. */
+static bool weigh_sites(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+{
+    double d[4][3], size = 0;
+    for (int i = 0; i < 4; i++) {
+        const double *s = volume_site(v, volume_vertex(v, cell, i));
+        double most = 0;
+        for (int k = 0; k < 3; k++) {
+            d[i][k] = s[k] - p[k];
+            most = fmax(most, fabs(d[i][k]));
+        }
+        size += most;
+    }
+    double ab[3], cd[3], volume[4] = {0};
+    for (int k = 0; k < 3; k++) {
+        const int x = (k + 1) % 3, y = (k + 2) % 3;
+        ab[k] = d[0][x] * d[1][y] - d[0][y] * d[1][x];
+        cd[k] = d[2][x] * d[3][y] - d[2][y] * d[3][x];
+    }
+    for (int k = 0; k < 3; k++) {
+        volume[0] += d[1][k] * cd[k];
+        volume[1] -= d[0][k] * cd[k];
+        volume[2] += d[3][k] * ab[k];
+        volume[3] -= d[2][k] * ab[k];
+    }
+    /* Differences of whole numbers are exact; a sum of six products of three is off by less than 8 roundings of their sizes. */
+    const double sum = volume[0] + volume[1] + volume[2] + volume[3], error = 0x1p-49 * size * size * size;
+    w->lowest = lowest_of(volume);
+    w->touches = false;
+    if (!(fabs(volume[w->lowest]) > error) || !(error < 0x1p-27 * sum))
+        return false;
+    for (int i = 0; i < 4; i++)
+        w->weight[i] = volume[i] / sum;
+    return true;
+}
+
+/* From the planes. A plane's numbers are off by three roundings at most, products by one more, sums of four by two; the weight of corner 0 by all of them.
+ * 16 roundings of the sum of all sizes bound that. */
+static inline bool weigh_planes(const struct volume_cell *cell, const double p[3], struct weights *w)
+{
+    double size = 1;
+    for (int i = 0; i < 3; i++) {
+        const double x = cell->plane[i][0] * p[0], y = cell->plane[i][1] * p[1], z = cell->plane[i][2] * p[2], c = cell->plane[i][3];
+        w->weight[i + 1] = (x + y) + (z + c);
+        size += (fabs(x) + fabs(y)) + (fabs(z) + fabs(c));
+    }
+    w->weight[0] = 1 - (w->weight[1] + w->weight[2] + w->weight[3]);
+    const double error = 0x1p-49 * size;
+    w->lowest = lowest_of(w->weight);
+    w->touches = false;
+    return fabs(w->weight[w->lowest]) > error && error < 0x1p-27; /* certain, and as right as light in floats can show */
+}
+
+/* Whether the cell holds p; if not, p is strictly beyond the facet opposite the lowest corner. */
+static inline bool weigh(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+{
+    if (v->cell ? weigh_planes(&v->cell[cell], p, w) : v->corners == 4 && weigh_sites(v, cell, p, w))
+        return w->weight[w->lowest] > 0;
+    return weigh_exactly(v, cell, p, w);
+}
+
+void volume_place(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
+{
+    place->cell = volume_number(v, cell);
+    for (int i = 0; i < 4; i++) {
+        place->weight[i] = weight[i];
+        place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
+    }
+}
+
+/* -- searching ----------------------------------------------------------------------------------- */
+
+struct search {
+    const struct probe_volume *volume;
+    const double *p;
+    double square; /* of the distance within which boxes are opened: 0, then below it */
+    size_t cell;
+    struct weights weights;
+};
+
+static void try_cell(void *context, size_t cell)
+{
+    struct search *s = context;
+    struct weights w;
+    if (s->square < 0 || !weigh(s->volume, cell, s->p, &w))
+        return;
+    s->cell = cell;
+    s->weights = w;
+    s->square = -1;
+}
+
+/* The first cell that holds p, in the tree's order. */
+static bool search_tree(const struct probe_volume *v, const double p[3], size_t *cell, struct weights *w)
+{
+    struct search s = {.volume = v, .p = p};
+    volume_tree_search(&v->cell_tree, p, &s.square, try_cell, &s);
+    if (s.square >= 0)
+        return false;
+    *cell = s.cell;
+    *w = s.weights;
+    return true;
+}
+
+/* The cell that holds p, starting at *cell. */
+static bool walk(const struct probe_volume *v, const double p[3], size_t *cell, struct weights *w)
+{
+    const double steps_most = 64 + 8 * cbrt((double)v->cells);
+    for (double step = 0; step < steps_most; step++) {
+        if (weigh(v, *cell, p, w))
+            return !w->touches || search_tree(v, p, cell, w);
+        const int32_t next = volume_neighbour(v, *cell, w->lowest);
+        if (next < 0 && v->convex)
+            return false;
+        if (next < 0)
+            break;
+        *cell = (size_t)next;
+    }
+    return search_tree(v, p, cell, w);
+}
+
+enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3], struct probe_place *place)
+{
+    double exactly[3], p[3];
+    if (!(fabs(point[0]) < INFINITY && fabs(point[1]) < INFINITY && fabs(point[2]) < INFINITY))
+        return PROBE_BAD_POINT;
+    volume_coordinates(v, point, exactly);
+    bool within = true; /* the box of all sites */
+    if (v->corners < 4) {
+        project(v, exactly, p);
+        for (int j = 0; j < v->corners - 1; j++)
+            within = within && p[v->axis[j]] >= v->low[v->axis[j]] && p[v->axis[j]] <= v->high[v->axis[j]];
+    } else {
+        for (int k = 0; k < 3; k++) {
+            within = within && exactly[k] >= v->low[k] - 0.5 && exactly[k] <= v->high[k] + 0.5;
+            p[k] = round_whole(exactly[k]);
+        }
+    }
+    size_t cell = 0;
+    struct weights w;
+    bool inside = within;
+    if (inside) {
+        const bool warm = place->cell >= 0 && (size_t)place->cell < v->cells;
+        cell = !warm ? volume_tree_near(&v->cell_tree, p) : v->inner ? (size_t)v->inner[place->cell] : (size_t)place->cell;
+        inside = walk(v, p, &cell, &w);
+    }
+    place->inside = inside;
+    if (inside) {
+        place->distance = 0;
+        volume_place(v, cell, w.weight, place);
+    } else {
+        volume_outer(v, exactly, place);
+    }
+    return PROBE_OK;
+}
+
+/* -- many points --------------------------------------------------------------------------------- */
+
+void probe_volume_order(const struct probe_volume *v, size_t count, const double *point, size_t stride, uint32_t *order, uint64_t *room)
+{
+    enum { BITS = 11 }; /* 33 bits are three passes; a cell of 1/2048 of the box is fine enough to keep cells in the cache */
+    const double top = (1 << BITS) - 1;
+    double extent = 1;
+    for (int k = 0; k < 3; k++)
+        extent = fmax(extent, v->high[k] - v->low[k]);
+    uint64_t *key = room;
+    for (size_t i = 0; i < count; i++) {
+        double p[3];
+        uint32_t x[3];
+        volume_coordinates(v, point + stride * i, p);
+        for (int k = 0; k < 3; k++) {
+            const double at = (p[k] - v->low[k]) * (top / extent);
+            x[k] = at >= 0 ? at < top ? (uint32_t)at : (uint32_t)top : 0; /* NaN is somewhere */
+        }
+        key[i] = volume_morton(x, BITS);
+    }
+    volume_sort(count, key, 3 * BITS, order, room + count);
+}
+
+int probe_volume_scattered(const struct probe_volume *v, size_t count, const double *point, size_t stride)
+{
+    enum { SAMPLES = 64, CELLS = 8 }; /* steps of more than 8 cells */
+    double extent[3], volume = 1, cell;
+    for (int k = 0; k < 3; k++) {
+        extent[k] = v->high[k] - v->low[k];
+        volume *= extent[k] > 1 ? extent[k] : 1;
+    }
+    cell = cbrt(volume / (double)v->cells) * CELLS;
+    size_t far = 0, steps = 0;
+    for (size_t i = 0; i + 1 < count; i += 1 + count / SAMPLES) {
+        double a[3], b[3], square = 0;
+        volume_coordinates(v, point + stride * i, a);
+        volume_coordinates(v, point + stride * (i + 1), b);
+        for (int k = 0; k < 3; k++)
+            square += (a[k] - b[k]) * (a[k] - b[k]);
+        far += square > cell * cell;
+        steps++;
+    }
+    return 2 * far > steps;
+}
