@@ -151,6 +151,11 @@ void interpolate_find(const struct interpolate *in, const double point[3], struc
     probe_volume_locate(in->volume, point, place);
 }
 
+void interpolate_find_many(const struct interpolate *in, size_t count, const double *point, size_t stride, const uint32_t *order, struct probe_place *place)
+{
+    probe_volume_locate_many(in->volume, count, point, stride, order, place);
+}
+
 void interpolate_fetch(const struct interpolate *in, const struct probe_place *place)
 {
     for (int i = 0; i < 4; i++) {

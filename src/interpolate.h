@@ -55,6 +55,9 @@ bool interpolate_is_packed(const char *path);
 /* The place of a point (finite). place->cell: where to start. */
 void interpolate_find(const struct interpolate *interpolate, const double point[3], struct probe_place *place);
 
+/* The places of many points (probe_volume_locate_many). */
+void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point, size_t stride, const uint32_t *order, struct probe_place *place);
+
 /* Brings what interpolate_at will read nearer. */
 void interpolate_fetch(const struct interpolate *interpolate, const struct probe_place *place);
 

@@ -101,6 +101,11 @@ struct probe_place {
 /* Finds the place of a point. Always ends; starting near is fast, starting anywhere is right. PROBE_BAD_POINT: not finite, *place is unchanged. */
 enum probe_status probe_volume_locate(const struct probe_volume *volume, const double point[3], struct probe_place *place);
 
+/* Finds the places of `count` points at once: place[k] of the order[k]-th point, or of the k-th where order is NULL. place[0].cell: where to start. point: each begins
+ * `stride` doubles behind the last. PROBE_BAD_POINT: one is not finite, and nothing was found. */
+enum probe_status probe_volume_locate_many(const struct probe_volume *volume, size_t count, const double *point, size_t stride,
+                                           const uint32_t *order, struct probe_place *place);
+
 /* The order in which `count` points are best looked up: order[k] is the number of the k-th, near ones behind one another (along a Morton curve).
  * point: each begins `stride` doubles behind the last. room: 3 * count numbers of the caller's. */
 void probe_volume_order(const struct probe_volume *volume, size_t count, const double *point, size_t stride, uint32_t *order, uint64_t *room);

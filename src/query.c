@@ -15,8 +15,7 @@
 
 enum {
     BLOCK_NEAR = 4096,       /* points of a block whose points are near one another: what comes out stays in the second-level cache */
-    BLOCK_FAR = 128 * 1024,  /* of one whose points are not: the more, the nearer they come when they are sorted */
-    AHEAD = 16,              /* points whose places are found before the first one's light is blended, so that memory can be asked for it early */
+    BLOCK_FAR = 512 * 1024,  /* of one whose points are not: the more, the nearer they come when they are sorted */
     WAIT = 50,               /* milliseconds */
 };
 
@@ -47,7 +46,7 @@ struct worker {
     uint32_t *order;
     uint64_t *room;
     size_t order_capacity, room_capacity;
-    struct probe_place last; /* where the next walk begins */
+    int32_t last; /* the cell in which the next walk begins */
     char *text;
     size_t text_bytes, text_capacity;
     struct table rows; /* QUERY_STREAM */
@@ -244,21 +243,27 @@ static struct error *light_point(struct worker *w, size_t i, const struct probe_
 /* Answers the block's points, in the given order or as they come. The error is that of the first point that has one. */
 static struct error *light_block(struct worker *w, const uint32_t *order)
 {
+    enum { RUN = 512, AHEAD = 8 }; /* points whose places are found before their light; of these, how far memory is asked ahead */
     const size_t count = w->block.count, width = w->block.width;
+    struct probe_place place[RUN];
     struct error *err = NULL;
     size_t wrong = count;
-    for (size_t k = 0; k < count; k += AHEAD) {
-        const size_t n = count - k < AHEAD ? count - k : AHEAD;
-        struct probe_place place[AHEAD];
-        for (size_t j = 0; j < n; j++) {
-            const size_t i = order ? order[k + j] : k + j;
-            interpolate_find(w->query->in, w->block.value + i * width, &w->last);
-            place[j] = w->last;
-            if (order)
-                interpolate_fetch(w->query->in, &place[j]);
+    for (size_t k = 0; k < count && (order || !err); k += RUN) {
+        const size_t n = count - k < RUN ? count - k : RUN;
+        place[0].cell = w->last;
+        if (order) {
+            interpolate_find_many(w->query->in, n, w->block.value, width, order + k, place);
+        } else {
+            for (size_t j = 0; j < n; j++) {
+                interpolate_find(w->query->in, w->block.value + (k + j) * width, &place[j]);
+                place[j + 1 < n ? j + 1 : j].cell = place[j].cell;
+            }
         }
+        w->last = place[n - 1].cell;
         for (size_t j = 0; j < n; j++) {
             const size_t i = order ? order[k + j] : k + j;
+            if (order && j + AHEAD < n)
+                interpolate_fetch(w->query->in, &place[j + AHEAD]);
             struct error *here = i < wrong ? light_point(w, i, &place[j]) : NULL;
             if (here) {
                 error_destroy(err);
@@ -268,8 +273,6 @@ static struct error *light_block(struct worker *w, const uint32_t *order)
             if (w->place)
                 w->place[i] = place[j];
         }
-        if (err && !order)
-            break;
     }
     return points_block_place(w->query->points, &w->block, wrong, err);
 }
@@ -346,7 +349,7 @@ static bool take(struct worker *w, size_t *ticket, struct error **err)
 static struct error *work(void *context, size_t index, int thread)
 {
     struct query *q = context;
-    struct worker w = {.query = q, .last = {.cell = PROBE_COLD}};
+    struct worker w = {.query = q, .last = PROBE_COLD};
     struct error *err = NULL;
     size_t ticket = 0;
     (void)index;

@@ -392,6 +392,7 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
         return PROBE_BAD_ARGUMENT;
     if (!v->cells)
         return PROBE_NO_CELLS;
+    v->steps_most = 64 + (int)(8 * cbrt((double)v->cells));
     v->scale = 1 / v->lattice.step;
     v->scale = v->lattice.step > 0x1p-1000 && v->lattice.step < 0x1p1000 ? v->scale : 0;
     for (int k = 0; k < 3; k++) {

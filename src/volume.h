@@ -65,6 +65,7 @@ struct probe_volume {
     struct volume_facet *facet; /* in Morton order */
     size_t facets;
     struct volume_tree facet_tree;
+    int steps_most; /* of a walk, before the tree is asked */
     bool convex; /* who leaves through the hull is outside */
     float *ray;  /* 3 a probe: the direction in which its light goes on outside; NULL: nearest */
     struct probe_image_facts image;

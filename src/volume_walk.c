@@ -31,8 +31,9 @@ void volume_coordinates(const struct probe_volume *v, const double point[3], dou
         coordinates[k] = v->scale > 0          ? point[k] * v->scale - v->shift[k]
                          : v->lattice.step > 0 ? point[k] / v->lattice.step - v->shift[k]
                                                : 0;
-        most = fmax(most, fabs(coordinates[k]));
-        size = fmax(size, fabs(point[k]));
+        const double here = fabs(coordinates[k]), there = fabs(point[k]);
+        most = here > most || here != here ? here : most;
+        size = there > size ? there : size;
     }
     for (int k = 0; k < 3 && !(most <= reach); k++)
         coordinates[k] = point[k] / size * reach;
@@ -186,59 +187,135 @@ static bool search_tree(const struct probe_volume *v, const double p[3], size_t 
     return true;
 }
 
-/* The cell that holds p, starting at *cell. */
-static bool walk(const struct probe_volume *v, const double p[3], size_t *cell, struct weights *w)
+/* One point on its way. */
+struct walker {
+    double exactly[3], p[3]; /* lattice coordinates, and rounded or projected */
+    size_t cell;
+    int steps;
+    struct weights weights;
+};
+
+enum walker_state { WALKING, INSIDE, OUTSIDE };
+
+/* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
+static bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
 {
-    const double steps_most = 64 + 8 * cbrt((double)v->cells);
-    for (double step = 0; step < steps_most; step++) {
-        if (weigh(v, *cell, p, w))
-            return !w->touches || search_tree(v, p, cell, w);
-        const int32_t next = volume_neighbour(v, *cell, w->lowest);
-        if (next < 0 && v->convex)
-            return false;
-        if (next < 0)
-            break;
-        *cell = (size_t)next;
+    bool within = true; /* the box of all sites */
+    volume_coordinates(v, point, w->exactly);
+    if (v->corners < 4) {
+        project(v, w->exactly, w->p);
+        for (int j = 0; j < v->corners - 1; j++)
+            within = within && w->p[v->axis[j]] >= v->low[v->axis[j]] && w->p[v->axis[j]] <= v->high[v->axis[j]];
+    } else {
+        for (int k = 0; k < 3; k++) {
+            within = within && w->exactly[k] >= v->low[k] - 0.5 && w->exactly[k] <= v->high[k] + 0.5;
+            w->p[k] = round_whole(w->exactly[k]);
+        }
     }
-    return search_tree(v, p, cell, w);
+    w->steps = 0;
+    w->cell = cell < v->cells || !within ? cell : volume_tree_near(&v->cell_tree, w->p);
+    return within;
+}
+
+/* Looks at the cell that the walker is in, and moves it on. */
+static inline enum walker_state step(const struct probe_volume *v, struct walker *w)
+{
+    if (weigh(v, w->cell, w->p, &w->weights)) {
+        if (w->weights.touches)
+            search_tree(v, w->p, &w->cell, &w->weights);
+        return INSIDE;
+    }
+    const int32_t next = volume_neighbour(v, w->cell, w->weights.lowest);
+    if (next >= 0 && w->steps++ < v->steps_most) {
+        w->cell = (size_t)next;
+        return WALKING;
+    }
+    if (next < 0 && v->convex)
+        return OUTSIDE;
+    return search_tree(v, w->p, &w->cell, &w->weights) ? INSIDE : OUTSIDE;
+}
+
+static void arrive(const struct probe_volume *v, const struct walker *w, enum walker_state state, struct probe_place *place)
+{
+    place->inside = state == INSIDE;
+    place->distance = 0;
+    if (place->inside)
+        volume_place(v, w->cell, w->weights.weight, place);
+    else
+        volume_outer(v, w->exactly, place);
+}
+
+static bool finite_point(const double p[3])
+{
+    return fabs(p[0]) < INFINITY && fabs(p[1]) < INFINITY && fabs(p[2]) < INFINITY;
+}
+
+/* The internal number of the cell of a place; v->cells: none. */
+static size_t cell_of(const struct probe_volume *v, const struct probe_place *place)
+{
+    if (place->cell < 0 || (size_t)place->cell >= v->cells)
+        return v->cells;
+    return v->inner ? (size_t)v->inner[place->cell] : (size_t)place->cell;
 }
 
 enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3], struct probe_place *place)
 {
-    double exactly[3], p[3];
-    if (!(fabs(point[0]) < INFINITY && fabs(point[1]) < INFINITY && fabs(point[2]) < INFINITY))
+    struct walker w;
+    if (!finite_point(point))
         return PROBE_BAD_POINT;
-    volume_coordinates(v, point, exactly);
-    bool within = true; /* the box of all sites */
-    if (v->corners < 4) {
-        project(v, exactly, p);
-        for (int j = 0; j < v->corners - 1; j++)
-            within = within && p[v->axis[j]] >= v->low[v->axis[j]] && p[v->axis[j]] <= v->high[v->axis[j]];
-    } else {
-        for (int k = 0; k < 3; k++) {
-            within = within && exactly[k] >= v->low[k] - 0.5 && exactly[k] <= v->high[k] + 0.5;
-            p[k] = round_whole(exactly[k]);
-        }
-    }
-    size_t cell = 0;
-    struct weights w;
-    bool inside = within;
-    if (inside) {
-        const bool warm = place->cell >= 0 && (size_t)place->cell < v->cells;
-        cell = !warm ? volume_tree_near(&v->cell_tree, p) : v->inner ? (size_t)v->inner[place->cell] : (size_t)place->cell;
-        inside = walk(v, p, &cell, &w);
-    }
-    place->inside = inside;
-    if (inside) {
-        place->distance = 0;
-        volume_place(v, cell, w.weight, place);
-    } else {
-        volume_outer(v, exactly, place);
-    }
+    enum walker_state state = begin(v, point, cell_of(v, place), &w) ? WALKING : OUTSIDE;
+    while (state == WALKING)
+        state = step(v, &w);
+    arrive(v, &w, state, place);
     return PROBE_OK;
 }
 
 /* -- many points --------------------------------------------------------------------------------- */
+
+/* Walks of several points take turns, a step each, so that memory is asked for the next cell of one while the others go on. */
+enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride, const uint32_t *order,
+                                           struct probe_place *place)
+{
+    enum { LANES = 8 };
+    struct walker walker[LANES];
+    size_t at[LANES], end[LANES], open = 0;
+    bool begun[LANES] = {false};
+    if (!count)
+        return PROBE_OK;
+    const size_t start = cell_of(v, &place[0]);
+    for (size_t i = 0; i < count; i++)
+        if (!finite_point(point + stride * (order ? order[i] : i)))
+            return PROBE_BAD_POINT;
+    for (size_t lane = 0; lane < LANES; lane++) {
+        at[lane] = count * lane / LANES;
+        end[lane] = count * (lane + 1) / LANES;
+        walker[lane].cell = start;
+        open += at[lane] < end[lane];
+    }
+    while (open)
+        for (size_t lane = 0; lane < LANES; lane++) {
+            struct walker *w = &walker[lane];
+            enum walker_state state = WALKING;
+            if (at[lane] == end[lane])
+                continue;
+            if (!begun[lane]) {
+                const size_t i = order ? order[at[lane]] : at[lane];
+                state = begin(v, point + stride * i, w->cell, w) ? WALKING : OUTSIDE;
+                begun[lane] = true;
+            }
+            if (state == WALKING)
+                state = step(v, w);
+            if (state == WALKING && v->cell) {
+                __builtin_prefetch(&v->cell[w->cell]);
+                __builtin_prefetch(v->cell[w->cell].vertex);
+            } else if (state != WALKING) {
+                arrive(v, w, state, &place[at[lane]]);
+                begun[lane] = false;
+                open -= ++at[lane] == end[lane];
+            }
+        }
+    return PROBE_OK;
+}
 
 void probe_volume_order(const struct probe_volume *v, size_t count, const double *point, size_t stride, uint32_t *order, uint64_t *room)
 {
