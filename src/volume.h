@@ -149,8 +149,8 @@ void volume_sort(size_t count, const uint64_t *key, int bits, uint32_t *order, u
 
 /* -- walking (volume_walk.c) --------------------------------------------------------------------- */
 
-/* Lattice coordinates of a point, not rounded; one that is beyond reach is brought nearer, in its direction. */
-void volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3]);
+/* Lattice coordinates of a point, not rounded; one that is beyond reach is brought nearer, in its direction, and how far it is (scene units) returned; else 0. */
+double volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3]);
 
 /* Weights and probes of a place from the exact measures of a cell. */
 void volume_place(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place);

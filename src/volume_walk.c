@@ -14,6 +14,7 @@
  */
 #include "volume.h"
 
+#include <float.h>
 #include <math.h>
 
 /* -- a point ------------------------------------------------------------------------------------- */
@@ -23,7 +24,7 @@ static double round_whole(double x) /* to even, as rint, which is a call: |x| < 
     return x + 0x1.8p52 - 0x1.8p52;
 }
 
-void volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
+double volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
 {
     const double reach = 0x1p60;
     double most = 0, size = 0;
@@ -35,8 +36,14 @@ void volume_coordinates(const struct probe_volume *v, const double point[3], dou
         most = here > most || here != here ? here : most;
         size = there > size ? there : size;
     }
-    for (int k = 0; k < 3 && !(most <= reach); k++)
+    if (most <= reach)
+        return 0;
+    double square = 0;
+    for (int k = 0; k < 3; k++) {
         coordinates[k] = point[k] / size * reach;
+        square += point[k] / size * (point[k] / size);
+    }
+    return fmin(size * sqrt(square), DBL_MAX);
 }
 
 /* The place of the mesh's plane or line that a point is above, rounded to the lattice along the axes that matter. */
@@ -190,6 +197,7 @@ static bool search_tree(const struct probe_volume *v, const double p[3], size_t 
 /* One point on its way. */
 struct walker {
     double exactly[3], p[3]; /* lattice coordinates, and rounded or projected */
+    double far;              /* beyond reach: how far, scene units; else 0 */
     size_t cell;
     int steps;
     struct weights weights;
@@ -201,7 +209,7 @@ enum walker_state { WALKING, INSIDE, OUTSIDE };
 static bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
 {
     bool within = true; /* the box of all sites */
-    volume_coordinates(v, point, w->exactly);
+    w->far = volume_coordinates(v, point, w->exactly);
     if (v->corners < 4) {
         project(v, w->exactly, w->p);
         for (int j = 0; j < v->corners - 1; j++)
@@ -243,6 +251,8 @@ static void arrive(const struct probe_volume *v, const struct walker *w, enum wa
         volume_place(v, w->cell, w->weights.weight, place);
     else
         volume_outer(v, w->exactly, place);
+    if (w->far > 0)
+        place->distance = w->far;
 }
 
 static bool finite_point(const double p[3])

@@ -1,0 +1,512 @@
+/* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found it, in the
+ * lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any dimension; what is not a mesh is refused. */
+#include "cell.h"
+#include "error.h"
+#include "probe-query.h"
+#include "random.h"
+#include "tap.h"
+#include "tetra.h"
+#include "volume.h"
+
+#include <string.h>
+
+enum { MOST = 3000 };
+
+enum shape { RANDOM, GRID, NOISY_GRID, SHELL, SLAB, FLAT_SLAB, NEEDLES, FAR_AWAY, SHAPES };
+static const char *const shape_names[] = {"random", "grid", "noisy grid", "shell", "slab", "flat slab", "needles", "far away"};
+
+static void must(struct error *err)
+{
+    if (err)
+        bail("%s", error_message(err));
+}
+
+static void must_be(enum probe_status status, enum probe_status expected)
+{
+    if (status != expected)
+        bail("%s", probe_status_text(status));
+}
+
+static size_t make(enum shape shape, size_t count, double *p)
+{
+    struct random r = random_start(11, (uint64_t)shape, 0);
+    const size_t side = (size_t)(cbrt((double)count) + 0.5);
+    for (size_t i = 0; i < count; i++) {
+        double q[3] = {random_double(&r), random_double(&r), random_double(&r)};
+        const double g[3] = {(double)(i % side), (double)(i / side % side), (double)(i / side / side)};
+        double length = 0;
+        for (int k = 0; k < 3; k++)
+            length += (q[k] - 0.5) * (q[k] - 0.5);
+        for (int k = 0; k < 3; k++) {
+            if (shape == GRID || shape == NOISY_GRID)
+                q[k] = g[k] + (shape == NOISY_GRID ? 1e-7 * q[k] : 0);
+            else if (shape == SHELL)
+                q[k] = (q[k] - 0.5) / sqrt(length);
+            else if (shape == FAR_AWAY)
+                q[k] += 1e6;
+        }
+        q[1] *= shape == NEEDLES ? 1e-4 : 1;
+        q[2] *= shape == SLAB ? 0.02 : shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : 1;
+        memcpy(p + 3 * i, q, sizeof q);
+    }
+    return shape == GRID || shape == NOISY_GRID ? side * side * side : count;
+}
+
+struct mesh_of {
+    double position[3 * MOST];
+    struct tetra t;
+    struct probe_mesh mesh;
+};
+
+static void make_mesh(enum shape shape, size_t count, struct mesh_of *m)
+{
+    const size_t n = make(shape, count, m->position);
+    must(tetra_build(&m->t, n, m->position, NULL));
+    m->mesh = (struct probe_mesh){.probes = n, .position = m->position, .corners = 4, .cells = m->t.cell_count, .vertex = m->t.vertex,
+                                  .neighbour = m->t.neighbour};
+}
+
+/* A point within a random cell, or on a face (3 corners), an edge (2), a probe (1) of one. */
+static void point_of(const struct probe_mesh *m, struct random *r, int corners, double p[3], size_t *cell)
+{
+    double w[4] = {0}, sum = 0;
+    *cell = random_u32(r) % m->cells;
+    for (int i = 0; i < corners; i++)
+        sum += w[i] = corners == 1 ? 1 : 0.02 + random_double(r);
+    const int turn = (int)(random_u32(r) % (unsigned)m->corners);
+    for (int k = 0; k < 3; k++) {
+        p[k] = 0;
+        for (int i = 0; i < m->corners; i++)
+            p[k] += w[i] / sum * m->position[3 * (size_t)m->vertex[(size_t)m->corners * *cell + (size_t)((i + turn) % m->corners)] + (size_t)k];
+    }
+}
+
+static double size_of(const struct probe_mesh *m)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
+    for (size_t i = 0; i < 3 * m->probes; i++) {
+        low[i % 3] = fmin(low[i % 3], m->position[i]);
+        high[i % 3] = fmax(high[i % 3], m->position[i]);
+    }
+    for (int k = 0; k < 3; k++)
+        size = fmax(size, high[k] - low[k]);
+    return size;
+}
+
+/* How far the blend of the probes' positions is from a point. */
+static double miss(const struct probe_mesh *m, const struct probe_place *place, const double p[3])
+{
+    double square = 0;
+    for (int k = 0; k < 3; k++) {
+        double x = -p[k];
+        for (int i = 0; i < 4; i++)
+            x += place->weight[i] * m->position[3 * (size_t)place->probe[i] + (size_t)k];
+        square += x * x;
+    }
+    return sqrt(square);
+}
+
+static bool same_place(const struct probe_place *a, const struct probe_place *b)
+{
+    return a->cell == b->cell && !memcmp(a->probe, b->probe, sizeof a->probe) && !memcmp(a->weight, b->weight, sizeof a->weight) &&
+           a->inside == b->inside && a->distance == b->distance;
+}
+
+/* Inside: weights give back the point, whatever the cell that the search began in. */
+static void test_inside(enum shape shape)
+{
+    static struct mesh_of m;
+    make_mesh(shape, shape == SHELL ? 400 : 2000, &m);
+    struct probe_volume *v, *lean, *tree;
+    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    must_be(probe_volume_create(&lean, &m.mesh, PROBE_LEAN, NULL), PROBE_OK);
+    must_be(probe_volume_create(&tree, &m.mesh, 0, NULL), PROBE_OK);
+    tree->steps_most = 0; /* what the walk does not find in its first cell, the tree finds */
+    const double size = size_of(&m.mesh);
+    struct random r = random_start(12, (uint64_t)shape, 0);
+    double worst = 0, worst_lean = 0;
+    int outside = 0, differ = 0, tree_differs = 0, lean_differs = 0, batch_differs = 0, corners_wrong = 0;
+    enum { POINTS = 3000 };
+    static double point[3 * POINTS];
+    static struct probe_place alone[POINTS], many[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        size_t cell;
+        const int corners = i % 8 < 5 ? 4 : i % 8 - 4;
+        point_of(&m.mesh, &r, corners, point + 3 * i, &cell);
+        const double *p = point + 3 * i;
+        struct probe_place place = {.cell = PROBE_COLD}, again = {.cell = (int32_t)(random_u32(&r) % m.mesh.cells)}, by_tree = again, small = again;
+        probe_volume_locate(v, p, &place);
+        probe_volume_locate(v, p, &again);
+        probe_volume_locate(tree, p, &by_tree);
+        probe_volume_locate(lean, p, &small);
+        alone[i] = place;
+        outside += !place.inside && place.distance > 1e-9 * size;
+        worst = fmax(worst, miss(&m.mesh, &place, p));
+        worst_lean = fmax(worst_lean, miss(&m.mesh, &small, p));
+        differ += !same_place(&place, &again);
+        tree_differs += !same_place(&place, &by_tree);
+        lean_differs += place.inside != small.inside;
+        if (corners == 1) { /* at a probe: exactly */
+            double most = 0;
+            int where = 0;
+            for (int k = 0; k < 4; k++)
+                if (place.weight[k] > most) {
+                    most = place.weight[k];
+                    where = place.probe[k];
+                }
+            corners_wrong += most != 1 || memcmp(m.position + 3 * (size_t)where, p, 3 * sizeof *p);
+        }
+    }
+    many[0].cell = PROBE_COLD;
+    probe_volume_locate_many(v, POINTS, point, 3, NULL, many);
+    for (int i = 0; i < POINTS; i++)
+        batch_differs += !same_place(&alone[i], &many[i]);
+    ok(outside == 0, "%s: points of cells are inside (%d are not)", shape_names[shape], outside);
+    const double allowed = 1e-10 * size + (shape == FAR_AWAY ? 1e6 * 0x1p-50 : 0);
+    ok(worst < allowed && worst_lean < allowed, "%s: weights give back the point (%.1e, lean %.1e of the size)", shape_names[shape],
+       worst / size, worst_lean / size);
+    ok(differ == 0 && batch_differs == 0, "%s: the same place, bit for bit, from another cell and among many (%d, %d differ)", shape_names[shape], differ,
+       batch_differs);
+    ok(tree_differs == 0 && lean_differs == 0, "%s: the tree finds what the walk finds, the lean form too (%d, %d differ)", shape_names[shape],
+       tree_differs, lean_differs);
+    ok(corners_wrong == 0, "%s: at a probe, that probe alone", shape_names[shape]);
+    probe_volume_destroy(v);
+    probe_volume_destroy(lean);
+    probe_volume_destroy(tree);
+    tetra_clear(&m.t);
+}
+
+/* Along a line that goes in and out, light changes by no more than its steepest cell allows: the largest difference of two probes' values
+ * over the least height of a cell inside, and outside by no more than on the hull. */
+static void test_continuity(enum shape shape, unsigned flags)
+{
+    static struct mesh_of m;
+    static float value[MOST];
+    make_mesh(shape, 500, &m);
+    struct probe_volume *v;
+    must_be(probe_volume_create(&v, &m.mesh, flags, NULL), PROBE_OK);
+    struct random r = random_start(13, (uint64_t)shape, 0);
+    for (size_t i = 0; i < m.mesh.probes; i++)
+        value[i] = random_float(&r);
+    double steepest = 0; /* gradient of a cell's linear field, by its planes */
+    for (size_t c = 0; c < v->cells; c++) {
+        double square = 0;
+        for (int k = 0; k < 3; k++) {
+            double g = 0;
+            for (int i = 0; i < 3; i++)
+                g += v->cell[c].plane[i][k] * (double)(value[v->cell[c].vertex[i + 1]] - value[v->cell[c].vertex[0]]);
+            square += g * g;
+        }
+        steepest = fmax(steepest, sqrt(square) / v->lattice.step);
+    }
+    const double size = size_of(&m.mesh);
+    double worst = 0;
+    struct probe_place place = {.cell = PROBE_COLD};
+    for (int line = 0; line < 40; line++) {
+        double a[3], b[3], length = 0;
+        for (int k = 0; k < 3; k++) {
+            const double centre = m.position[3 * (random_u32(&r) % m.mesh.probes) + (size_t)k];
+            a[k] = centre + size * 2 * (random_double(&r) - 0.5);
+            b[k] = centre + size * 2 * (random_double(&r) - 0.5);
+            length += (a[k] - b[k]) * (a[k] - b[k]);
+        }
+        length = sqrt(length);
+        enum { STEPS = 4000 };
+        float last = 0;
+        for (int s = 0; s <= STEPS; s++) {
+            double p[3];
+            float light;
+            for (int k = 0; k < 3; k++)
+                p[k] = a[k] + (b[k] - a[k]) * s / STEPS;
+            probe_volume_locate(v, p, &place);
+            probe_blend(&place, value, 1, &light);
+            const double change = fabs((double)light - (double)last) - 1e-6;
+            if (s)
+                worst = fmax(worst, change / (length / STEPS * steepest));
+            last = light;
+        }
+    }
+    ok(worst <= 1.0001, "%s, %s: along lines, light changes by at most %.3f of what the steepest cell allows", shape_names[shape],
+       flags & PROBE_NEAREST ? "nearest" : "extended", worst);
+    probe_volume_destroy(v);
+    tetra_clear(&m.t);
+}
+
+/* -- fewer dimensions ------------------------------------------------------------------------------ */
+
+enum { SIDE = 12 };
+
+/* Triangles of a bent-free sheet with a direction of its own, segments of a line, or one point. */
+static void make_flat(int corners, double *position, int32_t *vertex, int32_t *neighbour, struct probe_mesh *m)
+{
+    const double u[3] = {0.36, 0.48, 0.8}, w[3] = {0.8, -0.6, 0}, at[3] = {5, -3, 100};
+    *m = (struct probe_mesh){.position = position, .corners = corners, .vertex = vertex, .neighbour = neighbour};
+    struct random r = random_start(14, 0, 0);
+    for (int j = 0; j < (corners == 3 ? SIDE : 1); j++)
+        for (int i = 0; i < (corners > 1 ? SIDE : 1); i++)
+            for (int k = 0; k < 3; k++)
+                position[3 * (j * SIDE + i) + k] = at[k] + u[k] * i + w[k] * j * 0.7;
+    m->probes = corners == 3 ? SIDE * SIDE : corners == 2 ? SIDE : 1;
+    m->cells = corners == 3 ? 2 * (SIDE - 1) * (SIDE - 1) : corners == 2 ? SIDE - 1 : 1;
+    for (int32_t c = 0; c < (int32_t)m->cells; c++) {
+        const int32_t row = c / (2 * (SIDE - 1)), column = c / 2 % (SIDE - 1), a = row * SIDE + column;
+        if (corners == 3 && c % 2 == 0) {
+            memcpy(vertex + 3 * c, (const int32_t[]){a, a + 1, a + SIDE}, 12);
+            memcpy(neighbour + 3 * c, (const int32_t[]){c + 1, column ? c - 1 : -1, row ? c - 2 * (SIDE - 1) + 1 : -1}, 12);
+        } else if (corners == 3) {
+            memcpy(vertex + 3 * c, (const int32_t[]){a + 1, a + SIDE + 1, a + SIDE}, 12);
+            memcpy(neighbour + 3 * c, (const int32_t[]){row < SIDE - 2 ? c + 2 * (SIDE - 1) - 1 : -1, c - 1, column < SIDE - 2 ? c + 1 : -1}, 12);
+        } else if (corners == 2) {
+            memcpy(vertex + 2 * c, (const int32_t[]){c, c + 1}, 8);
+            memcpy(neighbour + 2 * c, (const int32_t[]){c < SIDE - 2 ? c + 1 : -1, c - 1}, 8);
+        } else {
+            vertex[0] = 0;
+            neighbour[0] = -1;
+        }
+    }
+}
+
+static void test_flat(int corners)
+{
+    static double position[3 * SIDE * SIDE];
+    static int32_t vertex[6 * SIDE * SIDE], neighbour[6 * SIDE * SIDE];
+    struct probe_mesh m;
+    struct probe_volume *v, *packed;
+    size_t row;
+    make_flat(corners, position, vertex, neighbour, &m);
+    must_be(probe_volume_create(&v, &m, 0, &row), PROBE_OK);
+    const size_t bytes = probe_volume_pack(v, 0, NULL, 0, PROBE_PACK_FLOAT, NULL, 0);
+    void *image = malloc(bytes);
+    probe_volume_pack(v, 0, NULL, 0, PROBE_PACK_FLOAT, image, bytes);
+    must_be(probe_volume_open(&packed, image, bytes, 0, &row), PROBE_OK);
+    struct random r = random_start(15, (uint64_t)corners, 0);
+    double worst = 0, worst_above = 0, worst_beyond = 0, worst_packed = 0;
+    int outside = 0, differ = 0;
+    const double up[3] = {0.48, 0.64, -0.6}, along[3] = {0.36, 0.48, 0.8}; /* up is across the sheet and the line */
+    for (int i = 0; i < 2000; i++) {
+        double p[3], q[3];
+        size_t cell;
+        point_of(&m, &r, corners < 2 || i % 3 == 0 ? 1 : i % 3 == 1 && corners > 2 ? 2 : corners, p, &cell);
+        struct probe_place place = {.cell = PROBE_COLD}, again = {.cell = (int32_t)(random_u32(&r) % m.cells)};
+        probe_volume_locate(v, p, &place);
+        probe_volume_locate(v, p, &again);
+        worst = fmax(worst, miss(&m, &place, p));
+        outside += place.distance > 1e-9;
+        differ += !same_place(&place, &again);
+        const double height = 4 * (random_double(&r) - 0.5);
+        for (int k = 0; k < 3; k++)
+            q[k] = p[k] + height * up[k];
+        probe_volume_locate(v, q, &place);
+        worst_above = fmax(worst_above, miss(&m, &place, p));
+        probe_volume_locate(packed, q, &again);
+        for (int k = 0; k < 4; k++)
+            worst_packed = fmax(worst_packed, fabs(again.weight[k] - place.weight[k]));
+        for (int k = 0; k < 3; k++) /* beyond the end of the line, or the sheet's side */
+            q[k] = position[3 * (SIDE - 1) + k * (corners > 1)] * (corners > 1) + (corners > 1 ? 0 : p[k]);
+        for (int k = 0; k < 3; k++)
+            q[k] = (corners > 1 ? position[3 * (SIDE - 1) + k] : p[k]) + along[k] * (1 + i % 5) + height * up[k];
+        probe_volume_locate(v, q, &place);
+        worst_beyond = fmax(worst_beyond, miss(&m, &place, corners > 1 ? position + 3 * (SIDE - 1) : position));
+    }
+    ok(worst < 1e-9 && outside == 0 && differ == 0, "%d corners: places are right (%.0e), inside and the same from anywhere", corners, worst);
+    ok(worst_above < 1e-9, "%d corners: a point beside them is where it is above them (%.0e)", corners, worst_above);
+    ok(worst_beyond < 1e-9, "%d corners: a point beyond their end is at it (%.0e)", corners, worst_beyond);
+    ok(worst_packed < 1e-9, "%d corners: packed, the same", corners);
+    probe_volume_destroy(v);
+    probe_volume_destroy(packed);
+    free(image);
+}
+
+/* -- packed files ----------------------------------------------------------------------------------- */
+
+static void test_packed(void)
+{
+    static struct mesh_of m;
+    static float sh[27 * MOST];
+    make_mesh(RANDOM, 2000, &m);
+    struct probe_volume *v, *packed[4];
+    void *image[2];
+    size_t bytes[2];
+    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    struct random r = random_start(16, 0, 0);
+    for (size_t i = 0; i < 27 * m.mesh.probes; i++)
+        sh[i] = (random_float(&r) - 0.3f) * (i % 27 < 3 ? 1000 : 1);
+    for (int half = 0; half < 2; half++) {
+        const enum probe_packing packing = half ? PROBE_PACK_HALF : PROBE_PACK_FLOAT;
+        bytes[half] = probe_volume_pack(v, 3, sh, 0, packing, NULL, 0);
+        image[half] = malloc(bytes[half]);
+        ok(probe_volume_pack(v, 3, sh, 0, packing, image[half], bytes[half]) == bytes[half], "packs as many bytes as it said");
+        must_be(probe_volume_open(&packed[2 * half], image[half], bytes[half], 0, NULL), PROBE_OK);
+        must_be(probe_volume_open(&packed[2 * half + 1], image[half], bytes[half], PROBE_LEAN, NULL), PROBE_OK);
+        const struct probe_image_facts facts = probe_volume_image(packed[2 * half]);
+        ok(facts.order == 3 && facts.bytes_per_probe == (half ? 24u + 54u : 24u + 108u) && facts.bytes_per_cell == 16 && facts.vertex_bytes == 2,
+           "%s: %zu bytes a probe, %zu a cell", half ? "halves" : "floats", facts.bytes_per_probe, facts.bytes_per_cell);
+    }
+    double worst[4] = {0}, most = 0;
+    for (int i = 0; i < 3000; i++) {
+        double p[3];
+        float light[27], other[27];
+        for (int k = 0; k < 3; k++)
+            p[k] = 1.4 * random_double(&r) - 0.2;
+        struct probe_place place = {.cell = PROBE_COLD};
+        probe_volume_locate(v, p, &place);
+        probe_blend(&place, sh, 27, light);
+        for (int f = 0; f < 4; f++) {
+            place.cell = PROBE_COLD;
+            probe_volume_locate(packed[f], p, &place);
+            probe_volume_light(packed[f], &place, other);
+            for (int k = 0; k < 27; k++)
+                worst[f] = fmax(worst[f], fabs((double)(light[k] - other[k])) / (k < 3 ? 1000 : 1));
+        }
+        most = fmax(most, fabs((double)light[0]));
+    }
+    ok(worst[0] < 1e-6 && worst[1] < 1e-6, "floats: the light is as before it was packed (%.0e, lean %.0e)", worst[0], worst[1]);
+    ok(worst[2] < 5e-4 && worst[3] < 5e-4 && worst[2] > 1e-6, "halves: within their rounding, 2^-11 (%.1e, lean %.1e)", worst[2], worst[3]);
+    ok(probe_volume_bytes(packed[1]) < probe_volume_bytes(packed[0]) / 8, "lean holds %zu bytes beside the file, instead of %zu",
+       probe_volume_bytes(packed[1]), probe_volume_bytes(packed[0]));
+
+    struct probe_volume *none = NULL;
+    int accepted = 0;
+    unsigned char *bad = image[1];
+    for (int i = 0; i < 2000; i++) { /* any bit */
+        const size_t at = random_u32(&r) % bytes[1];
+        bad[at] ^= (unsigned char)(1u << random_u32(&r) % 8);
+        unsigned char keep[128];
+        memcpy(keep, bad, sizeof keep);
+        accepted += probe_volume_open(&none, bad, bytes[1], 0, NULL) == PROBE_OK;
+        probe_volume_destroy(none);
+        must_be(probe_volume_open(&none, image[0], bytes[0], PROBE_LEAN, NULL), PROBE_OK);
+        probe_volume_destroy(none);
+        i += 200;
+    }
+    ok(accepted == 0, "a file with a wrong bit is refused");
+    accepted = 0;
+    for (size_t size = 0; size < bytes[0]; size += 1 + size / 3)
+        accepted += probe_volume_open(&none, image[0], size, 0, NULL) == PROBE_OK;
+    ok(accepted == 0, "a file that is cut short is refused");
+    ok(probe_volume_open(&none, "this is not a packed file, is it? no, it is not. it has no more than many bytes of english prose, and then some, and an end.....", 128,
+                         0, NULL) == PROBE_NOT_AN_IMAGE, "what is not a packed file is refused as such");
+    sh[5] = NAN;
+    ok(probe_volume_pack(v, 3, sh, 0, PROBE_PACK_HALF, NULL, 0) == 0, "light that is not known is not packed");
+    for (int i = 0; i < 4; i++)
+        probe_volume_destroy(packed[i]);
+    probe_volume_destroy(v);
+    free(image[0]);
+    free(image[1]);
+    tetra_clear(&m.t);
+}
+
+/* Every half comes back; every float is rounded to the nearest. Through a mesh of one point. */
+static void test_halves(void)
+{
+    const double position[3] = {1, 2, 3};
+    const int32_t vertex = 0, neighbour = -1;
+    const struct probe_mesh m = {.probes = 1, .position = position, .corners = 1, .cells = 1, .vertex = &vertex, .neighbour = &neighbour};
+    struct probe_volume *v, *packed;
+    must_be(probe_volume_create(&v, &m, 0, NULL), PROBE_OK);
+    struct random r = random_start(17, 0, 0);
+    double worst = 0;
+    for (int i = 0; i < 20000; i++) {
+        float sh[3] = {1, 0, 0}, back[3];
+        sh[1] = ldexpf(2 * random_float(&r) - 1, -(int)(random_u32(&r) % 30));
+        sh[2] = ldexpf(2 * random_float(&r) - 1, -(int)(random_u32(&r) % 12));
+        uint64_t image[64];
+        const size_t bytes = probe_volume_pack(v, 1, sh, 0, PROBE_PACK_HALF, image, sizeof image);
+        must_be(probe_volume_open(&packed, image, bytes, 0, NULL), PROBE_OK);
+        struct probe_place place = {.cell = PROBE_COLD};
+        probe_volume_locate(packed, position, &place);
+        probe_volume_light(packed, &place, back);
+        for (int k = 0; k < 3; k++) /* half a unit of the last of 11 bits, or of the least subnormal: 2^-24 of a scale of 2^-14 */
+            worst = fmax(worst, fabs((double)(back[k] - sh[k])) / fmax(fabs((double)sh[k]) * 0x1p-11, 0x1p-39));
+        probe_volume_destroy(packed);
+    }
+    ok(worst <= 1 && worst > 0.9, "halves are the nearest ones: %.4f of the rounding that is allowed", worst);
+    probe_volume_destroy(v);
+}
+
+/* -- what is refused ---------------------------------------------------------------------------------- */
+
+static void test_refused(void)
+{
+    static struct mesh_of m;
+    make_mesh(RANDOM, 100, &m);
+    struct probe_volume *v;
+    size_t row;
+    struct probe_mesh bad = m.mesh;
+    bad.cells = 0;
+    ok(probe_volume_create(&v, &bad, 0, &row) == PROBE_NO_CELLS && !v, "no cells");
+    bad = m.mesh;
+    bad.corners = 5;
+    ok(probe_volume_create(&v, &bad, 0, &row) == PROBE_BAD_ARGUMENT, "5 corners");
+    int32_t was = m.t.vertex[4 * 7 + 2];
+    m.t.vertex[4 * 7 + 2] = 100;
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_VERTEX && row == 7, "a probe that does not exist, and where");
+    m.t.vertex[4 * 7 + 2] = m.t.vertex[4 * 7 + 1];
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_SHAPE && row == 7, "a flat cell");
+    m.t.vertex[4 * 7 + 2] = m.t.vertex[4 * 7 + 1];
+    m.t.vertex[4 * 7 + 1] = was;
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_SHAPE && row == 7, "a cell inside out");
+    m.t.vertex[4 * 7 + 1] = m.t.vertex[4 * 7 + 2];
+    m.t.vertex[4 * 7 + 2] = was;
+    was = m.t.neighbour[9];
+    m.t.neighbour[9] = m.t.neighbour[9] == 3 ? 4 : 3;
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_NEIGHBOUR, "a neighbour that does not share the face");
+    m.t.neighbour[9] = was;
+    m.position[3] = INFINITY;
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_POSITION && row == 1, "a position that is not finite");
+    tetra_clear(&m.t);
+    make_mesh(RANDOM, 100, &m);
+    must_be(probe_volume_create(&v, &m.mesh, 0, &row), PROBE_OK);
+    struct probe_place place = {.cell = 5}, before = place;
+    ok(probe_volume_locate(v, (const double[]){0, NAN, 0}, &place) == PROBE_BAD_POINT && !memcmp(&place, &before, sizeof place) &&
+           probe_volume_locate(v, (const double[]){-INFINITY, 0, 0}, &place) == PROBE_BAD_POINT, "points that are not finite");
+    bool whole = true;
+    for (int i = 0; i < 64; i++) { /* far out */
+        const double far[3] = {i & 1 ? 1e300 : -1e300, i & 2 ? 1e300 : i & 4 ? 1 : -1e150, i & 8 ? 1e308 : i & 16 ? 0 : 1e-300};
+        place.cell = i & 32 ? 2000000000 : -7;
+        whole = whole && probe_volume_locate(v, far, &place) == PROBE_OK && !place.inside && place.distance > 1e100 &&
+                fabs(place.weight[0] + place.weight[1] + place.weight[2] + place.weight[3] - 1) < 1e-9;
+    }
+    ok(whole, "points at 1e300 have a place");
+    probe_volume_destroy(v);
+    tetra_clear(&m.t);
+}
+
+static void test_irradiance(void)
+{
+    double worst = 0;
+    struct random r = random_start(18, 0, 0);
+    for (int order = 1; order <= 6; order++)
+        for (int i = 0; i < 200; i++) {
+            float sh[108], n[3] = {random_float(&r) - 0.5f, random_float(&r) - 0.5f, random_float(&r) - 0.5f}, three[3], rgb[3], bands[108];
+            const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+            const float a[6] = {3.14159265f, 2.09439510f, 0.785398163f, 0, -0.130899694f, 0};
+            for (int k = 0; k < 3; k++)
+                n[k] /= length;
+            for (int k = 0; k < 3 * order * order; k++) {
+                sh[k] = random_float(&r) - 0.5f;
+                bands[k] = sh[k] * a[(int)sqrt(k / 3)];
+            }
+            probe_irradiance(order, sh, n, rgb);
+            probe_irradiance_convolved(order, bands, n, three);
+            for (int k = 0; k < 3; k++)
+                worst = fmax(worst, fabs((double)(rgb[k] - three[k])));
+        }
+    ok(worst < 1e-5, "irradiance is that of the convolved coefficients, for all orders (%.0e)", worst);
+}
+
+int main(void)
+{
+    for (int shape = 0; shape < SHAPES; shape++)
+        test_inside((enum shape)shape);
+    for (int shape = RANDOM; shape <= SLAB; shape++)
+        for (unsigned flags = 0; flags <= PROBE_NEAREST; flags += PROBE_NEAREST)
+            test_continuity((enum shape)shape, flags);
+    for (int corners = 1; corners <= 3; corners++)
+        test_flat(corners);
+    test_packed();
+    test_halves();
+    test_refused();
+    test_irradiance();
+    return tap_done();
+}
