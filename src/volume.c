@@ -418,9 +418,9 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
     if (!status && v->corners == 4)
         status = join_facets(v);
     if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST))
-        status = volume_outer_init(v);
+        volume_outer_init(v);
     v->bytes += sizeof *v + (v->cell_tree.level[v->cell_tree.levels] + v->facet_tree.level[v->facet_tree.levels]) * sizeof(struct volume_box) +
-                v->facets * sizeof *v->facet + (v->ray ? 3 * v->probes * sizeof *v->ray : 0);
+                v->facets * sizeof *v->facet;
     return status;
 }
 
@@ -456,7 +456,6 @@ void probe_volume_destroy(struct probe_volume *v)
     volume_tree_clear(&v->cell_tree);
     free(v->facet);
     volume_tree_clear(&v->facet_tree);
-    free(v->ray);
     free(v);
 }
 

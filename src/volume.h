@@ -67,7 +67,8 @@ struct probe_volume {
     struct volume_tree facet_tree;
     int steps_most; /* of a walk, before the tree is asked */
     bool convex; /* who leaves through the hull is outside */
-    float *ray;  /* 3 a probe: the direction in which its light goes on outside; NULL: nearest */
+    bool rays;   /* outside, light goes on along rays from the core (volume_outer.c); else that of the nearest point */
+    double centre[3], core[3]; /* the core: a box around centre, core[k] to either side, lattice units */
     struct probe_image_facts image;
     const void *light; /* of an image */
     float light_scale;
@@ -157,8 +158,11 @@ void volume_place(const struct probe_volume *v, size_t cell, const double weight
 
 /* -- outside (volume_outer.c) -------------------------------------------------------------------- */
 
-/* Finds how the light goes on outside: v->ray. */
-enum probe_status volume_outer_init(struct probe_volume *v);
+/* Finds the core of a convex hull that its rays come from. Leaves v->rays false where there is none. */
+void volume_outer_init(struct probe_volume *v);
+
+/* The ray that a corner of the hull sends out. */
+void volume_outer_ray(const struct probe_volume *v, int32_t probe, double ray[3]);
 
 /* The place of a point outside, in lattice coordinates (not rounded). */
 void volume_outer(const struct probe_volume *v, const double p[3], struct probe_place *place);

@@ -61,14 +61,22 @@ static uint64_t image_checksum(const void *image, size_t size)
 
 /* -- opening ------------------------------------------------------------------------------------- */
 
+/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has 2^40 steps; only one point needs none. */
+static bool sane_lattice(const struct image_header *h)
+{
+    bool sane = h->step < INFINITY && (h->step > 0 || (h->step == 0 && h->corners == 1));
+    for (int k = 0; k < 3; k++)
+        sane = sane && (h->step > 0 ? fabs(h->origin[k] / h->step) <= 0x1p100 : isfinite(h->origin[k]));
+    return sane;
+}
+
 static enum probe_status check_header(const struct image_header *h, const void *image, size_t size)
 {
     if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION)
         return PROBE_NOT_AN_IMAGE;
     const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 && h->packing <= PROBE_PACK_HALF &&
                       (h->vertex_bytes == 2 || h->vertex_bytes == 4) && (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
-                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && h->step >= 0 && h->step < INFINITY && isfinite(h->origin[0]) &&
-                      isfinite(h->origin[1]) && isfinite(h->origin[2]) && h->light_scale > 0 && h->light_scale < INFINITY;
+                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) && h->light_scale > 0 && h->light_scale <= 0x1p111f;
     if (!sane || h->size != size || lay_out(h).size != size || h->checksum != image_checksum(image, size))
         return PROBE_BAD_IMAGE;
     return PROBE_OK;

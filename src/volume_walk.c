@@ -38,12 +38,14 @@ double volume_coordinates(const struct probe_volume *v, const double point[3], d
     }
     if (most <= reach)
         return 0;
+    const bool counted = most < INFINITY; /* else the point is so far out that its coordinates overflow */
     double square = 0;
     for (int k = 0; k < 3; k++) {
-        coordinates[k] = point[k] / size * reach;
-        square += point[k] / size * (point[k] / size);
+        const double along = counted ? coordinates[k] / most : point[k] / size;
+        coordinates[k] = along * reach;
+        square += along * along;
     }
-    return fmin(size * sqrt(square), DBL_MAX);
+    return fmin((counted ? most * v->lattice.step : size) * sqrt(square), DBL_MAX);
 }
 
 /* The place of the mesh's plane or line that a point is above, rounded to the lattice along the axes that matter. */
@@ -251,7 +253,7 @@ static void arrive(const struct probe_volume *v, const struct walker *w, enum wa
         volume_place(v, w->cell, w->weights.weight, place);
     else
         volume_outer(v, w->exactly, place);
-    if (w->far > 0)
+    if (w->far > 0 && !place->inside)
         place->distance = w->far;
 }
 

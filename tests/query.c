@@ -12,8 +12,8 @@
 
 enum { MOST = 3000 };
 
-enum shape { RANDOM, GRID, NOISY_GRID, SHELL, SLAB, FLAT_SLAB, NEEDLES, FAR_AWAY, SHAPES };
-static const char *const shape_names[] = {"random", "grid", "noisy grid", "shell", "slab", "flat slab", "needles", "far away"};
+enum shape { RANDOM, GRID, NOISY_GRID, ROUGH_GRID, SHELL, SLAB, FLAT_SLAB, NEEDLES, FAR_AWAY, SHAPES };
+static const char *const shape_names[] = {"random", "grid", "noisy grid", "rough grid", "shell", "slab", "flat slab", "needles", "far away"};
 
 static void must(struct error *err)
 {
@@ -27,6 +27,11 @@ static void must_be(enum probe_status status, enum probe_status expected)
         bail("%s", probe_status_text(status));
 }
 
+static bool is_grid(enum shape shape)
+{
+    return shape == GRID || shape == NOISY_GRID || shape == ROUGH_GRID;
+}
+
 static size_t make(enum shape shape, size_t count, double *p)
 {
     struct random r = random_start(11, (uint64_t)shape, 0);
@@ -38,8 +43,8 @@ static size_t make(enum shape shape, size_t count, double *p)
         for (int k = 0; k < 3; k++)
             length += (q[k] - 0.5) * (q[k] - 0.5);
         for (int k = 0; k < 3; k++) {
-            if (shape == GRID || shape == NOISY_GRID)
-                q[k] = g[k] + (shape == NOISY_GRID ? 1e-7 * q[k] : 0);
+            if (is_grid(shape))
+                q[k] = g[k] + (shape == NOISY_GRID ? 1e-7 * q[k] : shape == ROUGH_GRID ? 1e-4 * q[k] : 0);
             else if (shape == SHELL)
                 q[k] = (q[k] - 0.5) / sqrt(length);
             else if (shape == FAR_AWAY)
@@ -49,7 +54,7 @@ static size_t make(enum shape shape, size_t count, double *p)
         q[2] *= shape == SLAB ? 0.02 : shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : 1;
         memcpy(p + 3 * i, q, sizeof q);
     }
-    return shape == GRID || shape == NOISY_GRID ? side * side * side : count;
+    return is_grid(shape) ? side * side * side : count;
 }
 
 struct mesh_of {
@@ -176,8 +181,22 @@ static void test_inside(enum shape shape)
     tetra_clear(&m.t);
 }
 
-/* Along a line that goes in and out, light changes by no more than its steepest cell allows: the largest difference of two probes' values
- * over the least height of a cell inside, and outside by no more than on the hull. */
+/* The gradient of the field that is linear in a cell, by its planes. */
+static double slope(const struct probe_volume *v, size_t cell, const float *value)
+{
+    const struct volume_cell *c = &v->cell[cell];
+    double square = 0;
+    for (int k = 0; k < 3; k++) {
+        double g = 0;
+        for (int i = 0; i < 3; i++)
+            g += c->plane[i][k] * (double)(value[c->vertex[i + 1]] - value[c->vertex[0]]);
+        square += g * g;
+    }
+    return sqrt(square) / v->lattice.step;
+}
+
+/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the same cell or the one beside it,
+ * by no more than these two allow. */
 static void test_continuity(enum shape shape, unsigned flags)
 {
     static struct mesh_of m;
@@ -188,19 +207,11 @@ static void test_continuity(enum shape shape, unsigned flags)
     struct random r = random_start(13, (uint64_t)shape, 0);
     for (size_t i = 0; i < m.mesh.probes; i++)
         value[i] = random_float(&r);
-    double steepest = 0; /* gradient of a cell's linear field, by its planes */
-    for (size_t c = 0; c < v->cells; c++) {
-        double square = 0;
-        for (int k = 0; k < 3; k++) {
-            double g = 0;
-            for (int i = 0; i < 3; i++)
-                g += v->cell[c].plane[i][k] * (double)(value[v->cell[c].vertex[i + 1]] - value[v->cell[c].vertex[0]]);
-            square += g * g;
-        }
-        steepest = fmax(steepest, sqrt(square) / v->lattice.step);
-    }
+    double steepest = 0;
+    for (size_t c = 0; c < v->cells; c++)
+        steepest = fmax(steepest, slope(v, c, value));
     const double size = size_of(&m.mesh);
-    double worst = 0;
+    double worst = 0, worst_local = 0;
     struct probe_place place = {.cell = PROBE_COLD};
     for (int line = 0; line < 40; line++) {
         double a[3], b[3], length = 0;
@@ -213,6 +224,7 @@ static void test_continuity(enum shape shape, unsigned flags)
         length = sqrt(length);
         enum { STEPS = 4000 };
         float last = 0;
+        int32_t cell = -1;
         for (int s = 0; s <= STEPS; s++) {
             double p[3];
             float light;
@@ -221,13 +233,78 @@ static void test_continuity(enum shape shape, unsigned flags)
             probe_volume_locate(v, p, &place);
             probe_blend(&place, value, 1, &light);
             const double change = fabs((double)light - (double)last) - 1e-6;
+            const int32_t here = place.inside ? v->inner[place.cell] : -1;
+            bool beside = here >= 0 && here == cell;
+            for (int k = 0; k < 4 && here >= 0 && cell >= 0; k++)
+                beside = beside || v->cell[cell].neighbour[k] == here;
             if (s)
                 worst = fmax(worst, change / (length / STEPS * steepest));
+            if (beside)
+                worst_local = fmax(worst_local, change / (length / STEPS * fmax(slope(v, (size_t)here, value), slope(v, (size_t)cell, value))));
+            cell = here;
             last = light;
         }
     }
-    ok(worst <= 1.0001, "%s, %s: along lines, light changes by at most %.3f of what the steepest cell allows", shape_names[shape],
-       flags & PROBE_NEAREST ? "nearest" : "extended", worst);
+    ok(worst <= 1.0001 && worst_local <= 1.0001, "%s, %s: along lines, light changes by at most %.3f of what the cells there allow, %.3f of the steepest",
+       shape_names[shape], flags & PROBE_NEAREST ? "nearest" : "extended", worst_local, worst);
+    probe_volume_destroy(v);
+    tetra_clear(&m.t);
+}
+
+/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives back u. And light does not jump, across the hull and from an
+ * outer cell to the next. */
+static void test_outside(enum shape shape)
+{
+    static struct mesh_of m;
+    make_mesh(shape, is_grid(shape) ? 1000 : 400, &m);
+    struct probe_volume *v;
+    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    struct random r = random_start(19, (uint64_t)shape, 0);
+    const double size = size_of(&m.mesh);
+    double worst = 0, worst_step = 0;
+    int lost = 0;
+    enum { POINTS = 4000 };
+    for (int i = 0; i < POINTS && v->rays; i++) {
+        int32_t vertex[3];
+        double u[3], p[3] = {0}, q[3], far = 0, expected[3] = {0}, got[3] = {0}, next[3] = {0};
+        volume_facet_vertex(v, &v->facet[random_u32(&r) % v->facets], vertex);
+        u[0] = random_double(&r);
+        u[1] = random_double(&r) * (1 - u[0]);
+        u[2] = 1 - u[0] - u[1];
+        double ray[3][3];
+        for (int c = 0; c < 3; c++) {
+            volume_outer_ray(v, vertex[c], ray[c]);
+            for (int k = 0; k < 3; k++)
+                far = fmax(far, fabs(ray[c][k]) * v->lattice.step);
+        }
+        const double t = size / far * pow(10, 5 * random_double(&r) - 4); /* to 10 sizes away */
+        for (int c = 0; c < 3; c++)
+            for (int k = 0; k < 3; k++) {
+                expected[k] += u[c] * m.position[3 * vertex[c] + k];
+                p[k] += u[c] * (m.position[3 * vertex[c] + k] + t * ray[c][k] * v->lattice.step);
+            }
+        struct probe_place place = {.cell = PROBE_COLD}, beside = place;
+        probe_volume_locate(v, p, &place);
+        const double step = 1e-7 * size * (shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : 1); /* of the hull's thickness */
+        double moved = 0, off = 0;
+        for (int k = 0; k < 3; k++)
+            q[k] = p[k] + step * (random_double(&r) - 0.5);
+        probe_volume_locate(v, q, &beside);
+        for (int k = 0; k < 3; k++) {
+            for (int c = 0; c < 4; c++) {
+                got[k] += place.weight[c] * m.position[3 * place.probe[c] + k];
+                next[k] += beside.weight[c] * m.position[3 * beside.probe[c] + k];
+            }
+            off += (got[k] - expected[k]) * (got[k] - expected[k]);
+            moved += (got[k] - next[k]) * (got[k] - next[k]);
+        }
+        lost += sqrt(off) > 1e-5 * size;
+        worst = fmax(worst, sqrt(off) / size);
+        worst_step = fmax(worst_step, sqrt(moved) / size);
+    }
+    ok(v->rays && lost == 0, "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)", shape_names[shape], lost, worst);
+    ok(worst_step < (shape == ROUGH_GRID ? 2e-3 : 1e-4), /* the slivers of a rough grid's hull are 1e-4 wide */
+       "%s: outside, the place on the hull does not jump (%.0e for a step of 1e-7 of its thickness)", shape_names[shape], worst_step);
     probe_volume_destroy(v);
     tetra_clear(&m.t);
 }
@@ -241,7 +318,6 @@ static void make_flat(int corners, double *position, int32_t *vertex, int32_t *n
 {
     const double u[3] = {0.36, 0.48, 0.8}, w[3] = {0.8, -0.6, 0}, at[3] = {5, -3, 100};
     *m = (struct probe_mesh){.position = position, .corners = corners, .vertex = vertex, .neighbour = neighbour};
-    struct random r = random_start(14, 0, 0);
     for (int j = 0; j < (corners == 3 ? SIDE : 1); j++)
         for (int i = 0; i < (corners > 1 ? SIDE : 1); i++)
             for (int k = 0; k < 3; k++)
@@ -502,6 +578,9 @@ int main(void)
     for (int shape = RANDOM; shape <= SLAB; shape++)
         for (unsigned flags = 0; flags <= PROBE_NEAREST; flags += PROBE_NEAREST)
             test_continuity((enum shape)shape, flags);
+    for (int shape = 0; shape < SHAPES; shape++)
+        if (shape != NOISY_GRID) /* across the slivers of its hull, 1e-7 wide, any field of the probes is that steep */
+            test_outside((enum shape)shape);
     for (int corners = 1; corners <= 3; corners++)
         test_flat(corners);
     test_packed();
