@@ -16,7 +16,7 @@ check "irradiance for a normal of any length: pi Y00 L00 + 2 pi / 3 Y1-1 L1-1" a
 sed 's/^sh-content.*/sh-content irradiance/' baked.probe >convolved.probe
 echo "1.25 2.5 3.25 0 2 0" | probe-query convolved.probe >light
 check "convolved coefficients are used as they are" awk '{ exit !(($2 - 0.282095 * 2.5) ^ 2 < 1e-9) }' light
-echo "9 2 2" | probe-query --explain baked.probe >light 2>err
+echo "9 2 2" | probe-query --outside nearest --explain baked.probe >light 2>err
 check "outside: the nearest point of the hull, and it says so" sh -c "grep -q ' outside 5.5\$' light && tail -n 1 light | awk '{ exit !(\$1 == 3.5) }' && grep -q '1 points are outside' err"
 check "inside is said too" sh -c "echo 2 2 2 | probe-query --explain baked.probe | grep -q ' inside 0\$'"
 awk 'BEGIN { srand(1); for (i = 0; i < 20000; i++) print 4 * rand(), 4 * rand(), 4 * rand() }' >points.txt
@@ -26,6 +26,51 @@ check "binary out is text's numbers" sh -c "probe-query -q --to binary baked.pro
 perl -ne 'print pack("d<3", split)' points.txt >points.bin 2>/dev/null && check "binary in is text's points" sh -c "probe-query -q --from binary baked.probe points.bin | cmp - light"
 check "a stream of points" sh -c "probe-query -q --to stream baked.probe points.txt | probe-cat --info | grep -q 'table probe: 20000 rows'"
 check "another column" sh -c "echo 2 2 2 | probe-query --column hull_normal baked.probe | awk '{ exit NF != 3 }'"
+for outside in extend nearest; do
+    check "outside $outside: on the hull, it is the hull's" sh -c "echo 3.5000001 2 2 | probe-query -q --outside $outside baked.probe | awk '{ exit !((\$1 - 3.5) ^ 2 < 1e-10) }'"
+done
+echo "9 2 2" | probe-query -q --outside zero baked.probe >light
+check "outside zero: no light" awk '{ for (i = 1; i <= NF; i++) if ($i != 0) exit 1; exit NF != 12 }' light
+refused 1 "stdin:2: the point is outside of the hull of the probes, 5.5 away" sh -c "printf '1 1 1\n9 2 2\n' | probe-query --outside error baked.probe"
+awk 'BEGIN { srand(2); for (i = 0; i < 30000; i++) print 9 * rand() - 2, 9 * rand() - 2, 9 * rand() - 2, rand() - .5, rand() - .5, rand() + .1 }' >around.txt
+for threads in 1 2 5; do probe-query -q --threads $threads baked.probe around.txt | cksum; done >sums
+check "the same bytes for any number of threads" sh -c "[ \$(uniq sums | wc -l) -eq 1 ]"
+check "and for any order of the points" sh -c "awk '{ print NR, \$0 }' around.txt | sort -k 2,2g >shuffled; cut -d ' ' -f 2- shuffled | probe-query -q baked.probe - | paste -d ' ' shuffled - | sort -n | cut -d ' ' -f 8- >again; probe-query -q baked.probe around.txt | cmp - again"
+
+# packed files
+probe-query --pack float -o baked.pack baked.probe
+probe-query --pack half -o half.pack baked.probe
+check "a packed file gives the light of its stream" sh -c "probe-query -q baked.probe around.txt >a; probe-query -q baked.pack around.txt >b
+    paste -d ' ' a b | awk '{ for (i = 1; i <= 3; i++) if ((\$i - \$(i + 3)) ^ 2 > 1e-10) exit 1 }'"
+check "with halves, to their rounding" sh -c "probe-query -q half.pack around.txt | paste -d ' ' a - | awk '{ for (i = 1; i <= 3; i++) if ((\$i - \$(i + 3)) ^ 2 > 1e-5) exit 1 }'"
+check "halves take fewer bytes" sh -c "[ \$(wc -c <half.pack) -lt \$(wc -c <baked.pack) ]"
+check "the example opens it" sh -c "$BUILD/doc/example half.pack 0 0 0 4 4 4 | grep -c side | grep -qx 11"
+head -c 5000 half.pack >short.pack
+refused 1 "short.pack: the packed file is damaged" sh -c "echo 1 1 1 | probe-query short.pack"
+refused 1 "holds the column sh, and not ao" sh -c "echo 1 1 1 | probe-query --column ao half.pack"
+refused 2 "--pack takes no points" probe-query --pack half baked.probe around.txt
+
+# probes in a plane, on a line, in one place
+head='#?probe 1\nsh-order 1\nsh-content radiance\ntable probe position:f64:3 sh:f32:3\n'
+printf "$head"'0 0 0 1 0 0\n1 0 0 2 0 0\n0 0 1 1 1 0\n1 0 1 2 1 0\ntable tri vertex:i32:3 neighbour:i32:3\n0 1 2 1 -1 -1\n1 3 2 -1 0 -1\nend\n' >plane.probe
+printf "$head"'0 0 0 1 0 0\n2 0 0 3 0 0\n4 0 0 1 0 0\ntable segment vertex:i32:2 neighbour:i32:2\n0 1 1 -1\n1 2 -1 0\nend\n' >line.probe
+printf "$head"'1 2 3 4 5 6\ntable point vertex:i32:1 neighbour:i32:1\n0 -1\nend\n' >one.probe
+check "a plane of probes: the point below" sh -c "[ \"\$(echo .25 7 .5 | probe-query plane.probe)\" = '1.25 0.5 0' ]"
+check "beyond its border: the nearest point" sh -c "[ \"\$(echo .25 7 5 | probe-query -q plane.probe)\" = '1.25 1 0' ]"
+check "a line of probes" sh -c "[ \"\$(printf '3 1 1\n-9 0 0\n' | probe-query -q line.probe | tr '\n' ' ')\" = '2 0 0 1 0 0 ' ]"
+check "one probe" sh -c "[ \"\$(echo 7 8 9 | probe-query -q one.probe)\" = '4 5 6' ]"
+sed 's/^table tri/table segment vertex:i32:2 neighbour:i32:2\n0 1 -1 -1\ntable tri/' plane.probe >both.probe
+refused 1 "there are two tables of cells, segment and tri" sh -c "echo 0 0 0 | probe-query both.probe"
+sed 's/^1 3 2 -1 0 -1/1 3 2 -1 0 0/' plane.probe >torn.probe
+refused 1 "cell 1: a cell names a neighbour that does not exist or does not share the face" sh -c "echo 0 0 0 | probe-query torn.probe"
+printf "$head"'table tri vertex:i32:3 neighbour:i32:3\nend\n' >empty.probe
+refused 1 "there are no cells" sh -c "echo 0 0 0 | probe-query empty.probe"
+# A thread that waits for more points does not keep a failed program alive.
+mkfifo held
+(printf '1 1 1\n1 1\n'; sleep 20) >held &
+holder=$!
+check "bad input ends it, though the pipe stays open" sh -c "timeout 10 probe-query --threads 3 baked.probe <held 2>err; [ \$? -eq 1 ] && grep -q 'stdin:2' err"
+kill $holder 2>/dev/null
 check "no points, no light" sh -c "[ -z \"\$(probe-query baked.probe </dev/null)\" ]"
 # An answer comes before the next question.
 mkfifo ask answer
