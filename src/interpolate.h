@@ -10,28 +10,45 @@
 #ifndef INTERPOLATE_H
 #define INTERPOLATE_H
 
+#include "nodes.h"
 #include "probe-query.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
 struct error;
+struct scatter;
 struct stream;
 
 enum interpolate_kind {
-    INTERPOLATE_BARYCENTRIC, /* of the four probes of a cell: reproduces linear fields */
+    INTERPOLATE_BARYCENTRIC, /* of the four probes of a cell: reproduces linear fields, continuous */
+    INTERPOLATE_GRADIENT,    /* the same of what each probe's gradient foretells for the point (Tatarchuk 2005): exact gradients at probes, continuous */
+    INTERPOLATE_CUBIC,       /* a cubic Bezier polynomial in each cell from values and gradients (Farin 1986): reproduces quadratic fields, continuous, and smooth at
+                              * probes and along edges */
+    INTERPOLATE_NEAREST,     /* the nearest probe's value; jumps. Without cells */
+    INTERPOLATE_SHEPARD,     /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
+    INTERPOLATE_TRILINEAR,   /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes. Without cells */
+    INTERPOLATE_TRICUBIC,    /* the same with cubics: reproduces parabolas along the axes, smooth */
 };
+
+enum interpolate_falloff { INTERPOLATE_FALL_LINEAR, INTERPOLATE_FALL_QUADRATIC, INTERPOLATE_FALL_CUBIC };
 
 struct interpolate_settings {
     enum interpolate_kind kind;
-    const char *column; /* an f32 column of table probe */
+    enum interpolate_falloff falloff; /* Shepard: weights are (radius - distance)^1, 2 or 3 */
+    double radius;                    /* Shepard; 0: scatter_spacing */
+    const char *column;               /* an f32 column of table probe; gradients are in the column of that name and _gradient */
     bool nearest;       /* outside of the hull: the light of its nearest point, instead of cells beyond it */
 };
 
 struct interpolate {
     struct interpolate_settings settings;
-    struct probe_volume *volume; /* owned */
+    struct probe_volume *volume; /* owned; NULL where there are no cells to it */
+    struct scatter *scatter;     /* owned: nearest, Shepard */
+    struct nodes nodes;          /* owned: trilinear, tricubic */
+    const double *position;      /* 3 a probe */
     const float *value;          /* the column */
+    const float *gradient;       /* 3 * width a probe: d/dx of all, d/dy, d/dz; NULL: not used */
     size_t width;
     int order; /* of SH, where the column is sh; else 0 */
     bool convolved;

@@ -8,19 +8,21 @@
 #include "stream_private.h"
 #include "warning.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct arguments {
-    int from, to, outside, pack, kind;
+    int from, to, outside, pack, kind, falloff;
+    double radius;
     bool normals, explain;
     const char *column;
 };
 
 static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path, const struct arguments *a)
 {
-    const struct interpolate_settings settings = {.kind = (enum interpolate_kind)a->kind, .column = a->column,
-                                                  .nearest = a->outside != QUERY_EXTEND};
+    const struct interpolate_settings settings = {.kind = (enum interpolate_kind)a->kind, .falloff = (enum interpolate_falloff)a->falloff,
+                                                  .radius = a->radius, .column = a->column, .nearest = a->outside != QUERY_EXTEND};
     if (interpolate_is_packed(path))
         return interpolate_open_packed(in, path, &settings);
     struct error *err = stream_read(stream, path);
@@ -78,6 +80,8 @@ int main(int argc, char **argv)
     static const char *const from_formats[] = {"text", "binary", NULL};
     static const char *const to_formats[] = {"text", "binary", "stream", NULL};
     static const char *const outsides[] = {"extend", "nearest", "zero", "error", NULL};
+    static const char *const kinds[] = {"barycentric", "gradient", "cubic", "nearest", "shepard", "trilinear", "tricubic", NULL};
+    static const char *const falloffs[] = {"linear", "quadratic", "cubic", NULL};
     static const char *const packings[] = {"float", "half", NULL};
     struct arguments a = {.from = POINTS_TEXT, .to = QUERY_TEXT, .column = "sh"};
     bool pack = false;
@@ -90,6 +94,13 @@ int main(int argc, char **argv)
          .help = "light goes out as text, binary (little-endian floats), or a probe\nstream of the points", .unrecorded = true},
         {.name = "column", .argument = "NAME", .kind = OPTION_TEXT, .value = &a.column,
          .help = "interpolate this column of the probes"},
+        {.name = "interpolate", .argument = "HOW", .kind = OPTION_CHOICE, .choices = kinds, .value = &a.kind,
+         .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
+                 "From the probes alone: nearest or shepard. From the nodes of a grid:\ntrilinear or tricubic"},
+        {.name = "radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.radius, .least = 0, .least_open = true, .most = INFINITY,
+         .shown = "twice the mean distance of neighbours", .help = "shepard: of what is blended"},
+        {.name = "falloff", .argument = "SHAPE", .kind = OPTION_CHOICE, .choices = falloffs, .value = &a.falloff,
+         .help = "shepard: of the weights, towards the radius"},
         {.name = "outside", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = outsides, .value = &a.outside,
          .help = "outside of the hull of the probes: light goes on from it along rays (extend),\n"
                  "is that of its nearest point, is none (zero), or is refused (error)"},
@@ -115,6 +126,12 @@ int main(int argc, char **argv)
         err = error_usage("--explain needs --to text");
     if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))
         err = error_usage("--pack takes no points, and packs no column but sh");
+    if (!err && pack && a.kind != INTERPOLATE_BARYCENTRIC)
+        err = error_usage("--pack packs cells: it needs --interpolate barycentric");
+    if (!err && a.explain && a.kind > INTERPOLATE_CUBIC)
+        err = error_usage("--explain needs cells: --interpolate barycentric, gradient or cubic");
+    if (!err && a.kind != INTERPOLATE_SHEPARD && (a.radius > 0 || a.falloff))
+        err = error_usage("--radius and --falloff need --interpolate shepard");
     const char *baked = err ? "-" : program.operands[0];
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err && !pack && !strcmp(baked, "-") && !strcmp(input, "-"))

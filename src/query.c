@@ -281,7 +281,7 @@ static struct error *light_block(struct worker *w, const uint32_t *order)
 static struct error *find_order(struct worker *w, const uint32_t **order)
 {
     const size_t count = w->block.count;
-    const bool scattered = probe_volume_scattered(w->query->in->volume, count, w->block.value, w->block.width);
+    const bool scattered = w->query->in->volume && probe_volume_scattered(w->query->in->volume, count, w->block.value, w->block.width);
     *order = NULL;
     atomic_store_explicit(&w->query->block_most, scattered ? BLOCK_FAR : BLOCK_NEAR, memory_order_relaxed); /* of what comes next */
     if (!scattered)

@@ -1,0 +1,306 @@
+/* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees with its formula summed over all probes. */
+#include "error.h"
+#include "interpolate.h"
+#include "random.h"
+#include "stream.h"
+#include "tap.h"
+#include "tetra.h"
+
+#include <string.h>
+
+enum { SIDE = 5, MOST = 600, WIDTH = 12 };
+
+static void must(struct error *err)
+{
+    if (err)
+        bail("%s", error_message(err));
+}
+
+/* A polynomial of x, y, z, another one for each of WIDTH values: of this degree in all, or in each coordinate. */
+static double power(double x, int n)
+{
+    double p = 1;
+    for (int i = 0; i < n; i++)
+        p *= x;
+    return p;
+}
+
+static double field(int degree, bool each, int value, const double p[3], double gradient[3])
+{
+    double sum = 0;
+    gradient[0] = gradient[1] = gradient[2] = 0;
+    for (int i = 0; i <= degree; i++)
+        for (int j = 0; j <= degree; j++)
+            for (int k = 0; k <= degree; k++) {
+                if (!each && i + j + k > degree)
+                    continue;
+                const double c = (double)((value * 7 + i * 5 + j * 3 + k * 11) % 13) / 13 - 0.4;
+                sum += c * power(p[0], i) * power(p[1], j) * power(p[2], k);
+                gradient[0] += i ? c * i * power(p[0], i - 1) * power(p[1], j) * power(p[2], k) : 0;
+                gradient[1] += j ? c * j * power(p[0], i) * power(p[1], j - 1) * power(p[2], k) : 0;
+                gradient[2] += k ? c * k * power(p[0], i) * power(p[1], j) * power(p[2], k - 1) : 0;
+            }
+    return sum;
+}
+
+/* A stream of probes in a unit cube: at random, or the nodes of an uneven grid, shuffled; with the field, its gradient and cells. */
+static struct stream *make(bool grid, int degree, bool each)
+{
+    struct stream *s = NULL;
+    struct table *probes = NULL, *cells = NULL;
+    struct tetra t;
+    struct random r = random_start(21, grid, 0);
+    must(stream_create(&s));
+    must(stream_add_table(s, "probe", &probes));
+    must(table_add_column(probes, "position", COLUMN_F64, 3, NULL));
+    must(table_add_column(probes, "sh", COLUMN_F32, WIDTH, NULL));
+    must(table_add_column(probes, "sh_gradient", COLUMN_F32, 3 * WIDTH, NULL));
+    must(table_resize(probes, grid ? SIDE * SIDE * SIDE : 150));
+    double *p = column_f64(&probes->columns[0]);
+    for (size_t i = 0; i < probes->rows; i++) {
+        const size_t node = grid ? i * 37 % probes->rows : i;
+        const size_t at[3] = {node % SIDE, node / SIDE % SIDE, node / SIDE / SIDE};
+        for (size_t k = 0; k < 3; k++)
+            p[3 * i + k] = grid ? pow((double)at[k] / (SIDE - 1), 1 + 0.3 * (double)k) : random_double(&r);
+        for (int v = 0; v < WIDTH; v++) {
+            double g[3];
+            column_f32(&probes->columns[1])[WIDTH * i + (size_t)v] = (float)field(degree, each, v, p + 3 * i, g);
+            for (size_t k = 0; k < 3; k++)
+                column_f32(&probes->columns[2])[3 * WIDTH * i + WIDTH * k + (size_t)v] = (float)g[k];
+        }
+    }
+    must(tetra_build(&t, probes->rows, p, NULL));
+    must(stream_add_table(s, "tet", &cells));
+    must(table_add_column(cells, "vertex", COLUMN_I32, 4, NULL));
+    must(table_add_column(cells, "neighbour", COLUMN_I32, 4, NULL));
+    must(table_resize(cells, t.cell_count));
+    memcpy(cells->columns[0].data, t.vertex, t.cell_count * 16);
+    memcpy(cells->columns[1].data, t.neighbour, t.cell_count * 16);
+    tetra_clear(&t);
+    return s;
+}
+
+static struct interpolate *open_kind(const struct stream *s, enum interpolate_kind kind, enum interpolate_falloff falloff, double radius)
+{
+    struct interpolate *in;
+    must(interpolate_open(&in, s, &(struct interpolate_settings){.kind = kind, .falloff = falloff, .radius = radius, .column = "sh"}));
+    return in;
+}
+
+static void at(const struct interpolate *in, const double p[3], float out[WIDTH], struct probe_place *place)
+{
+    interpolate_find(in, p, place);
+    must(interpolate_at(in, p, place, out));
+}
+
+/* What is off most at points inside. */
+static double worst_of(bool grid, int degree, bool each, enum interpolate_kind kind)
+{
+    struct stream *s = make(grid, degree, each);
+    struct interpolate *in = open_kind(s, kind, 0, 0);
+    struct random r = random_start(22, 0, 0);
+    struct probe_place place = {.cell = PROBE_COLD};
+    double worst = 0;
+    for (int i = 0; i < 3000; i++) {
+        const double p[3] = {random_double(&r), random_double(&r), random_double(&r)};
+        float out[WIDTH];
+        double g[3];
+        at(in, p, out, &place);
+        for (int v = 0; v < WIDTH && place.inside; v++)
+            worst = fmax(worst, fabs((double)out[v] - field(degree, each, v, p, g)));
+    }
+    interpolate_close(in);
+    stream_destroy(s);
+    return worst;
+}
+
+static void test_reproduced(void)
+{
+    const struct {
+        const char *name;
+        bool grid;
+        int degree;
+        bool each;
+        enum interpolate_kind kind;
+        bool exact;
+    } rows[] = {
+        {"barycentric: linear fields", false, 1, false, INTERPOLATE_BARYCENTRIC, true},
+        {"barycentric: not quadratic ones", false, 2, false, INTERPOLATE_BARYCENTRIC, false},
+        {"gradient: linear fields", false, 1, false, INTERPOLATE_GRADIENT, true},
+        {"gradient: not quadratic ones", false, 2, false, INTERPOLATE_GRADIENT, false},
+        {"cubic: constant fields", false, 0, false, INTERPOLATE_CUBIC, true},
+        {"cubic: linear fields", false, 1, false, INTERPOLATE_CUBIC, true},
+        {"cubic: quadratic fields", false, 2, false, INTERPOLATE_CUBIC, true},
+        {"cubic: not cubic ones", false, 3, false, INTERPOLATE_CUBIC, false},
+        {"nearest: constant fields", false, 0, false, INTERPOLATE_NEAREST, true},
+        {"shepard: constant fields", false, 0, false, INTERPOLATE_SHEPARD, true},
+        {"trilinear: linear in each coordinate", true, 1, true, INTERPOLATE_TRILINEAR, true},
+        {"trilinear: not quadratic fields", true, 2, false, INTERPOLATE_TRILINEAR, false},
+        {"tricubic: quadratic in each coordinate, nodes uneven", true, 2, true, INTERPOLATE_TRICUBIC, true},
+        {"tricubic: not cubic fields", true, 3, false, INTERPOLATE_TRICUBIC, false},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const double worst = worst_of(rows[i].grid, rows[i].degree, rows[i].each, rows[i].kind);
+        ok(rows[i].exact ? worst < 5e-6 : worst > 1e-4, "%s (%.1e)", rows[i].name, worst);
+    }
+    const double linear = worst_of(false, 2, false, INTERPOLATE_BARYCENTRIC), cubic = worst_of(false, 3, false, INTERPOLATE_CUBIC),
+                 plain = worst_of(false, 3, false, INTERPOLATE_BARYCENTRIC), nodes = worst_of(true, 3, false, INTERPOLATE_TRICUBIC),
+                 flat = worst_of(true, 3, false, INTERPOLATE_TRILINEAR);
+    ok(cubic < plain / 2 && nodes < flat / 2 && linear > 0, "of cubic fields, cubics are off less than half as much as linear ways (%.1e of %.1e, %.1e of %.1e)", cubic, plain, nodes, flat);
+}
+
+/* Along lines no value jumps; at probes the value is the probe's, and, with gradients in a cubic, so is the slope in every direction. */
+static void test_smooth(void)
+{
+    struct stream *s = make(false, 3, false), *g = make(true, 3, false);
+    const struct {
+        const char *name;
+        const struct stream *stream;
+        enum interpolate_kind kind;
+        bool slopes, hits;
+    } rows[] = {{"barycentric", g, INTERPOLATE_BARYCENTRIC, false, true}, {"gradient", s, INTERPOLATE_GRADIENT, false, true},
+                {"cubic", g, INTERPOLATE_CUBIC, true, true},              {"shepard", s, INTERPOLATE_SHEPARD, false, false},
+                {"trilinear", g, INTERPOLATE_TRILINEAR, false, true},     {"tricubic", g, INTERPOLATE_TRICUBIC, false, true}};
+    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
+        struct interpolate *in = open_kind(rows[row].stream, rows[row].kind, INTERPOLATE_FALL_QUADRATIC, 1.5); /* a radius that reaches a probe from all of the lines */
+        const struct table *probes = stream_table(rows[row].stream, "probe");
+        const double *position = column_f64(&probes->columns[0]);
+        const float *value = column_f32(&probes->columns[1]), *gradient = column_f32(&probes->columns[2]);
+        struct random r = random_start(23, 0, 0);
+        struct probe_place place = {.cell = PROBE_COLD};
+        double jump = 0, miss = 0, slope = 0;
+        for (int line = 0; line < 60; line++) {
+            double a[3], b[3];
+            float last[WIDTH], now[WIDTH];
+            for (int k = 0; k < 3; k++) {
+                a[k] = 2 * random_double(&r) - 0.5;
+                b[k] = 2 * random_double(&r) - 0.5;
+            }
+            enum { STEPS = 2000 };
+            for (int i = 0; i <= STEPS; i++) {
+                double p[3];
+                for (int k = 0; k < 3; k++)
+                    p[k] = a[k] + (b[k] - a[k]) * i / STEPS;
+                at(in, p, now, &place);
+                for (int v = 0; v < WIDTH && i; v++)
+                    jump = fmax(jump, fabs((double)(now[v] - last[v])));
+                memcpy(last, now, sizeof last);
+            }
+        }
+        for (size_t i = 0; i < probes->rows; i++) {
+            float there[WIDTH], near[WIDTH];
+            at(in, position + 3 * i, there, &place);
+            const double h = 1e-3, way[3] = {random_double(&r) - 0.5, random_double(&r) - 0.5, random_double(&r) - 0.5};
+            double p[3];
+            for (size_t k = 0; k < 3; k++)
+                p[k] = position[3 * i + k] + h * way[k];
+            at(in, p, near, &place);
+            for (size_t v = 0; v < WIDTH; v++) {
+                double expected = 0;
+                for (size_t k = 0; k < 3; k++)
+                    expected += way[k] * (double)gradient[3 * WIDTH * i + WIDTH * k + v];
+                miss = fmax(miss, fabs((double)(there[v] - value[WIDTH * i + v])));
+                if (place.inside)
+                    slope = fmax(slope, fabs((double)(near[v] - there[v]) / h - expected));
+            }
+        }
+        ok(jump < 0.05, "%s: along lines, in and out, no value jumps (%.1e)", rows[row].name, jump);
+        if (rows[row].hits)
+            ok(miss < 1e-6, "%s: at a probe, its value (%.0e)", rows[row].name, miss);
+        if (rows[row].kind == INTERPOLATE_BARYCENTRIC)
+            ok(slope > 0.2, "barycentric: not its gradient (%.0e)", slope);
+        if (rows[row].slopes)
+            ok(slope < 0.02, "%s: at a probe, its gradient in every direction (%.0e)", rows[row].name, slope);
+        interpolate_close(in);
+    }
+    stream_destroy(s);
+    stream_destroy(g);
+}
+
+static void test_scattered(void)
+{
+    struct stream *s = make(false, 2, false);
+    const struct table *probes = stream_table(s, "probe");
+    const double *position = column_f64(&probes->columns[0]);
+    float *value = column_f32(&probes->columns[1]);
+    for (size_t v = 0; v < WIDTH; v++)
+        value[WIDTH * 17 + v] = NAN; /* a probe without light is not there */
+    for (int falloff = 0; falloff < 4; falloff++) {
+        const double radius = 0.3;
+        struct interpolate *in = open_kind(s, falloff == 3 ? INTERPOLATE_NEAREST : INTERPOLATE_SHEPARD, (enum interpolate_falloff)(falloff % 3), falloff == 3 ? 0 : radius);
+        struct random r = random_start(24, 0, 0);
+        struct probe_place place = {.cell = PROBE_COLD};
+        double worst = 0;
+        int alone = 0;
+        for (int i = 0; i < 1000; i++) {
+            double p[3], sum = 0, expected[WIDTH] = {0}, least = INFINITY;
+            size_t nearest = 0;
+            float out[WIDTH];
+            for (int k = 0; k < 3; k++)
+                p[k] = 2 * random_double(&r) - 0.5;
+            at(in, p, out, &place);
+            for (size_t j = 0; j < probes->rows; j++) {
+                double square = 0;
+                for (size_t k = 0; k < 3; k++)
+                    square += (p[k] - position[3 * j + k]) * (p[k] - position[3 * j + k]);
+                if (j == 17)
+                    continue;
+                if (square < least) {
+                    least = square;
+                    nearest = j;
+                }
+                const double c = radius - sqrt(square), w = falloff == 3 || c <= 0 ? 0 : falloff == 0 ? c : falloff == 1 ? c * c : c * c * c;
+                sum += w;
+                for (size_t v = 0; v < WIDTH; v++)
+                    expected[v] += w > 0 ? w * (double)value[WIDTH * j + v] : 0;
+            }
+            alone += sum == 0;
+            for (size_t v = 0; v < WIDTH; v++)
+                worst = fmax(worst, fabs((double)out[v] - (sum > 0 ? expected[v] / sum : (double)value[WIDTH * nearest + v])));
+        }
+        ok(worst < 1e-5 && (falloff == 3 || (alone > 0 && alone < 900)), "%s: as summed over all probes (%.0e; %d of 1000 points had none within the radius)",
+           falloff == 3 ? "nearest" : falloff == 0 ? "shepard linear" : falloff == 1 ? "shepard quadratic" : "shepard cubic", worst, alone);
+        interpolate_close(in);
+    }
+    stream_destroy(s);
+}
+
+static void refused(struct stream *s, enum interpolate_kind kind, const char *column, const char *why)
+{
+    struct interpolate *in;
+    struct error *err = interpolate_open(&in, s, &(struct interpolate_settings){.kind = kind, .column = column});
+    ok(err && !in && strstr(error_message(err), why), "refused: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    interpolate_close(in);
+}
+
+static void test_refused(void)
+{
+    struct stream *s = make(false, 1, false), *g = make(true, 1, false);
+    refused(s, INTERPOLATE_TRILINEAR, "sh", "not the nodes of a grid: 150 probes have 150, 150 and 150 different");
+    refused(s, INTERPOLATE_BARYCENTRIC, "light", "light");
+    struct table *probes = stream_table(g, "probe");
+    column_f64(&probes->columns[0])[3 * 7] = column_f64(&probes->columns[0])[3 * 8];
+    for (size_t k = 0; k < 3; k++)
+        column_f64(&probes->columns[0])[3 * 7 + k] = column_f64(&probes->columns[0])[3 * 8 + k];
+    refused(g, INTERPOLATE_TRICUBIC, "sh", "are at one node");
+    table_remove_column(probes, "sh_gradient");
+    refused(g, INTERPOLATE_CUBIC, "sh", "no column sh_gradient): run probe-capture --columns sh_gradient");
+    stream_remove_table(s, "tet");
+    refused(s, INTERPOLATE_GRADIENT, "sh", "run probe-tet");
+    struct interpolate *in;
+    must(interpolate_open(&in, s, &(struct interpolate_settings){.kind = INTERPOLATE_NEAREST, .column = "sh"}));
+    ok(in != NULL, "nearest needs no cells");
+    interpolate_close(in);
+    stream_destroy(s);
+    stream_destroy(g);
+}
+
+int main(void)
+{
+    test_reproduced();
+    test_smooth();
+    test_scattered();
+    test_refused();
+    return tap_done();
+}
