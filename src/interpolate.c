@@ -72,10 +72,9 @@ static bool is_missing(const void *context, size_t probe)
 }
 
 /* What a kind needs beside the column. */
-static struct error *open_kind(struct interpolate *in, const struct stream *stream)
+static struct error *open_kind(struct interpolate *in, const struct stream *stream, const struct probe_mesh *mesh)
 {
     const struct table *probes = stream_table(stream, "probe");
-    struct probe_mesh mesh;
     struct error *err = NULL;
     switch (in->settings.kind) {
     case INTERPOLATE_NEAREST:
@@ -90,22 +89,24 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
     case INTERPOLATE_CUBIC: err = open_gradient(in, stream); break;
     default: break;
     }
-    if (!err)
-        err = mesh_find(stream, &mesh);
-    return err ? err : mesh_volume(&mesh, in->settings.nearest ? PROBE_NEAREST : 0, &in->volume);
+    return err ? err : mesh_volume(mesh, in->settings.nearest ? PROBE_NEAREST : 0, &in->volume);
 }
 
 struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream, const struct interpolate_settings *settings)
 {
     struct interpolate *in = NULL;
+    struct probe_mesh mesh = {0};
     *interpolate = NULL;
     struct error *err = array_create(&in, 1, sizeof *in);
     if (err)
         return err;
     *in = (struct interpolate){.settings = *settings, .stream = stream};
-    err = open_column(in, stream);
+    if (settings->kind <= INTERPOLATE_CUBIC)
+        err = mesh_find(stream, &mesh);
     if (!err)
-        err = open_kind(in, stream);
+        err = open_column(in, stream);
+    if (!err)
+        err = open_kind(in, stream, &mesh);
     if (err)
         interpolate_close(in);
     else
