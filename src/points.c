@@ -253,7 +253,12 @@ struct error *points_parse(const struct points *p, struct points_block *block)
     struct error *err = NULL;
     block->value = (const double *)(const void *)block->data;
     block->count = block->bytes / (block->width * sizeof(double));
-    for (size_t i = 0; i < block->count && !err; i++)
+    double rest[6] = {0}; /* x - x is 0, or NaN where x is not finite */
+    for (size_t i = 0; i < block->count; i++)
+        for (size_t k = 0; k < block->width; k++)
+            rest[k] += block->value[i * block->width + k] - block->value[i * block->width + k];
+    const bool finite = rest[0] + rest[1] + rest[2] + rest[3] + rest[4] + rest[5] == 0;
+    for (size_t i = 0; i < block->count && !finite && !err; i++)
         err = points_block_place(p, block, i, check_finite(block->value + i * block->width, block->width));
     return err;
 }

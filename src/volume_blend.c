@@ -24,9 +24,16 @@ static inline four mix(const four w[4], four a, four b, four c, four d)
 }
 
 /* What has no weight stands in for by what has most: it must not bring in a NaN, and 0 times that is 0. */
-static void choose(const struct probe_place *place, float weight[4], size_t probe[4])
+static inline void choose(const struct probe_place *place, float weight[4], size_t probe[4])
 {
     int most = 0;
+    if (place->weight[0] > 0 && place->weight[1] > 0 && place->weight[2] > 0 && place->weight[3] > 0) { /* nearly always */
+        for (int i = 0; i < 4; i++) {
+            weight[i] = (float)place->weight[i];
+            probe[i] = (size_t)place->probe[i];
+        }
+        return;
+    }
     for (int i = 1; i < 4; i++)
         most = place->weight[i] > place->weight[most] ? i : most;
     for (int i = 0; i < 4; i++) {

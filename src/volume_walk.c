@@ -24,9 +24,28 @@ static double round_whole(double x) /* to even, as rint, which is a call: |x| < 
     return x + 0x1.8p52 - 0x1.8p52;
 }
 
+static double far_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3]);
+
+static const double reach = 0x1p60;
+
+static inline double coordinates_of(const struct probe_volume *v, const double point[3], double coordinates[3])
+{
+    if (v->scale > 0) {
+        for (int k = 0; k < 3; k++)
+            coordinates[k] = point[k] * v->scale - v->shift[k];
+        if (fabs(coordinates[0]) <= reach && fabs(coordinates[1]) <= reach && fabs(coordinates[2]) <= reach)
+            return 0;
+    }
+    return far_coordinates(v, point, coordinates);
+}
+
 double volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
 {
-    const double reach = 0x1p60;
+    return coordinates_of(v, point, coordinates);
+}
+
+static double far_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
+{
     double most = 0, size = 0;
     for (int k = 0; k < 3; k++) {
         coordinates[k] = v->scale > 0          ? point[k] * v->scale - v->shift[k]
@@ -68,13 +87,13 @@ struct weights {
     bool touches;     /* exactly: none is below 0, and one is 0 */
 };
 
-static int lowest_of(const double w[4])
+static inline int lowest_of(const double w[4])
 {
     const int a = w[1] < w[0], b = 2 + (w[3] < w[2]);
     return w[b] < w[a] ? b : a;
 }
 
-static bool weigh_exactly(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+__attribute__((noinline)) static bool weigh_exactly(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
 {
     lattice_volume volume[4], sum = 0;
     volume_measure(v, cell, p, volume);
@@ -94,7 +113,7 @@ static bool weigh_exactly(const struct probe_volume *v, size_t cell, const doubl
 }
 
 /* Lean: from the sites, in doubles. False: not certain. */
-static bool weigh_sites(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+__attribute__((noinline)) static bool weigh_sites(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
 {
     double d[4][3], size = 0;
     for (int i = 0; i < 4; i++) {
@@ -154,13 +173,18 @@ static inline bool weigh(const struct probe_volume *v, size_t cell, const double
     return weigh_exactly(v, cell, p, w);
 }
 
-void volume_place(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
+static inline void place_in(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
 {
     place->cell = volume_number(v, cell);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4; i++)
         place->weight[i] = weight[i];
-        place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
-    }
+    for (int i = 0; i < 4; i++)
+        place->probe[i] = v->cell ? v->cell[cell].vertex[i] : volume_vertex(v, cell, i < v->corners ? i : 0);
+}
+
+void volume_place(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
+{
+    place_in(v, cell, weight, place);
 }
 
 /* -- searching ----------------------------------------------------------------------------------- */
@@ -208,10 +232,10 @@ struct walker {
 enum walker_state { WALKING, INSIDE, OUTSIDE };
 
 /* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
-static bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
+static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
 {
     bool within = true; /* the box of all sites */
-    w->far = volume_coordinates(v, point, w->exactly);
+    w->far = coordinates_of(v, point, w->exactly);
     if (v->corners < 4) {
         project(v, w->exactly, w->p);
         for (int j = 0; j < v->corners - 1; j++)
@@ -245,25 +269,25 @@ static inline enum walker_state step(const struct probe_volume *v, struct walker
     return search_tree(v, w->p, &w->cell, &w->weights) ? INSIDE : OUTSIDE;
 }
 
-static void arrive(const struct probe_volume *v, const struct walker *w, enum walker_state state, struct probe_place *place)
+static inline void arrive(const struct probe_volume *v, const struct walker *w, enum walker_state state, struct probe_place *place)
 {
     place->inside = state == INSIDE;
     place->distance = 0;
     if (place->inside)
-        volume_place(v, w->cell, w->weights.weight, place);
+        place_in(v, w->cell, w->weights.weight, place);
     else
         volume_outer(v, w->exactly, place);
     if (w->far > 0 && !place->inside)
         place->distance = w->far;
 }
 
-static bool finite_point(const double p[3])
+static inline bool finite_point(const double p[3])
 {
     return fabs(p[0]) < INFINITY && fabs(p[1]) < INFINITY && fabs(p[2]) < INFINITY;
 }
 
 /* The internal number of the cell of a place; v->cells: none. */
-static size_t cell_of(const struct probe_volume *v, const struct probe_place *place)
+static inline size_t cell_of(const struct probe_volume *v, const struct probe_place *place)
 {
     if (place->cell < 0 || (size_t)place->cell >= v->cells)
         return v->cells;
