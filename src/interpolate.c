@@ -1,5 +1,6 @@
 /* Based on:
- * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: a first-order Taylor expansion from each probe before blending; tricubic interpolation.
+ * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: a first-order Taylor expansion from each probe before blending;
+ * tricubic interpolation.
  * Farin, "Triangular Bernstein-Bezier patches", Computer Aided Geometric Design 3, 1986: cubics with quadratic precision.
  * Bikker, Reijerse, "A precalculated point set for caching shading information", Eurographics short papers, 2009.
  * Shepard, "A two-dimensional interpolation function for irregularly-spaced data", ACM, 1968.
@@ -92,7 +93,8 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
     return err ? err : mesh_volume(mesh, in->settings.nearest ? PROBE_NEAREST : 0, &in->volume);
 }
 
-struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream, const struct interpolate_settings *settings)
+struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
+                               const struct interpolate_settings *settings)
 {
     struct interpolate *in = NULL;
     struct probe_mesh mesh = {0};
@@ -156,7 +158,8 @@ static struct error *unpack_light(struct interpolate *in)
     return err;
 }
 
-struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path, const struct interpolate_settings *settings)
+struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
+                                      const struct interpolate_settings *settings)
 {
     struct interpolate *in = NULL;
     size_t row = 0;
@@ -227,7 +230,8 @@ void interpolate_find(const struct interpolate *in, const double point[3], struc
         *place = (struct probe_place){.cell = PROBE_COLD, .inside = 1}; /* points without cells have no outside */
 }
 
-void interpolate_find_many(const struct interpolate *in, size_t count, const double *point, size_t stride, const uint32_t *order, struct probe_place *place)
+void interpolate_find_many(const struct interpolate *in, size_t count, const double *point, size_t stride, const uint32_t *order,
+                           struct probe_place *place)
 {
     if (in->volume)
         probe_volume_locate_many(in->volume, count, point, stride, order, place);
@@ -266,7 +270,8 @@ static struct error *missing(const struct interpolate *in, const struct probe_pl
     return NULL;
 }
 
-/* How much of the value of corner i, and of its gradient along which way, a kind takes. u: barycentric; way[i][j]: from corner i to corner j. */
+/* How much of the value of corner i, and of its gradient along which way, a kind takes. u: barycentric; way[i][j]: from corner i
+ * to corner j. */
 static void taylor(const double u[4], double way[4][4][3], int i, double *value, double along[3])
 {
     *value = u[i]; /* u_i (f_i + g_i . (q - p_i)), q - p_i = sum_j u_j way_ij */
@@ -275,7 +280,8 @@ static void taylor(const double u[4], double way[4][4][3], int i, double *value,
             along[k] += u[i] * u[j] * way[i][j][k];
 }
 
-/* Farin 1986: control points on edges from the slopes at corners, b_iij = f_i + g_i . way_ij / 3; in the middle of faces a quarter of the sum of the face's six of these
+/* Farin 1986: control points on edges from the slopes at corners, b_iij = f_i + g_i . way_ij / 3; in the middle of faces a
+ * quarter of the sum of the face's six of these
  * less a sixth of its corners' sum, which keeps quadratics. The Bernstein polynomials of all are gathered by corner. */
 static void bezier(const double u[4], double way[4][4][3], int i, double *value, double along[3])
 {
@@ -359,7 +365,8 @@ static void add_probe(void *context, int32_t probe, double distance)
         s->out[k] += (float)weight * f[k];
 }
 
-/* Bikker and Reijerse 2009, section 5. Where no probe is within the radius, the nearest one's value: that is what the sum becomes as the last one leaves. */
+/* Bikker and Reijerse 2009, section 5. Where no probe is within the radius, the nearest one's value: that is what the sum
+ * becomes as the last one leaves. */
 static void blend_scattered(const struct interpolate *in, const double p[3], float *out)
 {
     struct shepard s = {.in = in, .out = out};

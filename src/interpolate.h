@@ -59,10 +59,12 @@ struct interpolate {
 };
 
 /* The stream must outlive it. Errors: no cells (says to run probe-tet), no such column (says to run probe-capture). */
-struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream, const struct interpolate_settings *settings);
+struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
+                               const struct interpolate_settings *settings);
 
 /* A packed file (man probe-query). */
-struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path, const struct interpolate_settings *settings);
+struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
+                                      const struct interpolate_settings *settings);
 
 void interpolate_close(struct interpolate *interpolate); /* NULL is legal */
 
@@ -73,12 +75,14 @@ bool interpolate_is_packed(const char *path);
 void interpolate_find(const struct interpolate *interpolate, const double point[3], struct probe_place *place);
 
 /* The places of many points (probe_volume_locate_many). */
-void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point, size_t stride, const uint32_t *order, struct probe_place *place);
+void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point, size_t stride,
+                           const uint32_t *order, struct probe_place *place);
 
 /* Brings what interpolate_at will read nearer. */
 void interpolate_fetch(const struct interpolate *interpolate, const struct probe_place *place);
 
 /* The column's values at a point, whose place was found. Error: a probe's value is not known. */
-struct error *interpolate_at(const struct interpolate *interpolate, const double point[3], const struct probe_place *place, float *out);
+struct error *interpolate_at(const struct interpolate *interpolate, const double point[3], const struct probe_place *place,
+                             float *out);
 
 #endif

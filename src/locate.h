@@ -34,7 +34,8 @@ struct locate_weights {
     double distance;   /* to the hull's nearest point; 0 inside */
 };
 
-/* position: 3 * probe_count; vertex, neighbour: 4 * cell_count, as tetra makes them; all must outlive the locator. Checks every index, that
+/* position: 3 * probe_count; vertex, neighbour: 4 * cell_count, as tetra makes them; all must outlive the locator. Checks every
+ * index, that
  * cells have positive volume and that neighbours share faces; errors name the cell. */
 struct error *locate_create(struct locate **locate, size_t probe_count, const double *position, size_t cell_count,
                             const int32_t *vertex, const int32_t *neighbour);

@@ -21,8 +21,10 @@ struct error *nodes_find(struct nodes *nodes, size_t probes, const double *posit
 void nodes_clear(struct nodes *nodes);
 
 /* Four nodes along an axis and their weights, sum 1; a place beyond the ends is at the end.
- * Linear: of the two nodes around it. Cubic: a Hermite cubic between these, whose slopes are those of the parabola through each and its neighbours (of one at the end: through the
- * last three): reproduces parabolas, and its slope is continuous. Catmull and Rom, "A class of local interpolating splines", 1974, where nodes are even. */
+ * Linear: of the two nodes around it. Cubic: a Hermite cubic between these, whose slopes are those of the parabola through each
+ * and its neighbours (of one at the end: through the
+ * last three): reproduces parabolas, and its slope is continuous. Catmull and Rom, "A class of local interpolating splines",
+ * 1974, where nodes are even. */
 void nodes_linear(const struct nodes *nodes, int axis, double x, size_t node[4], double weight[4]);
 void nodes_cubic(const struct nodes *nodes, int axis, double x, size_t node[4], double weight[4]);
 

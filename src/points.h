@@ -51,7 +51,8 @@ struct error *points_block_place(const struct points *points, const struct point
 
 void points_block_clear(struct points_block *block);
 
-/* For one thread: takes, parses and copies up to `most` points into value (room for 6 * most), *width numbers each; *got is 0 only at the end of the
+/* For one thread: takes, parses and copies up to `most` points into value (room for 6 * most), *width numbers each; *got is 0
+ * only at the end of the
  * input. */
 struct error *points_read(struct points *points, size_t most, double *value, size_t *width, size_t *got);
 

@@ -17,9 +17,11 @@
  * or, from arrays of your own instead of a packed file: probe_volume_create, and probe_blend in place of probe_volume_light.
  *
  * No call prints, exits, or keeps state elsewhere. A volume is read-only once it is made: any number of threads may ask it at
- * once, without locks, each with places of its own. What is given to a volume must outlive it; nothing of it is copied but what is said below.
+ * once, without locks, each with places of its own. What is given to a volume must outlive it; nothing of it is copied but what
+ * is said below.
  *
- * The same point gives the same bytes, whatever cell the search began in. Light is continuous everywhere, on the faces of cells and across the
+ * The same point gives the same bytes, whatever cell the search began in. Light is continuous everywhere, on the faces of cells
+ * and across the
  * hull. Positions are in scene units, right-handed; colour is linear RGB; SH are real and orthonormal with positive constants in
  * the first band, coefficient-major, colour fastest: sh[3 * (l * (l + 1) + m) + channel] (man probe-tools).
  */
@@ -69,11 +71,13 @@ enum {
     PROBE_NEAREST = 2, /* outside of the hull: the light of the hull's nearest point, instead of cells that go on to infinity */
 };
 
-/* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (PROBE_LEAN) or none, and copies positions. Checks every number: a mesh that
+/* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (PROBE_LEAN) or none, and copies positions. Checks every
+ * number: a mesh that
  * is not whole is refused, and *row (if not NULL) says where. */
 enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh, unsigned flags, size_t *row);
 
-/* Makes a volume of a packed file that lies at `image` (on a multiple of 8 bytes, as malloc and mmap give). Positions, light and cells are used where they
+/* Makes a volume of a packed file that lies at `image` (on a multiple of 8 bytes, as malloc and mmap give). Positions, light and
+ * cells are used where they
  * lie. Checks everything, as above. */
 enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size, unsigned flags, size_t *row);
 
@@ -98,17 +102,21 @@ struct probe_place {
     double distance;  /* from the hull's nearest point, scene units; 0 inside */
 };
 
-/* Finds the place of a point. Always ends; starting near is fast, starting anywhere is right. PROBE_BAD_POINT: not finite, *place is unchanged. */
+/* Finds the place of a point. Always ends; starting near is fast, starting anywhere is right. PROBE_BAD_POINT: not finite,
+ * *place is unchanged. */
 enum probe_status probe_volume_locate(const struct probe_volume *volume, const double point[3], struct probe_place *place);
 
-/* Finds the places of `count` points at once: place[k] of the order[k]-th point, or of the k-th where order is NULL. place[0].cell: where to start. point: each begins
+/* Finds the places of `count` points at once: place[k] of the order[k]-th point, or of the k-th where order is NULL.
+ * place[0].cell: where to start. point: each begins
  * `stride` doubles behind the last. PROBE_BAD_POINT: one is not finite, and nothing was found. */
 enum probe_status probe_volume_locate_many(const struct probe_volume *volume, size_t count, const double *point, size_t stride,
                                            const uint32_t *order, struct probe_place *place);
 
-/* The order in which `count` points are best looked up: order[k] is the number of the k-th, near ones behind one another (along a Morton curve).
+/* The order in which `count` points are best looked up: order[k] is the number of the k-th, near ones behind one another (along
+ * a Morton curve).
  * point: each begins `stride` doubles behind the last. room: 3 * count numbers of the caller's. */
-void probe_volume_order(const struct probe_volume *volume, size_t count, const double *point, size_t stride, uint32_t *order, uint64_t *room);
+void probe_volume_order(const struct probe_volume *volume, size_t count, const double *point, size_t stride, uint32_t *order,
+                        uint64_t *room);
 
 /* Whether points of a list, which follow one another as above, are so far from each other that looking them up in order pays. */
 int probe_volume_scattered(const struct probe_volume *volume, size_t count, const double *point, size_t stride);
@@ -142,9 +150,12 @@ struct probe_image_facts probe_volume_image(const struct probe_volume *volume);
 /* The SH at a place, from a volume that probe_volume_open made; 3 * order^2 numbers. */
 void probe_volume_light(const struct probe_volume *volume, const struct probe_place *place, float *sh);
 
-/* Packs a volume with the SH of its probes (3 * order^2 a probe; order 0: none) into `image`; probes of no cell are left out. Returns the bytes that it takes;
- * writes only where `size` is enough, so that a first call with size 0 asks for it. Returns 0 when memory is short or a coefficient is not finite. */
-size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh, int convolved, enum probe_packing packing, void *image, size_t size);
+/* Packs a volume with the SH of its probes (3 * order^2 a probe; order 0: none) into `image` (on a multiple of 8 bytes); probes
+ * of no cell are left out. Returns the bytes that it takes;
+ * writes only where `size` is enough, so that a first call with size 0 asks for it. Returns 0 when memory is short or a
+ * coefficient is not finite. */
+size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh, int convolved,
+                         enum probe_packing packing, void *image, size_t size);
 
 #ifdef __cplusplus
 }

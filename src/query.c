@@ -26,7 +26,8 @@ struct query {
     struct stream_writer *writer;
     size_t point_width; /* 0 before the first point */
     struct points *points;
-    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written in the order of their tickets. */
+    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written in the order of their
+     * tickets. */
     pthread_mutex_t lock, reading;
     pthread_cond_t turned;
     size_t ticket, turn;
@@ -320,7 +321,8 @@ static struct error *answer(struct worker *w)
 
 /* -- threads ---------------------------------------------------------------------------------- */
 
-/* Takes the next block and its ticket; false when there is none, or another thread has failed. Reading may wait for a pipe: nobody else does meanwhile. */
+/* Takes the next block and its ticket; false when there is none, or another thread has failed. Reading may wait for a pipe:
+ * nobody else does meanwhile. */
 static bool take(struct worker *w, size_t *ticket, struct error **err)
 {
     struct query *q = w->query;

@@ -67,7 +67,8 @@ static struct error *sort_probes(struct scatter *s)
     return err;
 }
 
-struct error *scatter_create(struct scatter **scatter, size_t probes, const double *position, bool (*skip)(const void *context, size_t probe),
+struct error *scatter_create(struct scatter **scatter, size_t probes, const double *position, bool (*skip)(const void *context,
+                             size_t probe),
                              const void *context)
 {
     struct scatter *s = NULL;
@@ -168,7 +169,8 @@ double scatter_spacing(const struct scatter *s)
 }
 
 /* The order of boxes depends on how near they are to p; that of sums must not, at least not for one p: it does not. */
-void scatter_within(const struct scatter *s, const double p[3], double radius, void (*visit)(void *context, int32_t probe, double distance), void *context)
+void scatter_within(const struct scatter *s, const double p[3], double radius, void (*visit)(void *context, int32_t probe,
+                    double distance), void *context)
 {
     struct ask a = {.scatter = s, .p = p, .square = radius * radius, .visit = visit, .context = context};
     search(s, &a, try_within);

@@ -13,7 +13,8 @@ struct error;
 struct scatter;
 
 /* position: 3 a probe, which must outlive it; probes for which skip is true are not there. Error: none is left. */
-struct error *scatter_create(struct scatter **scatter, size_t probes, const double *position, bool (*skip)(const void *context, size_t probe),
+struct error *scatter_create(struct scatter **scatter, size_t probes, const double *position, bool (*skip)(const void *context,
+                             size_t probe),
                              const void *context);
 void scatter_destroy(struct scatter *scatter);
 
@@ -24,6 +25,7 @@ int32_t scatter_nearest(const struct scatter *scatter, const double p[3], double
 double scatter_spacing(const struct scatter *scatter);
 
 /* Calls visit(context, probe, distance) for the probes nearer than radius to p, in an order that does not depend on p's past. */
-void scatter_within(const struct scatter *scatter, const double p[3], double radius, void (*visit)(void *context, int32_t probe, double distance), void *context);
+void scatter_within(const struct scatter *scatter, const double p[3], double radius, void (*visit)(void *context, int32_t probe,
+                    double distance), void *context);
 
 #endif

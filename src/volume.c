@@ -151,7 +151,8 @@ static void normalise(double a[3])
         a[k] /= length;
 }
 
-/* Triangles: the plane's normal is the largest one of a cell. Segments: the line runs between the two ends that are farthest apart along an axis. */
+/* Triangles: the plane's normal is the largest one of a cell. Segments: the line runs between the two ends that are farthest
+ * apart along an axis. */
 static void find_span(struct probe_volume *v)
 {
     double best = -1;
@@ -201,7 +202,8 @@ static void find_span(struct probe_volume *v)
 
 /* -- cells and their matrices ---------------------------------------------------------------------- */
 
-/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole numbers below 2^127, so each number of a plane is right to
+/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole numbers below 2^127, so each
+ * number of a plane is right to
  * three roundings; volume_walk.c builds on that. */
 static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
 {

@@ -7,7 +7,8 @@
  *     volume_blend.c   weights and SH to light
  *     volume_image.c   packed files
  *
- * Plain C with libc and libm; nothing here prints, exits, or knows of streams. Sites are positions on the lattice (lattice.h), whole numbers, so which side of a face a
+ * Plain C with libc and libm; nothing here prints, exits, or knows of streams. Sites are positions on the lattice (lattice.h),
+ * whole numbers, so which side of a face a
  * point is on is decided exactly. A point is looked up where it is rounded to the lattice, 2^-40 of the probes' box.
  */
 #ifndef VOLUME_H
@@ -25,7 +26,8 @@ struct volume_box {
     float low[3], high[3];
 };
 
-/* A binary tree over runs of VOLUME_LEAF items in their order: level 0 are the leaves' boxes, each level above has half as many, the last one. */
+/* A binary tree over runs of VOLUME_LEAF items in their order: level 0 are the leaves' boxes, each level above has half as many,
+ * the last one. */
 struct volume_tree {
     struct volume_box *box; /* all levels; owned */
     size_t items;
@@ -106,10 +108,12 @@ static inline const double *volume_site(const struct probe_volume *v, int32_t pr
     return v->site + 3 * (size_t)probe;
 }
 
-/* Six times the volumes (twice the areas, the lengths, 1) of p with each facet of a cell, exactly; p whole numbers within the sites' box. Their sum is the cell's own. */
+/* Six times the volumes (twice the areas, the lengths, 1) of p with each facet of a cell, exactly; p whole numbers within the
+ * sites' box. Their sum is the cell's own. */
 void volume_measure(const struct probe_volume *v, size_t cell, const double p[3], lattice_volume volume[4]);
 
-/* The corners of the facet opposite a corner, counter-clockwise from outside; of cells with fewer corners, the last is repeated. Returns how many differ. */
+/* The corners of the facet opposite a corner, counter-clockwise from outside; of cells with fewer corners, the last is repeated.
+ * Returns how many differ. */
 int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet *facet, int32_t vertex[3]);
 
 /* -- making (volume.c) --------------------------------------------------------------------------- */
@@ -136,8 +140,10 @@ static inline double volume_box_square(const struct volume_box *box, const doubl
     return square;
 }
 
-/* Calls visit(context, item) for the items of leaves within sqrt(*square) of p, nearer boxes first; visit may lower *square, and ends the search by making it negative. */
-void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square, void (*visit)(void *context, size_t item), void *context);
+/* Calls visit(context, item) for the items of leaves within sqrt(*square) of p, nearer boxes first; visit may lower *square, and
+ * ends the search by making it negative. */
+void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square, void (*visit)(void *context,
+                        size_t item), void *context);
 
 /* An item of a leaf near p. */
 size_t volume_tree_near(const struct volume_tree *tree, const double p[3]);
@@ -150,7 +156,8 @@ void volume_sort(size_t count, const uint64_t *key, int bits, uint32_t *order, u
 
 /* -- walking (volume_walk.c) --------------------------------------------------------------------- */
 
-/* Lattice coordinates of a point, not rounded; one that is beyond reach is brought nearer, in its direction, and how far it is (scene units) returned; else 0. */
+/* Lattice coordinates of a point, not rounded; one that is beyond reach is brought nearer, in its direction, and how far it is
+ * (scene units) returned; else 0. */
 double volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3]);
 
 /* Weights and probes of a place from the exact measures of a cell. */

@@ -70,7 +70,8 @@ void probe_blend(const struct probe_place *place, const float *row, size_t width
 
 /* -- halves -------------------------------------------------------------------------------------- */
 
-/* Four halves (finite) as floats: the bits moved into place, and the exponent's bias made right by a product, which makes subnormal halves right as well. */
+/* Four halves (finite) as floats: the bits moved into place, and the exponent's bias made right by a product, which makes
+ * subnormal halves right as well. */
 static inline four load_half(const uint16_t *from)
 {
     const four_bits h = {from[0], from[1], from[2], from[3]};

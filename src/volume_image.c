@@ -61,7 +61,8 @@ static uint64_t image_checksum(const void *image, size_t size)
 
 /* -- opening ------------------------------------------------------------------------------------- */
 
-/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has 2^40 steps; only one point needs none. */
+/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has 2^40 steps; only one point
+ * needs none. */
 static bool sane_lattice(const struct image_header *h)
 {
     bool sane = h->step < INFINITY && (h->step > 0 || (h->step == 0 && h->corners == 1));
@@ -185,7 +186,8 @@ static size_t number_probes(const struct probe_volume *v, int32_t *fresh, int32_
     return used;
 }
 
-/* A power of two that brings all coefficients within a half's range, near its top: small ones keep more bits. 0: one is not finite. */
+/* A power of two that brings all coefficients within a half's range, near its top: small ones keep more bits. 0: one is not
+ * finite. */
 static float scale_of(size_t used, const int32_t *old, size_t width, const float *sh, enum probe_packing packing)
 {
     float most = 0;
@@ -204,7 +206,8 @@ static float scale_of(size_t used, const int32_t *old, size_t width, const float
     return ldexpf(1, exponent - 15);
 }
 
-static void put_parts(const struct probe_volume *v, const struct image_header *h, const int32_t *fresh, const int32_t *old, const float *sh, char *image)
+static void put_parts(const struct probe_volume *v, const struct image_header *h, const int32_t *fresh, const int32_t *old,
+                      const float *sh, char *image)
 {
     const struct layout at = lay_out(h);
     const size_t width = width_of(h);
@@ -233,7 +236,8 @@ static void put_parts(const struct probe_volume *v, const struct image_header *h
     memcpy(image + offsetof(struct image_header, checksum), &sum, sizeof sum);
 }
 
-size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved, enum probe_packing packing, void *image, size_t size)
+size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved, enum probe_packing packing,
+                         void *image, size_t size)
 {
     int32_t *fresh = malloc(2 * (v->probes + 1) * sizeof *fresh);
     if (!fresh)

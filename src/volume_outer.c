@@ -1,22 +1,33 @@
 /* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each facet of the hull, bounded by rays
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each facet of the hull, bounded
+ * by rays
  * from its corners; light is constant along rays.
  * Ericson, "Real-Time Collision Detection", 2004, sec. 5.1.5: the nearest point of a triangle.
  *
- * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points u_a (a + t n_a) + u_b (b + t n_b) + u_c (c + t n_c) with
- * u >= 0, sum 1, t >= 0, and gives them the light of the facet at u. For a point P, t is a root of det(b - a + t (n_b - n_a), c - a + t (n_c - n_a),
+ * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points u_a (a + t n_a) + u_b (b + t
+ * n_b) + u_c (c + t n_c) with
+ * u >= 0, sum 1, t >= 0, and gives them the light of the facet at u. For a point P, t is a root of det(b - a + t (n_b - n_a), c
+ * - a + t (n_c - n_a),
  * P - a - t n_a), a cubic; of facets whose rays are parallel, or meet in a line, a line or a quadratic.
  *
- * Which rays. Normals of the hull's corners, a mean of its facets' as Cupisz takes them, fold the outer cells over one another wherever the
- * hull is nearly flat: the normals of neighbouring corners there differ by noise, so that det(n_a, n_b, n_c) has any sign, and where it is below 0 the cell turns inside
- * out farther up; at the rim of a slab a mean of normals looks away from one of its facets. Rays are instead chosen such that no cell folds, which is checked:
- * the Jacobian of a cell's map is linear in u for each t, so it is positive everywhere if at each corner i the quadratic J_i(t) = A_i + B_i t + C t^2 is, for all t >= 0, where
- *     A_i = det(e1, e2, n_i),  B_i = det(e1, f2, n_i) + det(f1, e2, n_i),  C = det(n_a, n_b, n_c),   e: edges from a; f: differences of rays from n_a.
- * If all are, every point outside has exactly one (facet, t, u): the number of its preimages, all counted with the same sign, is the degree of the map, which is 1 for
+ * Which rays. Normals of the hull's corners, a mean of its facets' as Cupisz takes them, fold the outer cells over one another
+ * wherever the
+ * hull is nearly flat: the normals of neighbouring corners there differ by noise, so that det(n_a, n_b, n_c) has any sign, and
+ * where it is below 0 the cell turns inside
+ * out farther up; at the rim of a slab a mean of normals looks away from one of its facets. Rays are instead chosen such that no
+ * cell folds, which is checked:
+ * the Jacobian of a cell's map is linear in u for each t, so it is positive everywhere if at each corner i the quadratic J_i(t)
+ * = A_i + B_i t + C t^2 is, for all t >= 0, where
+ *     A_i = det(e1, e2, n_i),  B_i = det(e1, f2, n_i) + det(f1, e2, n_i),  C = det(n_a, n_b, n_c),   e: edges from a; f:
+ * differences of rays from n_a.
+ * If all are, every point outside has exactly one (facet, t, u): the number of its preimages, all counted with the same sign, is
+ * the degree of the map, which is 1 for
  * rays that leave the hull.
  *
- * The rays are p - core(p), core(p) the nearest point of a box within the hull: those of the box's outer parallel surfaces, which never meet, as the
- * box is convex. Between corners they are linear, so this is only nearly so; the box is halved until the check holds. In the end it is a point c, and the rays p - c have
+ * The rays are p - core(p), core(p) the nearest point of a box within the hull: those of the box's outer parallel surfaces,
+ * which never meet, as the
+ * box is convex. Between corners they are linear, so this is only nearly so; the box is halved until the check holds. In the end
+ * it is a point c, and the rays p - c have
  * J_i(t) = (1 + t)^2 A_i > 0 for any convex hull around c.
  */
 #include "volume.h"
@@ -166,7 +177,8 @@ static bool unfolded(const struct prism *s)
     return true;
 }
 
-/* The middle of all cells, and the share of the box of all sites around it (as far as it reaches to every side) that is within the hull. */
+/* The middle of all cells, and the share of the box of all sites around it (as far as it reaches to every side) that is within
+ * the hull. */
 static double find_core(const struct probe_volume *v, double centre[3], double half[3])
 {
     double total = 0, share = 1;
@@ -352,7 +364,8 @@ static struct hold solve(const struct probe_volume *v, size_t facet, const doubl
     return best;
 }
 
-/* From the facet nearest to p to the one whose outer cell holds it. Steps are counted; where they do not arrive, all facets are tried, so it ends. */
+/* From the facet nearest to p to the one whose outer cell holds it. Steps are counted; where they do not arrive, all facets are
+ * tried, so it ends. */
 static void find_prism(const struct probe_volume *v, const double p[3], size_t *found, double weight[3])
 {
     double size = 0;

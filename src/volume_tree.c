@@ -69,7 +69,8 @@ void volume_tree_finish(struct volume_tree *tree)
     }
 }
 
-void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square, void (*visit)(void *context, size_t item), void *context)
+void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square, void (*visit)(void *context,
+                        size_t item), void *context)
 {
     struct {
         int level;

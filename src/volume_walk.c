@@ -1,15 +1,22 @@
 /* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: walk from the last cell, to the neighbour beyond the most negative weight.
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: walk from the last cell, to the neighbour
+ * beyond the most negative weight.
  * Edelsbrunner, "An acyclicity theorem for cell complexes in d dimensions", Combinatorica 10, 1990.
- * Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", DCG 18, 1997: signs with an error bound.
+ * Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", DCG 18, 1997: signs with an
+ * error bound.
  *
- * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided exactly. Among Delaunay cells such a walk visits
- * none twice (Edelsbrunner 1990: from any viewpoint, Delaunay cells are partially ordered by which hides which), so it ends after as many steps as there are cells at
- * most, and in practice after a few times their cube root. A mesh whose slivers were mended, or that someone else made, may not be Delaunay. So the walk is
- * only a head start: where it has not arrived after steps_most steps, or leaves a mesh that is not convex, the tree of boxes over all cells is descended
+ * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided exactly. Among Delaunay cells
+ * such a walk visits
+ * none twice (Edelsbrunner 1990: from any viewpoint, Delaunay cells are partially ordered by which hides which), so it ends
+ * after as many steps as there are cells at
+ * most, and in practice after a few times their cube root. A mesh whose slivers were mended, or that someone else made, may not
+ * be Delaunay. So the walk is
+ * only a head start: where it has not arrived after steps_most steps, or leaves a mesh that is not convex, the tree of boxes
+ * over all cells is descended
  * instead. That visits each of its finitely many nodes at most once, and finds a cell that holds the point if there is one.
  *
- * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one answer. A
+ * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one
+ * answer. A
  * point on a face, an edge or a probe (an exact weight of 0) is in several: its answer is the first of them in the tree's order.
  */
 #include "volume.h"
@@ -148,7 +155,8 @@ __attribute__((noinline)) static bool weigh_sites(const struct probe_volume *v, 
     return true;
 }
 
-/* From the planes. A plane's numbers are off by three roundings at most, products by one more, sums of four by two; the weight of corner 0 by all of them.
+/* From the planes. A plane's numbers are off by three roundings at most, products by one more, sums of four by two; the weight
+ * of corner 0 by all of them.
  * 16 roundings of the sum of all sizes bound that. */
 static inline bool weigh_planes(const struct volume_cell *cell, const double p[3], struct weights *w)
 {
@@ -309,7 +317,8 @@ enum probe_status probe_volume_locate(const struct probe_volume *v, const double
 /* -- many points --------------------------------------------------------------------------------- */
 
 /* Walks of several points take turns, a step each, so that memory is asked for the next cell of one while the others go on. */
-enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride, const uint32_t *order,
+enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride,
+                                           const uint32_t *order,
                                            struct probe_place *place)
 {
     enum { LANES = 8 };
@@ -353,7 +362,8 @@ enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t 
     return PROBE_OK;
 }
 
-void probe_volume_order(const struct probe_volume *v, size_t count, const double *point, size_t stride, uint32_t *order, uint64_t *room)
+void probe_volume_order(const struct probe_volume *v, size_t count, const double *point, size_t stride, uint32_t *order,
+                        uint64_t *room)
 {
     enum { BITS = 11 }; /* 33 bits are three passes; a cell of 1/2048 of the box is fine enough to keep cells in the cache */
     const double top = (1 << BITS) - 1;

@@ -1,9 +1,11 @@
-/* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume or a status, and whatever a volume was made of,
+/* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume or a status, and whatever a
+ * volume was made of,
  * each point has a place, in bounds, with weights that sum to 1.
  *
  *     fuzz_query [MUTATIONS [SEED]]     small meshes, mutated; part of make check with few mutations
  *
- * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte says by its lowest bit whether it is a packed file (whose
+ * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte says by its
+ * lowest bit whether it is a packed file (whose
  * checksum is made right) or a mesh: corners, probes and cells (a byte each), then positions, vertices and neighbours.
  */
 #include "probe-query.h"
@@ -136,7 +138,8 @@ struct bytes {
     size_t size;
 };
 
-/* 2 x 2 x 2 cubes of six tetrahedra each around their diagonals, 3 x 3 triangles' squares, segments or a point, of whole numbers. */
+/* 2 x 2 x 2 cubes of six tetrahedra each around their diagonals, 3 x 3 triangles' squares, segments or a point, of whole
+ * numbers. */
 static void make_mesh(int corners, double position[3 * 27], int32_t *vertex, int32_t *neighbour, struct probe_mesh *m)
 {
     static const int walk[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
@@ -205,7 +208,12 @@ static void make_seed(int corners, bool packed, enum probe_packing packing, stru
             sh[i] = (float)(i * 7 % 13) / 8;
         if (probe_volume_create(&v, &m, 0, NULL))
             bail("no seed");
-        at += probe_volume_pack(v, 2, sh, 0, packing, at, ROOM - 1);
+        static uint64_t image[ROOM / 8];
+        const size_t bytes = probe_volume_pack(v, 2, sh, 0, packing, image, ROOM - 1);
+        if (!bytes || bytes > ROOM - 1)
+            bail("no room for a seed");
+        memcpy(at, image, bytes);
+        at += bytes;
         probe_volume_destroy(v);
     } else {
         *at++ = (uint8_t)corners;

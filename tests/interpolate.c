@@ -1,4 +1,5 @@
-/* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees with its formula summed over all probes. */
+/* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees with its formula summed over
+ * all probes. */
 #include "error.h"
 #include "interpolate.h"
 #include "random.h"
@@ -43,7 +44,8 @@ static double field(int degree, bool each, int value, const double p[3], double 
     return sum;
 }
 
-/* A stream of probes in a unit cube: at random, or the nodes of an uneven grid, shuffled; with the field, its gradient and cells. */
+/* A stream of probes in a unit cube: at random, or the nodes of an uneven grid, shuffled; with the field, its gradient and
+ * cells. */
 static struct stream *make(bool grid, int degree, bool each)
 {
     struct stream *s = NULL;
@@ -149,7 +151,8 @@ static void test_reproduced(void)
     ok(cubic < plain / 2 && nodes < flat / 2 && linear > 0, "of cubic fields, cubics are off less than half as much as linear ways (%.1e of %.1e, %.1e of %.1e)", cubic, plain, nodes, flat);
 }
 
-/* Along lines no value jumps; at probes the value is the probe's, and, with gradients in a cubic, so is the slope in every direction. */
+/* Along lines no value jumps; at probes the value is the probe's, and, with gradients in a cubic, so is the slope in every
+ * direction. */
 static void test_smooth(void)
 {
     struct stream *s = make(false, 3, false), *g = make(true, 3, false);

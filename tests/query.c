@@ -1,5 +1,7 @@
-/* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found it, in the
- * lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any dimension; what is not a mesh is refused. */
+/* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found
+ * it, in the
+ * lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any
+ * dimension; what is not a mesh is refused. */
 #include "cell.h"
 #include "error.h"
 #include "probe-query.h"
@@ -195,7 +197,8 @@ static double slope(const struct probe_volume *v, size_t cell, const float *valu
     return sqrt(square) / v->lattice.step;
 }
 
-/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the same cell or the one beside it,
+/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the
+ * same cell or the one beside it,
  * by no more than these two allow. */
 static void test_continuity(enum shape shape, unsigned flags)
 {
@@ -251,7 +254,8 @@ static void test_continuity(enum shape shape, unsigned flags)
     tetra_clear(&m.t);
 }
 
-/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives back u. And light does not jump, across the hull and from an
+/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives back u. And light does not
+ * jump, across the hull and from an
  * outer cell to the next. */
 static void test_outside(enum shape shape)
 {
