@@ -60,7 +60,7 @@ check "beyond its border: the nearest point" sh -c "[ \"\$(echo .25 7 5 | probe-
 check "a line of probes" sh -c "[ \"\$(printf '3 1 1\n-9 0 0\n' | probe-query -q line.probe | tr '\n' ' ')\" = '2 0 0 1 0 0 ' ]"
 check "one probe" sh -c "[ \"\$(echo 7 8 9 | probe-query -q one.probe)\" = '4 5 6' ]"
 sed 's/^table tri/table segment vertex:i32:2 neighbour:i32:2\n0 1 -1 -1\ntable tri/' plane.probe >both.probe
-refused 1 "there are two tables of cells, segment and tri" sh -c "echo 0 0 0 | probe-query both.probe"
+refused 1 "there are cells in table segment already" sh -c "echo 0 0 0 | probe-query both.probe"
 sed 's/^1 3 2 -1 0 -1/1 3 2 -1 0 0/' plane.probe >torn.probe
 refused 1 "cell 1: a cell names a neighbour that does not exist or does not share the face" sh -c "echo 0 0 0 | probe-query torn.probe"
 printf "$head"'table tri vertex:i32:3 neighbour:i32:3\nend\n' >empty.probe

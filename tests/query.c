@@ -260,7 +260,7 @@ static void test_continuity(enum shape shape, unsigned flags)
 static void test_outside(enum shape shape)
 {
     static struct mesh_of m;
-    make_mesh(shape, is_grid(shape) ? 1000 : 400, &m);
+    make_mesh(shape, is_grid(shape) ? 729 : 400, &m);
     struct probe_volume *v;
     must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
     struct random r = random_start(19, (uint64_t)shape, 0);
@@ -306,7 +306,8 @@ static void test_outside(enum shape shape)
         worst = fmax(worst, sqrt(off) / size);
         worst_step = fmax(worst_step, sqrt(moved) / size);
     }
-    ok(v->rays && lost == 0, "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)", shape_names[shape], lost, worst);
+    ok((v->rays || !v->convex) && lost == 0, /* flat cells are peeled off some hulls, which leaves them not convex: nearest */
+       "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)", shape_names[shape], lost, worst);
     ok(worst_step < (shape == ROUGH_GRID ? 2e-3 : 1e-4), /* the slivers of a rough grid's hull are 1e-4 wide */
        "%s: outside, the place on the hull does not jump (%.0e for a step of 1e-7 of its thickness)", shape_names[shape], worst_step);
     probe_volume_destroy(v);
