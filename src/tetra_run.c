@@ -96,8 +96,10 @@ static struct error *run_child(struct tetra *tetra, int file, size_t count, cons
         child(file, count, position, order, threads);
     if (pid < 0)
         return error_system(errno, "starting TetGen");
-    /* While the child computes, the pages that its result is sure to fill are made. */
-    (void)!fallocate(file, 0, 0, (off_t)room_bytes(count < 1000 ? 0 : 5 * count));
+    /* While the child computes, the pages that its result is sure to fill are made; the file's size is the child's to say, who may
+     * have said it already. */
+    if (count >= 1000)
+        (void)!fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)room_bytes(5 * count));
     while (waitpid(pid, &status, 0) < 0)
         if (errno != EINTR)
             return error_system(errno, "waiting for TetGen");

@@ -43,6 +43,10 @@ check "shuffled probes get the same cells" sh -c "
     { sed '/^[0-9-]/,\$d' grid.probe; sed -n '/^[0-9-]/p' grid.probe | sort -r; echo end; } >shuffled.probe
     places() { probe-tet \$1 | awk '/^table tet/ { t = 1; next } /^end/ { exit } !t && /^[0-9-]/ { p[n++] = \$1 \" \" \$2 \" \" \$3 } t { print p[\$1], p[\$2], p[\$3], p[\$4], \$5, \$6, \$7, \$8 }'; }
     places grid.probe >a && places shuffled.probe >b && [ -s a ] && cmp a b"
+# 1000 probes are where the result's room is made ahead, and a grid has fewer cells than that foresees.
+awk 'BEGIN { print "#?probe 1\ntable probe position:f64:3"; for (i = 0; i < 1000; i++) print i % 10, int(i / 10) % 10, int(i / 100); print "end" }' >ten.probe
+check "whoever is first, the child or the one who makes room for it" sh -c "probe-tet ten.probe >first && for i in 1 2 3 4 5 6 7 8 9 10 11 12; do
+    probe-tet ten.probe | cmp first - || exit 1; done"
 check "the same bytes for any number of threads" sh -c "probe-tet --threads 1 grid.probe >one && probe-tet --threads 5 grid.probe | cmp one -"
 refused 1 "cells in table tet already" sh -c "{ sed '/^end/d' cells.probe; sed -n '/^table tri/,\$p' triangles.probe; } | probe-cat"
 refused 1 "column merged: expected an index below" sh -c "sed 's/^0 1 0 .*/0 1 0 0 0 0 77/' twice.out | probe-cat"
