@@ -20,6 +20,7 @@ base rays 32
 base gate open
 vary rays 16 64
 cross gate 'open' shut
+run rays=64 gate=open
 stage place probe-place grid --count {count} {scene}
 stage capture probe-capture --rays {rays} --bounces 4 {light} {scene}
 stage hold $PWD/gate {gate}
@@ -139,18 +140,19 @@ bad() {
     { grep -v '^measure' four; echo "$1"; echo 'measure probe-error {scene}'; } >bad
     refused 2 "$2" $sweep -o none bad
 }
-bad "vray rays 1" "bad:12: expected scene, light, base, vary, cross, stage, size, measure, got vray"
-bad "vary colour 1" "bad:12: vary colour: expected a base colour before it"
-bad "base rays 3" "bad:12: base rays: there is one already"
-bad "base Rays 3" "bad:12: base: expected a name of small letters"
-bad "vary rays" "bad:12: vary: expected 2 or more words, got 1"
-bad "stage show cat {file}" "bad:12: show: expected {scene}, {light} or a dial (count, rays, gate), got {file}"
-bad "stage show no-such-program" "bad:12: no-such-program: no such program"
-bad "stage tet cat" "bad:12: stage tet: there is one already"
-bad "base unused 3" "bad:12: base unused: no command has {unused}"
-bad "light '--sky" "bad:12: No closing quotation"
+bad "vray rays 1" "bad:13: expected scene, light, base, vary, cross, run, stage, size, measure, got vray"
+bad "vary colour 1" "bad:13: vary colour: expected a base colour before it"
+bad "base rays 3" "bad:13: base rays: there is one already"
+bad "base Rays 3" "bad:13: base: expected a name of small letters"
+bad "run colour=1" "bad:13: run: expected DIAL=VALUE of dials before it (count, rays, gate), got colour=1"
+bad "vary rays" "bad:13: vary: expected 2 or more words, got 1"
+bad "stage show cat {file}" "bad:13: show: expected {scene}, {light} or a dial (count, rays, gate), got {file}"
+bad "stage show no-such-program" "bad:13: no-such-program: no such program"
+bad "stage tet cat" "bad:13: stage tet: there is one already"
+bad "base unused 3" "bad:13: base unused: no command has {unused}"
+bad "light '--sky" "bad:13: No closing quotation"
 grep -v '^measure' four >bad
-refused 2 "bad:11: expected a measure before the end" $sweep -o none bad
+refused 2 "bad:12: expected a measure before the end" $sweep -o none bad
 grep -v '^scene' four >bad
 refused 2 "expected --scene FILE" $sweep -o none bad
 refused 2 "nowhere.obj: no such scene" $sweep -o none --scene nowhere.obj four
