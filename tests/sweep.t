@@ -117,7 +117,7 @@ scene $SRC/scenes/two-rooms.obj
 base count 60
 base fix ''
 base bounces 4
-vary count 3
+vary count 0
 vary bounces 4000000000
 vary fix 'probe-leakfix --rounds 0 {scene}' false
 stage place probe-place grid --count {count} {scene}
@@ -129,10 +129,10 @@ END
 $sweep --no-plots -o failed fails >fails.out 2>fails.err
 check "a sweep with a failure ends with 1, and goes on" [ $? = 1 ]
 column status failed/sweep.tsv >status
-check "the rows say which stage said what" sh -c "[ \"\$(grep -cx ok status)\" = 2 ] && grep -q '^tet: probe-tet: ' status && grep -q '^capture: probe-capture: .*--bounces' status && grep -qx 'fix: exit status 1' status"
+check "the rows say which stage said what" sh -c "[ \"\$(grep -cx ok status)\" = 2 ] && grep -q '^place: probe-place: .*--count' status && grep -q '^capture: probe-capture: .*--bounces' status && grep -qx 'fix: exit status 1' status"
 check "a failed row has no figures" sh -c "[ \"\$(grep '	fix: exit' failed/sweep.tsv | tr '\t' '\n' | tail -n 1)\" = nan ]"
 $sweep --no-plots -o failed fails >fails.out 2>fails.err
-check "what failed is tried again, what did not is not" sh -c "grep -q 'tet: 1 to do, 1 done' fails.err && grep -q 'place: 0 to do' fails.err"
+check "what failed is tried again, what did not is not" sh -c "grep -q 'place: 1 to do, 1 done' fails.err && grep -q 'tet: 0 to do, 1 done' fails.err"
 
 # -- what is refused -----------------------------------------------------------------------------------------------------------
 # bad LINE MESSAGE: `four` with a line added at its end
