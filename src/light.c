@@ -350,6 +350,8 @@ struct error *lights_create(struct lights *lights, const struct tracer *t)
         grow(lights, 0, 0, (uint32_t)lights->count, &used);
         err = number_leaves(lights, used);
     }
+    if (!err && lights->count && !isfinite(lights->node[0].strength))
+        err = error_new("the lights are together beyond what 32 bits can hold: --light-scale brings down those of the file");
     if (err)
         lights_clear(lights);
     return err;

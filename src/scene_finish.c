@@ -277,6 +277,19 @@ static struct vec3f legal_colour(struct vec3f c, const char *what, const struct 
                           legal_factor(c.z, what, m, warnings)};
 }
 
+/* Scaled in double; light that is too bright for a float is no darkness, so it is an error. */
+static struct error *finish_emission(struct scene_material *m, double scale, struct warnings *warnings)
+{
+    float *const channel[3] = {&m->emission.x, &m->emission.y, &m->emission.z};
+    for (int c = 0; c < 3; c++) {
+        const double scaled = (double)*channel[c] * scale;
+        if (scaled > (double)FLT_MAX)
+            return error_new("material '%s': an emission of %g is beyond what 32 bits can hold", m->name, scaled);
+        *channel[c] = (float)((double)legal_factor(*channel[c], "an emission", m, warnings) * scale);
+    }
+    return NULL;
+}
+
 static struct error *check_map(const struct scene *scene, struct scene_map *map, const struct scene_material *m,
                                struct warnings *warnings)
 {
@@ -333,7 +346,9 @@ static struct error *finish_material(struct scene *scene, struct scene_material 
         return err;
     m->textured = m->albedo_map.texture != SCENE_NONE || m->emission_map.texture != SCENE_NONE || m->alpha_map.texture != SCENE_NONE;
     m->albedo = vec3f_scale((float)settings->albedo_scale, legal_colour(m->albedo, "an albedo", m, warnings));
-    m->emission = vec3f_scale((float)settings->light_scale, legal_colour(m->emission, "an emission", m, warnings));
+    err = finish_emission(m, settings->light_scale, warnings);
+    if (err)
+        return err;
     if (!(m->opacity >= 0 && m->opacity <= 1)) {
         const float used = m->opacity < 0 ? 0.0f : 1.0f;
         warnings_add(warnings, "material out of range", "material '%s': an opacity of %g: %g is used", m->name,

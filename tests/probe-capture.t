@@ -78,6 +78,7 @@ refused 1 "bent_normal is known of probes with a normal alone" probe-capture --c
 refused 1 "sh_gradient is known of probes without a normal alone" probe-capture --columns sh_gradient "$scene" surface.probe
 sed 's/0 1 0$/0 0 0/' surface.probe >flat.probe
 refused 1 "probe 0: expected a normal, got (0, 0, 0)" probe-capture "$scene" flat.probe
+refused 1 "beyond what 32 bits can hold" probe-capture --point 250,250,250,1e100,1,1 "$scene" placed.probe
 refused 2 "--error" probe-capture --error 0 "$scene" placed.probe
 refused 2 "--ao-distance" probe-capture --ao-distance -1 "$scene" placed.probe
 refused 2 "auto" probe-capture --order most "$scene" placed.probe

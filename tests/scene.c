@@ -353,6 +353,23 @@ static void test_instances(void)
     error_destroy(err);
     scene_destroy(s);
 
+    struct scene_material bright = m;
+    struct scene_settings scaled = scene_settings_default();
+    bright.emission = (struct vec3f){1e-20f, 0, 0};
+    scaled.light_scale = 1e40;
+    must(scene_create(&s));
+    must(scene_add_mesh(s, 4, square, 2, square_index, &bright));
+    must(scene_finish(s, &scaled, &warnings));
+    ok(fabsf(s->materials[0].emission.x / 1e20f - 1) < 1e-6f, "a scale that no float holds brings up light that is dim");
+    scene_destroy(s);
+    must(scene_create(&s));
+    bright.emission.x = 1;
+    must(scene_add_mesh(s, 4, square, 2, square_index, &bright));
+    err = scene_finish(s, &scaled, &warnings);
+    ok(err && strstr(error_message(err), "beyond what 32 bits can hold"), "light that no float holds is no darkness: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    scene_destroy(s);
+
     must(scene_create(&s));
     must(scene_add_mesh(s, 4, square, 2, square_index, &m));
     s->instances[0].transform[3] = (double)NAN;
@@ -371,7 +388,7 @@ static void test_factors(void)
     must(scene_create(&s));
     struct scene_material m = scene_material_default();
     m.albedo = (struct vec3f){-1, NAN, 3};
-    m.emission = (struct vec3f){2, INFINITY, -4};
+    m.emission = (struct vec3f){2, NAN, -4};
     m.opacity = 2;
     must(scene_add_mesh(s, 4, square, 2, square_index, &m));
     must(scene_push_light(s, (struct scene_light){.kind = SCENE_POINT, .intensity = {1, 2, 3}}));
