@@ -1,0 +1,56 @@
+#!/bin/sh
+# The whole pipeline at the ends of its range (scripts/extremes, in its short form), and that its table can fail.
+. "${SRC:?}/tests/setup.sh"
+extremes=$SRC/scripts/extremes
+
+"$extremes" --short >table 2>err
+status=$?
+sed 's/^/# /' table
+check "every extreme is as good as comfortable numbers, or refused" test "$status" -eq 0
+check "nothing went wrong in the table itself" test ! -s err
+check "it has its rows" sh -c "tail -n 1 table | grep -E '^[3-9][0-9] rows, 0 failed'"
+
+# broken PROGRAM: what stands in for it among the others, from standard input.
+broken() {
+    rm -rf broken
+    mkdir -p broken/src
+    for program in "$BUILD"/src/probe-*; do
+        if [ -x "$program" ]; then ln -s "$program" broken/src/; fi
+    done
+    rm -f "broken/src/$1"
+    { echo '#!/bin/sh'; cat; } >"broken/src/$1"
+    chmod +x "broken/src/$1"
+}
+
+# fails NAME VERDICT ROW: the table with what is broken
+fails() {
+    BUILD=$PWD/broken "$extremes" --short "$3" >table 2>err
+    fails_status=$?
+    if [ $fails_status -eq 1 ] && grep -q "$2" table; then pass "$1"; else fail "$1" "status $fails_status, $(cat table err)"; fi
+}
+
+# The comfortable wall ends at 4.718.
+broken probe-leakfix <<SH
+if grep -q '^v 4.718' scene.obj; then exec "$BUILD/src/probe-leakfix" "\$@"; fi
+exec cat
+SH
+fails "a leakfix that mends thick walls alone is seen" 'FAILED$' 'between probes'
+broken probe-query <<SH
+exec "$BUILD/src/probe-query" "\$@" | awk '{ for (i = 1; i <= NF; i++) \$i = \$i > 1e20 ? 0 : \$i; print }'
+SH
+fails "light that is lost above 1e20 is seen" 'FAILED$' 'lamp times 1e+30'
+broken probe-query <<'SH'
+kill -SEGV $$
+SH
+fails "a program that dies is no refusal" 'FAILED: probe-query .*status -11' 'nan 1 1'
+broken probe-query <<'SH'
+echo 0 0 0
+SH
+fails "an answer where none can be is a failure" 'FAILED$' 'nan 1 1'
+broken probe-query <<'SH'
+echo 'probe-query: no' >&2
+exit 1
+SH
+fails "so is a refusal that does not say why" 'FAILED, refused: probe-query: no' 'nan 1 1'
+
+tap_done
