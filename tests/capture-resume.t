@@ -87,8 +87,12 @@ for signal in TERM INT; do
     check "SIG$signal: given back, the rest is captured, and all is as in one go" same_rows finished whole.binary
 done
 
-# caught PID: whether it is the program by now, no more the shell that starts it, and SIGTERM has a handler
-caught() { grep -qx probe-capture "/proc/$1/comm" && grep -q '^SigCgt:.*[4-7c-f]...$' "/proc/$1/status"; }
+# caught PID: whether it is the program by now, no more the shell that starts it, SIGTERM has a handler, and probes are in work: it has
+# computed for a tenth of a second, where the scene takes a hundredth
+caught() {
+    grep -qx probe-capture "/proc/$1/comm" && grep -q '^SigCgt:.*[4-7c-f]...$' "/proc/$1/status" &&
+        [ "$(awk '{ print $14 }' "/proc/$1/stat")" -ge "$(($(getconf CLK_TCK) / 10))" ]
+}
 if [ -r /proc/self/status ]; then
     echo old >kept
     probe-cat --rows 0:20 placed.binary >few.probe
