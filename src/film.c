@@ -113,7 +113,7 @@ static struct error *take_overlay(const struct film *film, const struct render *
 {
     if (!(film->overlay.probe_radius > 0) && !film->overlay.cells)
         return NULL;
-    return overlay_create(overlay, render, film->stream, film->lookup, &film->overlay);
+    return overlay_create(overlay, render, film->stream, film->baked, &film->overlay);
 }
 
 /* One shot of the scene as it stands; object: what moves in it, or NULL. */

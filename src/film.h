@@ -18,7 +18,7 @@ struct film {
     const struct shot_settings *shot; /* without overlay */
     struct scene *scene;
     const struct stream *stream;   /* NULL: none */
-    const struct lookup *lookup;   /* NULL: no light */
+    const struct baked *baked;     /* NULL: no light */
     struct overlay_settings overlay;
     int bounces;
     const char *object, *path;     /* path NULL: one shot, without an object */

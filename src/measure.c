@@ -28,7 +28,7 @@ struct point {
     double doubt;           /* variance of square, by noise */
     double mean, absolute;  /* of e, of |e| */
     double bright, dark;    /* shares of the directions */
-    double unseen;
+    double unseen;          /* NaN: there are no cells */
     double cut_off, capture_noise; /* squares */
     double error[SPHERE_COUNT]; /* e */
 };
@@ -44,11 +44,13 @@ struct job {
 };
 
 /* The stream's irradiance at p along the set, RGB. */
-static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis, const double p[3], struct baked_at *at, double *rgb)
+static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis, const double p[3], struct probe_place *place,
+                                  double *rgb)
 {
     double sh[3 * SH_COUNT_MAX];
-    baked_locate(baked, p, BAKED_COLD, at);
-    struct error *err = baked_light(baked, at, sh);
+    *place = (struct probe_place){.cell = PROBE_COLD};
+    baked_locate(baked, p, place);
+    struct error *err = baked_light(baked, p, place, sh);
     if (!err)
         sphere_irradiance(basis, sh, 3, rgb);
     return err;
@@ -95,9 +97,9 @@ static struct error *measure_point(void *context, size_t i, int thread)
     struct point *point = &job->point[i];
     const double *p = job->truth->position + 3 * i, tolerance = job->settings->tolerance * job->scene_mean;
     double rgb[TRUTH_WIDTH], light[SPHERE_COUNT], truth[SPHERE_COUNT], y[SPHERE_COUNT];
-    struct baked_at at;
+    struct probe_place place;
     struct unseen unseen;
-    struct error *err = stream_light(job->baked, &job->basis, p, &at, rgb);
+    struct error *err = stream_light(job->baked, &job->basis, p, &place, rgb);
     if (err)
         return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
     sphere_luminance(rgb, light);
@@ -113,8 +115,8 @@ static struct error *measure_point(void *context, size_t i, int thread)
         bright[d] = x > tolerance;
         dark[d] = x < -tolerance;
     }
-    unseen_at(job->tracer, job->baked, &job->basis, p, &at, &unseen);
-    point->inside = at.inside;
+    unseen_at(job->tracer, job->baked, &job->basis, p, &place, &unseen);
+    point->inside = place.inside;
     point->surface = (double)job->truth->surface[i];
     point->truth = sphere_mean(truth);
     point->square = sphere_mean(square);
@@ -125,9 +127,9 @@ static struct error *measure_point(void *context, size_t i, int thread)
     point->absolute = sphere_mean(absolute);
     point->bright = sphere_mean(bright);
     point->dark = sphere_mean(dark);
-    point->unseen = unseen.weight;
+    point->unseen = job->baked->cells ? unseen.weight : (double)NAN;
     point->cut_off = cut_off_square(job->truth, i, job->baked->order);
-    point->capture_noise = baked_noise(job->baked, &at);
+    point->capture_noise = baked_noise(job->baked, &place);
     return NULL;
 }
 
@@ -261,9 +263,12 @@ static struct error *report_part(struct report *report, const struct job *job, s
         err = report_light(report, "cut_off", of, alone(sqrt(fmax(cut_off, 0))), job->scene_mean);
     if (!err && !isnan(capture_noise))
         err = report_light(report, "capture_noise", of, alone(sqrt(capture_noise)), job->scene_mean);
-    for (int f = 0; f < FIGURES && !err; f++)
+    for (int f = 0; f < FIGURES && !err; f++) {
+        if (f == UNSEEN && !job->baked->cells)
+            continue;
         err = figures[f].light ? report_light(report, figures[f].name, of, estimate[f], job->scene_mean)
                                : report_add(report, figures[f].name, of, estimate[f]);
+    }
     if (err)
         return err;
     /* Of a root: by its slope, but where that is steep, near 0, by the root of the doubt. */
@@ -335,7 +340,7 @@ static struct error *report_parts(struct report *report, const struct job *job)
         const int k = which - QUARTER;
         const bool by_surface = k >= 0 && k < 4;
         struct part part = {.point = job->point};
-        if (by_surface && !surfaces)
+        if ((by_surface && !surfaces) || (which >= SEEN && !job->baked->cells))
             continue;
         err = array_create(&part.index, job->truth->points, sizeof *part.index);
         for (size_t i = 0; i < job->truth->points && !err; i++)
@@ -424,8 +429,8 @@ static struct error *take_steps(const struct truth *t, const struct baked *baked
     for (size_t i = t->points; i < t->count; i++) {
         const double *p = t->position + 3 * i;
         double rgb[TRUTH_WIDTH];
-        struct baked_at at;
-        struct error *err = stream_light(baked, &basis, p, &at, rgb);
+        struct probe_place place;
+        struct error *err = stream_light(baked, &basis, p, &place, rgb);
         if (err)
             return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
         sphere_luminance(rgb, now[0]);

@@ -2,7 +2,13 @@
 #include "error.h"
 #include "stream.h"
 
-static const char *const mesh_names[] = {"point", "segment", "tri", "tet"};
+bool mesh_exists(const struct stream *stream)
+{
+    bool there = false;
+    for (int i = 0; i < STREAM_CORNERS_MOST; i++)
+        there = there || stream_table(stream, stream_cell_table[i]);
+    return there;
+}
 
 struct error *mesh_find(const struct stream *stream, struct probe_mesh *mesh)
 {
@@ -12,8 +18,8 @@ struct error *mesh_find(const struct stream *stream, struct probe_mesh *mesh)
     *mesh = (struct probe_mesh){0};
     if (!probes)
         return error_new("there is no table probe");
-    for (int i = 0; i < 4; i++) {
-        const struct table *t = stream_table(stream, mesh_names[i]);
+    for (int i = 0; i < STREAM_CORNERS_MOST; i++) {
+        const struct table *t = stream_table(stream, stream_cell_table[i]);
         if (t && cells)
             return error_new("there are two tables of cells, %s and %s: run probe-tet", cells->name, t->name);
         if (t) {

@@ -7,12 +7,16 @@
 #ifndef MESH_H
 #define MESH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "probe-query.h"
 
 struct error;
 struct stream;
+
+/* Whether a stream has a table of cells. */
+bool mesh_exists(const struct stream *stream);
 
 /* The arrays of a stream, which stay the stream's. Errors: no cells (says to run probe-tet), more than one table of them. */
 struct error *mesh_find(const struct stream *stream, struct probe_mesh *mesh);

@@ -1,7 +1,9 @@
 #include "overlay.h"
 #include "angle.h"
 #include "array.h"
+#include "baked.h"
 #include "error.h"
+#include "mesh.h"
 #include "power.h"
 #include "scene.h"
 #include "stream.h"
@@ -31,7 +33,7 @@ struct bins {
 
 struct drawing {
     const struct render *render;
-    const struct lookup *lookup;
+    const struct baked *baked;
     const double *position;
     size_t probes;
     double radius;
@@ -188,25 +190,25 @@ static int compare_edges(const void *a, const void *b)
 /* Every edge of the cells once, as lower probe << 32 | higher; *edge is the caller's to free. */
 static struct error *find_edges(const struct stream *stream, uint64_t **edge, size_t *count)
 {
-    static const int pair[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    const struct table *cells = stream_table(stream, "tet");
-    struct column *vertex = NULL;
+    struct probe_mesh mesh;
     *edge = NULL;
     *count = 0;
-    if (!cells)
-        return error_new("there are no cells: run probe-tet");
-    struct error *err = table_require(cells, "vertex", COLUMN_I32, 4, &vertex);
-    if (!err)
-        err = array_create(edge, 6 * cells->rows, sizeof **edge);
+    struct error *err = mesh_find(stream, &mesh);
     if (err)
         return err;
-    for (size_t i = 0; i < 6 * cells->rows; i++) {
-        const int32_t *v = column_i32(vertex) + i / 6 * 4;
-        const uint64_t a = (uint64_t)v[pair[i % 6][0]], b = (uint64_t)v[pair[i % 6][1]];
-        (*edge)[i] = a < b ? a << 32 | b : b << 32 | a;
-    }
-    qsort(*edge, 6 * cells->rows, sizeof **edge, compare_edges);
-    for (size_t i = 0; i < 6 * cells->rows; i++)
+    const size_t corners = (size_t)mesh.corners, most = mesh.cells * (corners * (corners - 1) / 2);
+    err = array_create(edge, most, sizeof **edge);
+    if (err)
+        return err;
+    size_t all = 0;
+    for (size_t cell = 0; cell < mesh.cells; cell++)
+        for (size_t i = 0; i < corners; i++)
+            for (size_t k = i + 1; k < corners; k++) {
+                const uint64_t a = (uint64_t)mesh.vertex[corners * cell + i], b = (uint64_t)mesh.vertex[corners * cell + k];
+                (*edge)[all++] = a < b ? a << 32 | b : b << 32 | a;
+            }
+    qsort(*edge, most, sizeof **edge, compare_edges);
+    for (size_t i = 0; i < most; i++)
         if (!i || (*edge)[i] != (*edge)[i - 1])
             (*edge)[(*count)++] = (*edge)[i];
     return NULL;
@@ -301,8 +303,8 @@ static struct vec3f sphere_light(const struct drawing *d, size_t probe, struct v
     vec3_store(n, normal);
     for (int k = 0; k < 3; k++)
         e[k] = -vec3_dot(normal, direction); /* grey, as if lit from the eye */
-    if (d->lookup)
-        lookup_probe(d->lookup, probe, n, e);
+    if (d->baked)
+        baked_probe_irradiance(d->baked, probe, n, e);
     return (struct vec3f){(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI), (float)(e[2] / ANGLE_PI)};
 }
 
@@ -347,14 +349,14 @@ static struct error *draw_tile(void *context, size_t tile, int thread)
 
 /* -- all of it -------------------------------------------------------------------------------- */
 
-struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream, const struct lookup *lookup,
+struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream, const struct baked *baked,
                              const struct overlay_settings *settings)
 {
     const struct camera *c = render->camera;
     const struct table *probes = stream_table(stream, "probe");
     if (!probes)
         return error_new("there is no table probe");
-    struct drawing d = {.render = render, .lookup = lookup, .position = column_f64(table_column(probes, "position")),
+    struct drawing d = {.render = render, .baked = baked, .position = column_f64(table_column(probes, "position")),
                         .probes = probes->rows, .radius = settings->probe_radius, .across = (c->width + TILE - 1) / TILE,
                         .tiles = render_tiles(c), .overlay = overlay};
     struct error *err = picture_create(&overlay->light, c->width, c->height);
@@ -398,7 +400,7 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing)
         return error_new("there are no probes");
     const double *p = column_f64(table_column(probes, "position"));
     struct error *err = NULL;
-    if (stream_table(stream, "tet") && stream_table(stream, "tet")->rows)
+    if (mesh_exists(stream))
         err = find_edges(stream, &edge, &count);
     if (!err)
         err = array_create(&length, count, sizeof *length);

@@ -22,8 +22,8 @@ struct overlay {
     struct picture share;   /* x: covered by spheres, y: by lines */
 };
 
-/* lookup: NULL where the probes have no light. Makes the overlay; starts as {0}. */
-struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream, const struct lookup *lookup,
+/* baked: NULL where the probes have no light. Makes the overlay; starts as {0}. */
+struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream, const struct baked *baked,
                              const struct overlay_settings *settings);
 void overlay_clear(struct overlay *overlay);
 

@@ -1,6 +1,7 @@
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how smoothly it changes. */
 #include "baked.h"
 #include "error.h"
+#include "interpolate_options.h"
 #include "measure.h"
 #include "options.h"
 #include "progress.h"
@@ -21,6 +22,7 @@
 struct arguments {
     struct truth_settings truth;
     struct measure_settings measure;
+    struct interpolate_options how;
     const char *truth_file, *map_file; /* NULL: none */
     int64_t leak_samples;
     int format;
@@ -80,11 +82,12 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "print a line for each figure: measure, of what, value, and the\nends of its interval"},
         {.name = "json", .kind = OPTION_SET, .count = REPORT_JSON, .value = &a->format, .unrecorded = true, .help = "the same as JSON"},
         {0}};
-    struct option_row shared[COMMON_ROWS];
+    struct option_row how[INTERPOLATE_OPTIONS_ROWS], shared[COMMON_ROWS];
     program->groups[0] = points;
     program->groups[1] = truth;
-    program->groups[2] = figures;
-    program->groups[3] = common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
+    program->groups[2] = interpolate_options_rows(&a->how, how);
+    program->groups[3] = figures;
+    program->groups[4] = common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
     for (struct option_row *row = shared; row->name; row++) {
         if (!strcmp(row->name, "seed"))
             row->given = &seed_given;
@@ -110,7 +113,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         err = error_usage("--leak-samples: expected 0 or at least 2, got 1");
     if (!err && a->common.output && !a->leak_samples)
         err = error_usage("--output needs --leak-samples");
-    return err;
+    return err ? err : interpolate_options_check(&a->how);
 }
 
 /* Standard input can be read once. */
@@ -200,6 +203,28 @@ static struct error *measure_points(struct report *report, const struct argument
     return err;
 }
 
+/* What leaks is known of tetrahedra alone: there is free space in them to take points of. */
+static struct error *check_cells(const struct arguments *a, const struct baked *baked, struct warnings *warnings)
+{
+    static const char *const cells[] = {"there are no cells", "the cell is a point", "the cells are segments", "the cells are triangles"};
+    if (baked->mesh.corners == 4 || !a->leak_samples)
+        return NULL;
+    if (a->common.output)
+        return error_new("--output marks where tetrahedra leak: %s", cells[baked->mesh.corners]);
+    warnings_add(warnings, "leaks", "leaks are measured of tetrahedra alone, and %s: the report has no figures of cells", cells[baked->mesh.corners]);
+    return NULL;
+}
+
+static struct error *open_baked(struct baked *baked, const struct stream *stream, const struct arguments *a, const char *input,
+                                struct warnings *warnings)
+{
+    const struct interpolate_settings settings = interpolate_options_settings(&a->how, "sh");
+    struct error *err = baked_open(baked, stream, &settings);
+    if (!err)
+        err = check_cells(a, baked, warnings);
+    return error_wrap(err, "%s", strcmp(input, "-") ? input : "stdin");
+}
+
 /* Where each part's time went, for those who wait. */
 struct seconds {
     double start, truth, error, leak;
@@ -209,6 +234,7 @@ static struct error *measure_all(struct report *report, const struct arguments *
                                  struct unseen_cells *cells, const struct program *program, struct seconds *seconds, struct warnings *warnings)
 {
     struct truth truth = {0};
+    const bool leaks = a->leak_samples && baked->mesh.corners == 4;
     struct error *err = get_truth(&truth, a, stage, baked, program, warnings);
     seconds->truth = now();
     if (!err)
@@ -216,11 +242,11 @@ static struct error *measure_all(struct report *report, const struct arguments *
     if (!err)
         err = measure_change(report, &truth, baked);
     seconds->error = now();
-    if (!err && a->leak_samples)
+    if (!err && leaks)
         err = unseen_cells(cells, stage->tracer, baked, (int)a->leak_samples, a->measure.seed, a->measure.threads);
     seconds->leak = now();
-    if (!err && a->leak_samples)
-        err = unseen_report(report, cells, baked->cell_count);
+    if (!err && leaks)
+        err = unseen_report(report, cells, baked->mesh.cells);
     const struct estimate noise = report_get(report, "noise_mean_relative", "all");
     if (!err && noise.value > a->measure.tolerance)
         warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: --truth-rays brings it down", 100 * noise.value);
@@ -257,7 +283,7 @@ int main(int argc, char **argv)
     if (!err)
         err = stream_read(&stream, input);
     if (!err)
-        err = error_wrap(baked_open(&baked, stream), "%s", strcmp(input, "-") ? input : "stdin");
+        err = open_baked(&baked, stream, &a, input, &warnings);
     if (!err)
         err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other && !a.any_scene)

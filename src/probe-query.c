@@ -1,28 +1,26 @@
 /* probe-query: the light at points, interpolated between the probes around each. */
 #include "array.h"
 #include "error.h"
-#include "interpolate.h"
+#include "interpolate_options.h"
 #include "options.h"
 #include "points.h"
 #include "query.h"
 #include "stream_private.h"
 #include "warning.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct arguments {
-    int from, to, outside, pack, kind, falloff;
-    double radius;
+    struct interpolate_options how; /* outside: an enum query_outside */
+    int from, to, pack;
     bool normals, explain;
     const char *column;
 };
 
 static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path, const struct arguments *a)
 {
-    const struct interpolate_settings settings = {.kind = (enum interpolate_kind)a->kind, .falloff = (enum interpolate_falloff)a->falloff,
-                                                  .radius = a->radius, .column = a->column, .nearest = a->outside != QUERY_EXTEND};
+    const struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
     if (interpolate_is_packed(path))
         return interpolate_open_packed(in, path, &settings);
     struct error *err = stream_read(stream, path);
@@ -52,7 +50,7 @@ static struct error *write_packed(const struct interpolate *in, enum probe_packi
 static struct error *answer(const struct interpolate *in, const struct arguments *a, const char *input, const struct common *common,
                             const struct program *program)
 {
-    const struct query_settings settings = {.format = (enum query_format)a->to, .outside = (enum query_outside)a->outside, .explain = a->explain,
+    const struct query_settings settings = {.format = (enum query_format)a->to, .outside = (enum query_outside)a->how.outside, .explain = a->explain,
                                             .threads = (int)common->threads, .output = common->output, .recorded = program->recorded};
     struct query *query = NULL;
     struct points *points = NULL;
@@ -64,7 +62,7 @@ static struct error *answer(const struct interpolate *in, const struct arguments
         err = query_run(query, points);
     if (!err && query_outside(query))
         warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: %s", query_outside(query),
-                     a->outside == QUERY_ZERO ? "they have no light" : "their light is that of the hull");
+                     a->how.outside == QUERY_ZERO ? "they have no light" : "their light is that of the hull");
     if (!err && !common->quiet)
         warnings_print(&warnings, program->name);
     warnings_clear(&warnings);
@@ -80,8 +78,6 @@ int main(int argc, char **argv)
     static const char *const from_formats[] = {"text", "binary", NULL};
     static const char *const to_formats[] = {"text", "binary", "stream", NULL};
     static const char *const outsides[] = {"extend", "nearest", "zero", "error", NULL};
-    static const char *const kinds[] = {"barycentric", "gradient", "cubic", "nearest", "shepard", "trilinear", "tricubic", NULL};
-    static const char *const falloffs[] = {"linear", "quadratic", "cubic", NULL};
     static const char *const packings[] = {"float", "half", NULL};
     struct arguments a = {.from = POINTS_TEXT, .to = QUERY_TEXT, .column = "sh"};
     bool pack = false;
@@ -94,16 +90,9 @@ int main(int argc, char **argv)
          .help = "light goes out as text, binary (little-endian floats), or a probe\nstream of the points", .unrecorded = true},
         {.name = "column", .argument = "NAME", .kind = OPTION_TEXT, .value = &a.column,
          .help = "interpolate this column of the probes"},
-        {.name = "interpolate", .argument = "HOW", .kind = OPTION_CHOICE, .choices = kinds, .value = &a.kind,
-         .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
-                 "From the probes alone: nearest or shepard. From the nodes of a grid:\ntrilinear or tricubic"},
-        {.name = "radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.radius, .least = 0, .least_open = true, .most = INFINITY,
-         .shown = "twice the mean distance of neighbours", .help = "shepard: of what is blended"},
-        {.name = "falloff", .argument = "SHAPE", .kind = OPTION_CHOICE, .choices = falloffs, .value = &a.falloff,
-         .help = "shepard: of the weights, towards the radius"},
-        {.name = "outside", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = outsides, .value = &a.outside,
-         .help = "outside of the hull of the probes: light goes on from it along rays (extend),\n"
-                 "is that of its nearest point, is none (zero), or is refused (error)"},
+        {0}};
+    struct option_row how[INTERPOLATE_OPTIONS_ROWS];
+    const struct option_row more[] = {
         {.name = "pack", .argument = "PRECISION", .kind = OPTION_CHOICE, .choices = packings, .value = &a.pack, .given = &pack,
          .shown = "no", .help = "answer no points: write BAKED as a packed file for libprobe-query, its\nlight as floats or halves (float, half)"},
         {.name = "explain", .kind = OPTION_FLAG, .value = &a.explain, .unrecorded = true,
@@ -116,22 +105,28 @@ int main(int argc, char **argv)
         .usage = "[OPTION]... BAKED [POINTS]",
         .summary = "Reads points (x y z, or x y z nx ny nz) and writes the light there, interpolated between\n"
                    "the probes of BAKED: the SH coefficients, or for a normal the irradiance (R G B).",
-        .groups = {rows, common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared)},
+        .groups = {rows, interpolate_options_rows(&a.how, how), more, common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared)},
         .operands_least = 1,
         .operands_most = 2};
     struct stream *stream = NULL;
     struct interpolate *in = NULL;
+    for (struct option_row *row = how; row->name; row++) {
+        if (strcmp(row->name, "outside"))
+            continue;
+        row->choices = outsides;
+        row->help = "outside of the hull of the probes: light goes on from it along rays\n(extend), is that of its nearest point, is none (zero), or is refused\n(error)";
+    }
     struct error *err = options_parse(&program, argc, argv);
     if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
     if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))
         err = error_usage("--pack takes no points, and packs no column but sh");
-    if (!err && pack && a.kind != INTERPOLATE_BARYCENTRIC)
+    if (!err && pack && a.how.kind != INTERPOLATE_BARYCENTRIC)
         err = error_usage("--pack packs cells: it needs --interpolate barycentric");
-    if (!err && a.explain && a.kind > INTERPOLATE_CUBIC)
+    if (!err && a.explain && a.how.kind > INTERPOLATE_CUBIC)
         err = error_usage("--explain needs cells: --interpolate barycentric, gradient or cubic");
-    if (!err && a.kind != INTERPOLATE_SHEPARD && (a.radius > 0 || a.falloff))
-        err = error_usage("--radius and --falloff need --interpolate shepard");
+    if (!err)
+        err = interpolate_options_check(&a.how);
     const char *baked = err ? "-" : program.operands[0];
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err && !pack && !strcmp(baked, "-") && !strcmp(input, "-"))

@@ -1,8 +1,10 @@
 /* probe-render: pictures of a scene, by its true light and by that of its probes. */
 #include "array.h"
+#include "baked.h"
 #include "capture.h"
 #include "error.h"
 #include "film.h"
+#include "interpolate_options.h"
 #include "number.h"
 #include "options.h"
 #include "progress.h"
@@ -29,6 +31,7 @@ struct arguments {
     int64_t samples, max_samples, bounces;
     double error, offset, object_radius, draw_probes; /* draw_probes: NAN none, 0 automatic */
     bool offset_given, bounces_given, draw_cells, per_pixel;
+    struct interpolate_options how;
     struct scene_settings scene;
     struct common common;
 };
@@ -107,7 +110,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "the difference of lightness L* that the ends of the colours\nstand for"},
         {.name = "draw-probes", .argument = "R|auto", .kind = OPTION_CALL, .value = &a->draw_probes, .parse = parse_auto, .shown = "none",
          .help = "draw the probes as spheres of this radius; auto: a tenth of\ntheir distance"},
-        {.name = "draw-cells", .kind = OPTION_FLAG, .value = &a->draw_cells, .help = "draw the edges of the tetrahedra"},
+        {.name = "draw-cells", .kind = OPTION_FLAG, .value = &a->draw_cells, .help = "draw the edges of the cells"},
         {.name = "object", .argument = "FILE|sphere", .kind = OPTION_TEXT, .value = &a->object, .shown = "sphere",
          .help = "a thing that stands at each point of --path, lit by the\nprobes at its centre"},
         {.name = "object-radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a->object_radius, .least_open = true, .most = INFINITY,
@@ -115,10 +118,11 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "path", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->path, .help = "points x y z, one a line: a frame each"},
         {.name = "per-pixel", .kind = OPTION_FLAG, .value = &a->per_pixel, .help = "look probes up at each point of the object"},
         {0}};
-    struct option_row scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
+    struct option_row how[INTERPOLATE_OPTIONS_ROWS], scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     program->groups[0] = rows;
-    program->groups[1] = scene_settings_rows(&a->scene, scene);
-    program->groups[2] = common_rows(&a->common, COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
+    program->groups[1] = interpolate_options_rows(&a->how, how);
+    program->groups[2] = scene_settings_rows(&a->scene, scene);
+    program->groups[3] = common_rows(&a->common, COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
     struct error *err = options_parse(program, argc, argv);
     memset(program->groups, 0, sizeof program->groups); /* they end with this function */
     a->shot.mode = (enum shot_mode)a->mode;
@@ -135,7 +139,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         return error_usage("--look-at needs --eye");
     if (a->truth && (!shot_compares(a->shot.mode) || a->path))
         return error_usage("--truth is for the modes split, pair, difference and flip, without --path");
-    return NULL;
+    return interpolate_options_check(&a->how);
 }
 
 /* -- two pictures ------------------------------------------------------------------------------ */
@@ -217,20 +221,28 @@ static struct error *aim(const struct arguments *a, const char *program, const s
     return err ? err : camera_create(camera, eye, look_at, vec3_load(a->up), a->fov, a->width, a->height);
 }
 
+/* The light of the probes everywhere, or that which they have themselves. */
+static struct error *open_light(struct baked *baked, const struct stream *stream, const struct arguments *a, bool everywhere)
+{
+    const struct interpolate_settings settings = interpolate_options_settings(&a->how, "sh");
+    struct error *err = everywhere ? baked_open(baked, stream, &settings) : baked_open_probes(baked, stream);
+    return err ? err : baked_complete(baked);
+}
+
 /* Fills in what is to be filmed, and films it. */
 static struct error *film_scene(struct program *program, struct arguments *a, const char *scene_path, const struct stream *stream,
                                 const char *input, struct warnings *warnings)
 {
     struct scene *scene = NULL;
-    struct lookup lookup = {0};
+    struct baked baked = {0};
     struct camera camera;
     struct picture truth = {0};
     double spacing = 0;
-    const bool cells = a->shot.mode != SHOT_TRUTH && a->shot.mode != SHOT_NONE, draw_probes = !isnan(a->draw_probes);
-    const bool light = stream && (cells || (draw_probes && table_column(stream_table(stream, "probe"), "sh")));
+    const bool by_probes = a->shot.mode != SHOT_TRUTH && a->shot.mode != SHOT_NONE, draw_probes = !isnan(a->draw_probes);
+    const bool light = stream && (by_probes || (draw_probes && table_column(stream_table(stream, "probe"), "sh")));
     struct error *err = stream && !stream_table(stream, "probe") ? error_new("there is no table probe") : NULL;
     if (!err && light)
-        err = lookup_create(&lookup, stream, cells);
+        err = open_light(&baked, stream, a, by_probes);
     if (!err && stream)
         err = overlay_spacing(stream, &spacing);
     if (draw_probes && !(a->draw_probes > 0))
@@ -248,11 +260,11 @@ static struct error *film_scene(struct program *program, struct arguments *a, co
         warnings_print(warnings, program->name);
     warnings_clear(warnings);
     if (!err) {
-        const struct render render = {.camera = &camera, .lookup = &lookup, .object = {.first = SIZE_MAX}, .samples = (int)a->samples,
+        const struct render render = {.camera = &camera, .baked = &baked, .object = {.first = SIZE_MAX}, .samples = (int)a->samples,
                                       .offset = a->offset_given ? a->offset : 0.15 * spacing, .error = a->error,
                                       .samples_most = (int)a->max_samples, .seed = (uint64_t)a->common.seed, .threads = (int)a->common.threads};
         a->shot.given_truth = a->truth ? &truth : NULL;
-        const struct film film = {.render = &render, .shot = &a->shot, .scene = scene, .stream = stream, .lookup = light ? &lookup : NULL,
+        const struct film film = {.render = &render, .shot = &a->shot, .scene = scene, .stream = stream, .baked = light ? &baked : NULL,
                                   .overlay = {draw_probes ? a->draw_probes : 0, a->draw_cells}, .bounces = (int)a->bounces,
                                   .object = a->object ? a->object : "sphere", .path = a->path, .object_radius = a->object_radius,
                                   .per_pixel = a->per_pixel, .output = a->output, .pfm = a->pfm, .program = program->name,
@@ -260,7 +272,7 @@ static struct error *film_scene(struct program *program, struct arguments *a, co
         err = film_take(&film, warnings);
     }
     picture_clear(&truth);
-    lookup_clear(&lookup);
+    baked_close(&baked);
     scene_destroy(scene);
     return err;
 }

@@ -42,7 +42,7 @@ struct tile {
     const struct render *render;
     struct path_tracer direct; /* of one bounce */
     enum render_light light;
-    int32_t cell; /* where the next lookup starts; the tile's first starts cold, so that no other tile matters */
+    struct probe_place place; /* where the next lookup starts; the tile's first starts cold, so that no other tile matters */
 };
 
 /* Sums over a pixel's samples. */
@@ -79,7 +79,7 @@ static struct vec3f lit_by_probes(struct tile *tile, const struct trace_points *
     double p[3], n[3], e[3];
     vec3_store(n, normal);
     vec3_store(p, of_object && !r->object.per_pixel ? r->object.centre : vec3_fma(position, r->offset, normal));
-    lookup_irradiance(r->lookup, &tile->cell, p, n, e);
+    baked_irradiance(r->baked, &tile->place, p, n, e);
     const struct vec3f irradiance = {(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI), (float)(e[2] / ANGLE_PI)};
     return vec3f_mul(scene_albedo(t->scene, at->material[i], at->u[i], at->v[i]), irradiance);
 }
@@ -242,7 +242,7 @@ static struct error *take_tile(void *context, size_t index, int thread)
     const struct job *job = context;
     const struct render *r = job->render;
     const struct camera *camera = r->camera;
-    struct tile tile = {.render = r, .direct = *r->path, .light = job->light, .cell = LOOKUP_COLD};
+    struct tile tile = {.render = r, .direct = *r->path, .light = job->light, .place = {.cell = PROBE_COLD}};
     struct pixel pixel[PIXELS];
     const size_t left = index % tiles_across(camera) * RENDER_TILE, top = index / tiles_across(camera) * RENDER_TILE;
     const size_t width = camera->width - left < RENDER_TILE ? camera->width - left : RENDER_TILE;

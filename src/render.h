@@ -10,8 +10,8 @@
 #ifndef RENDER_H
 #define RENDER_H
 
+#include "baked.h"
 #include "camera.h"
-#include "lookup.h"
 #include "path.h"
 #include "picture.h"
 
@@ -38,7 +38,7 @@ struct render_object {
 struct render {
     const struct path_tracer *path;
     const struct camera *camera;
-    const struct lookup *lookup; /* PROBES and MIXED alone */
+    const struct baked *baked; /* complete; PROBES and MIXED alone */
     struct render_object object;
     double offset; /* probes are looked up this far off a surface, along its normal; scene units */
     int samples;   /* a pixel; of the first round where error is set */

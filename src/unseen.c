@@ -26,11 +26,13 @@ static void add_probe(const struct baked *baked, int32_t probe, double factor, d
 }
 
 void unseen_at(const struct tracer *tracer, const struct baked *baked, const struct sphere_basis *basis, const double p[3],
-               const struct baked_at *at, struct unseen *unseen)
+               const struct probe_place *at, struct unseen *unseen)
 {
-    double visible[BAKED_PROBES_MOST], seen = 0, leak[SH_COUNT_MAX] = {0};
+    double visible[4], seen = 0, leak[SH_COUNT_MAX] = {0};
     *unseen = (struct unseen){0};
-    for (int i = 0; i < at->count; i++) {
+    for (int i = 0; i < 4; i++) {
+        if (!(at->weight[i] > 0))
+            continue;
         visible[i] = (double)trace_visibility(tracer, p, baked->position + 3 * (size_t)at->probe[i]);
         const double brightness = baked_brightness(baked, at->probe[i]);
         seen += at->weight[i] * visible[i];
@@ -41,8 +43,9 @@ void unseen_at(const struct tracer *tracer, const struct baked *baked, const str
     unseen->blind = !(seen > 1e-9);
     if (unseen->blind || !(unseen->weight > 0))
         return;
-    for (int i = 0; i < at->count; i++)
-        add_probe(baked, at->probe[i], at->weight[i] * (1 - visible[i] / seen), leak);
+    for (int i = 0; i < 4; i++)
+        if (at->weight[i] > 0)
+            add_probe(baked, at->probe[i], at->weight[i] * (1 - visible[i] / seen), leak);
     sphere_irradiance(basis, leak, 1, unseen->leak);
 }
 
@@ -65,7 +68,7 @@ struct job {
 
 static struct vec3 corner(const struct baked *b, size_t cell, size_t i)
 {
-    return vec3_load(b->position + 3 * (size_t)b->vertex[4 * cell + i]);
+    return vec3_load(b->position + 3 * (size_t)b->mesh.vertex[4 * cell + i]);
 }
 
 /* The i-th point of a cell: evenly spread, by the gaps between three sorted numbers (Devroye, "Non-uniform random variate
@@ -96,10 +99,10 @@ static struct error *look_from_cell(void *context, size_t cell, int thread)
     for (int i = 0; i < job->samples; i++) {
         struct sample *s = &job->sample[cell * (size_t)job->samples + (size_t)i];
         double p[3];
-        struct baked_at at;
+        struct probe_place at = {.cell = (int32_t)cell};
         struct unseen u;
         point_in_cell(job, cell, i, p);
-        baked_locate(job->baked, p, (int32_t)cell, &at);
+        baked_locate(job->baked, p, &at);
         unseen_at(job->tracer, job->baked, &job->basis, p, &at, &u);
         double square[SPHERE_COUNT];
         for (int d = 0; d < SPHERE_COUNT; d++)
@@ -159,7 +162,7 @@ static struct estimate ratio(const struct job *job, int which)
     double above = 0, below = 0, variance = 0;
     for (int turn = 0; turn < 2; turn++) { /* the ratio, then the spread about it */
         const double r = turn && below > 0 ? above / below : 0;
-        for (size_t cell = 0; cell < job->baked->cell_count; cell++) {
+        for (size_t cell = 0; cell < job->baked->mesh.cells; cell++) {
             const double volume = volume_of(job->baked, cell);
             double sum = 0, square = 0;
             for (size_t i = 0; i < n; i++) {
@@ -184,7 +187,7 @@ static void sum_up(const struct job *job, struct unseen_cells *cells)
     double all = 0, blind = 0, open = 0, square = 0, mean = 0;
     cells->weight = ratio(job, 0);
     cells->light = ratio(job, 1);
-    for (size_t cell = 0; cell < job->baked->cell_count; cell++) {
+    for (size_t cell = 0; cell < job->baked->mesh.cells; cell++) {
         const double part = volume_of(job->baked, cell) / job->samples;
         double weight = 0, leak = 0;
         int free = 0, seeing = 0;
@@ -216,9 +219,9 @@ static void sum_up(const struct job *job, struct unseen_cells *cells)
 /* unseen_at reads every probe of a cell. */
 static struct error *check_light(const struct baked *b)
 {
-    for (size_t i = 0; i < 4 * b->cell_count; i++)
-        if (isnan(b->sh[b->width * (size_t)b->vertex[i]]))
-            return error_new("probe %d has no light: run probe-capture", b->vertex[i]);
+    for (size_t i = 0; i < 4 * b->mesh.cells; i++)
+        if (isnan(b->sh[b->width * (size_t)b->mesh.vertex[i]]))
+            return error_new("probe %d has no light: run probe-capture", b->mesh.vertex[i]);
     return NULL;
 }
 
@@ -228,19 +231,19 @@ struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *trac
     struct job job = {.tracer = tracer, .baked = baked, .samples = samples, .seed = seed,
                       .basis = sphere_basis_make(baked->order, baked->convolved)};
     *cells = (struct unseen_cells){0};
-    struct error *err = check_light(baked);
+    struct error *err = baked->mesh.corners == 4 ? check_light(baked) : error_new("leaks are measured of tetrahedra alone");
     if (!err)
-        err = array_create(&job.sample, baked->cell_count * (size_t)samples, sizeof *job.sample);
+        err = array_create(&job.sample, baked->mesh.cells * (size_t)samples, sizeof *job.sample);
     if (!err)
-        err = array_create(&cells->cell_weight, baked->cell_count, sizeof *cells->cell_weight);
+        err = array_create(&cells->cell_weight, baked->mesh.cells, sizeof *cells->cell_weight);
     if (!err)
-        err = array_create(&cells->cell_leak, baked->cell_count, sizeof *cells->cell_leak);
+        err = array_create(&cells->cell_leak, baked->mesh.cells, sizeof *cells->cell_leak);
     if (!err)
-        err = array_create(&cells->cell_free, baked->cell_count, sizeof *cells->cell_free);
+        err = array_create(&cells->cell_free, baked->mesh.cells, sizeof *cells->cell_free);
     if (!err)
-        err = threads_for(threads, baked->cell_count, look_from_cell, &job);
+        err = threads_for(threads, baked->mesh.cells, look_from_cell, &job);
     if (!err)
-        err = judge_blind(&job, baked->cell_count * (size_t)samples, threads);
+        err = judge_blind(&job, baked->mesh.cells * (size_t)samples, threads);
     if (!err)
         sum_up(&job, cells);
     free(job.sample);

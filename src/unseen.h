@@ -8,6 +8,8 @@
  *
  * A point that sees none of its probes is blind: all its light is from unseen probes, and what leaks is not known.
  *
+ * The weights are the barycentric ones of the cell around p, whatever way light is interpolated.
+ *
  * Over cells these are means over free space: random points, spread evenly over each cell, that are not inside solids. What sees a probe is
  * in free space, since probes are; the rest is asked of place_inside. Each cell is a stratum: the errors of the totals
  * are those of stratified ratios (Cochran, "Sampling techniques", 1977, sec. 6.11).
@@ -23,8 +25,8 @@
 #include <stdint.h>
 
 struct baked;
-struct baked_at;
 struct error;
+struct probe_place;
 struct report;
 struct tracer;
 
@@ -37,7 +39,7 @@ struct unseen {
 
 /* What of p's light comes from where it cannot see. basis: of the baked stream. Any thread. */
 void unseen_at(const struct tracer *tracer, const struct baked *baked, const struct sphere_basis *basis, const double p[3],
-               const struct baked_at *at, struct unseen *unseen);
+               const struct probe_place *at, struct unseen *unseen);
 
 /* Over all cells. Shares are from 0 to 1, light is luminance of irradiance. */
 struct unseen_cells {
@@ -50,7 +52,7 @@ struct unseen_cells {
     double free_volume;
 };
 
-/* Looks from `samples` (2 or more) points of each cell. The result does not depend on the threads. */
+/* Looks from `samples` (2 or more) points of each cell, which are tetrahedra (error: they are not). The result does not depend on the threads. */
 struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples, uint64_t seed,
                            int threads);
 void unseen_cells_clear(struct unseen_cells *cells);

@@ -245,7 +245,7 @@ static void hand_start(struct hand *h, const double corner[12], const double val
     for (int i = 0; i < 4; i++)
         column_i32(c)[i] = i;
     must(table_add_column(cells, "neighbour", COLUMN_I32, 4, &c));
-    must(baked_open(&h->baked, h->stream));
+    must(baked_open(&h->baked, h->stream, NULL));
 }
 
 static void hand_end(struct hand *h)
@@ -358,6 +358,133 @@ static void test_linear(void)
     report_clear(&r);
     hand_end(&h);
     hand_truth_end(&t);
+}
+
+/* -- ways to interpolate ----------------------------------------------------------------------------- */
+
+/* The value that a way gives a point, of linear_probes at the corners of the unit cell, by its formula. */
+static double by_formula(enum interpolate_kind kind, double radius, const double p[3])
+{
+    double sum = 0, light = 0, nearest = INFINITY, of_nearest = 0;
+    for (int i = 0; i < 4; i++) {
+        const double d = vec3_length(vec3_sub(vec3_load(p), vec3_load(unit_cell + 3 * i))), w = fmax(1 - d / radius, 0);
+        sum += w * w;
+        light += w * w * linear_probes[i];
+        of_nearest = d < nearest ? linear_probes[i] : of_nearest;
+        nearest = fmin(nearest, d);
+    }
+    return kind == INTERPOLATE_SHEPARD ? light / sum : of_nearest;
+}
+
+static void test_kinds(void)
+{
+    static const char *const names[] = {"barycentric", "gradient", "cubic", "nearest", "shepard"};
+    static const double slope[3] = {1, -0.5, 3};
+    enum { N = 2000 };
+    struct hand h;
+    struct hand_truth t;
+    struct column *gradient;
+    hand_start(&h, unit_cell, linear_probes);
+    baked_close(&h.baked);
+    must(table_add_column(stream_table(h.stream, "probe"), "sh_gradient", COLUMN_F32, 81, &gradient));
+    for (size_t i = 0; i < 4 * 81; i++)
+        column_f32(gradient)[i] = i % 27 < 3 ? (float)slope[i % 81 / 27] : 0;
+    hand_truth_start(&t, N, linear, 0, 6);
+    for (int kind = INTERPOLATE_BARYCENTRIC; kind <= INTERPOLATE_SHEPARD; kind++) {
+        const struct interpolate_settings how = {.kind = (enum interpolate_kind)kind, .falloff = INTERPOLATE_FALL_QUADRATIC, .radius = 1.5};
+        must(baked_open(&h.baked, h.stream, &how));
+        struct report r = measured(&h, &t.truth);
+        if (kind <= INTERPOLATE_CUBIC) {
+            ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a linear field (%.1g)", names[kind], got(&r, "rms_relative", "all"));
+        } else {
+            double square = 0;
+            for (size_t i = 0; i < N; i++)
+                square += pow(by_formula(how.kind, how.radius, t.position + 3 * i) - linear(t.position + 3 * i), 2) / N;
+            const double rms = unit_light() * sqrt(square);
+            ok(rms > 0.1 && fabs(got(&r, "rms", "all") / rms - 1) < 1e-5, "%s: the error in a linear field is that of its formula, %.4f", names[kind], rms);
+        }
+        ok(got(&r, "points", "inside-hull") == N && got(&r, "points", "all-seen") == N, "%s: hull and sight are those of the cells", names[kind]);
+        report_clear(&r);
+        baked_close(&h.baked);
+    }
+    hand_truth_end(&t);
+    hand_end(&h);
+}
+
+/* A stream of probes with light, and cells where `table` is not NULL. */
+static struct stream *stream_of(size_t count, const double *position, light_field *field, const char *table)
+{
+    struct stream *s;
+    struct table *probes, *cells;
+    struct column *c;
+    must(stream_create(&s));
+    must(stream_add_table(s, "probe", &probes));
+    must(table_resize(probes, count));
+    must(table_add_column(probes, "position", COLUMN_F64, 3, &c));
+    memcpy(c->data, position, 3 * count * sizeof *position);
+    must(table_add_column(probes, "sh", COLUMN_F32, 3, &c));
+    for (size_t i = 0; i < 3 * count; i++)
+        column_f32(c)[i] = (float)field(position + i / 3 * 3);
+    if (!table)
+        return s;
+    must(stream_add_table(s, table, &cells));
+    must(table_resize(cells, 1));
+    must(table_add_column(cells, "vertex", COLUMN_I32, count, &c));
+    for (size_t i = 0; i < count; i++)
+        column_i32(c)[i] = (int32_t)i;
+    must(table_add_column(cells, "neighbour", COLUMN_I32, count, NULL));
+    return s;
+}
+
+static void test_grid(void)
+{
+    static const double corner[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+    struct hand h = {.stream = stream_of(8, corner, linear, NULL)};
+    struct hand_truth t;
+    hand_truth_start(&t, 500, linear, 0, 7);
+    must(baked_open(&h.baked, h.stream, &(struct interpolate_settings){.kind = INTERPOLATE_TRILINEAR}));
+    struct report r = measured(&h, &t.truth);
+    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "points", "inside-hull") == 500, "trilinear, without cells: no error in a linear field (%.1g)",
+       got(&r, "rms_relative", "all"));
+    ok(isnan(got(&r, "unseen", "all")) && isnan(got(&r, "points", "all-seen")) && isnan(got(&r, "capture_noise", "all")),
+       "what takes cells to know is not reported");
+    report_clear(&r);
+    hand_truth_end(&t);
+    hand_end(&h);
+}
+
+static double planar(const double p[3])
+{
+    return 2 + p[0] - 0.5 * p[1];
+}
+
+static double collinear(const double p[3])
+{
+    return 2 + p[0];
+}
+
+static void test_flat(int corners)
+{
+    static const char *const tables[] = {NULL, "point", "segment", "tri"};
+    light_field *const fields[] = {NULL, three, collinear, planar}; /* alike along what the probes do not span */
+    struct hand h = {.stream = stream_of((size_t)corners, unit_cell, fields[corners], tables[corners])};
+    struct hand_truth t;
+    struct unseen_cells cells;
+    hand_truth_start(&t, 500, fields[corners], 0, 8);
+    must(baked_open(&h.baked, h.stream, NULL));
+    struct report r = measured(&h, &t.truth);
+    ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a field that it spans (%.1g)", tables[corners], got(&r, "rms_relative", "all"));
+    report_clear(&r);
+    hand_truth_end(&t);
+    hand_truth_start(&t, 500, linear, 0, 8);
+    r = measured(&h, &t.truth);
+    ok(got(&r, "rms", "all") > 0.1 && got(&r, "unseen", "all") == 0, "%s: and one in a field that it does not; its probes are seen", tables[corners]);
+    report_clear(&r);
+    hand_truth_end(&t);
+    struct error *err = unseen_cells(&cells, nothing.tracer, &h.baked, 8, 1, 1);
+    ok(err && strstr(error_message(err), "tetrahedra alone"), "%s: leaks are measured of tetrahedra alone", tables[corners]);
+    error_destroy(err);
+    hand_end(&h);
 }
 
 /* One of the probes is off by 1: over a cell the mean of its weight is 1/4, of the weight's square 1/10 (the moments of a uniform
@@ -497,7 +624,7 @@ static void test_causes(void)
     must(table_add_column(stream_table(h.stream, "probe"), "sh_error", COLUMN_F32, 27, &error));
     for (size_t i = 0; i < 4 * 27; i++)
         column_f32(error)[i] = i % 27 < 3 ? 0.25f : 0;
-    must(baked_open(&h.baked, h.stream));
+    must(baked_open(&h.baked, h.stream, NULL));
     hand_truth_start(&t, 4000, linear, 0, 4);
     struct report r = measured(&h, &t.truth);
     ok(fabs(got(&r, "capture_noise", "all") / (0.25 * unit_light() * sqrt(0.4)) - 1) < 0.02, "the capture's noise, blended: %.4f", got(&r, "capture_noise", "all"));
@@ -654,6 +781,10 @@ int main(void)
     test_normals();
     test_distance();
     test_linear();
+    test_kinds();
+    test_grid();
+    for (int corners = 1; corners <= 3; corners++)
+        test_flat(corners);
     test_wrong_probe();
     test_parts();
     test_noise();

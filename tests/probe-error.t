@@ -111,6 +111,40 @@ probe-error -q --tsv --points 10 --truth-rays 16 --path way.txt --step 0.25 "$ro
 holds "change along a given path, in steps no longer than asked for" '$1 == 1 && $2 == 8 + 24 && $3 == 0.25' "$(figure paths all way)" \
     "$(figure change_steps all way)" "$(figure step all way)"
 
+# -- what is measured is what probe-query answers -----------------------------------------------------------------------
+probe-place grid -q --spacing 1.2 "$rooms" | probe-capture -q --rays 64 --bounces 8 --columns sh_gradient "$rooms" | probe-tet >sloped.probe
+probe-error -q --tsv --paths 0 --points 60 --truth-rays 16 --leak-samples 0 --truth way.truth "$rooms" sloped.probe >barycentric
+for how in "barycentric" "barycentric --outside nearest" gradient cubic "nearest" "shepard --radius 2 --falloff cubic"; do
+    # shellcheck disable=SC2086 # $how is options
+    probe-error -q --paths 0 --leak-samples 0 --truth way.truth --map how.probe --text --interpolate $how "$rooms" sloped.probe >/dev/null
+    sed '1,/^table probe/d; /^end/d' how.probe >how.map
+    # shellcheck disable=SC2086
+    cut -d ' ' -f 1-3 how.map | probe-query -q --interpolate $how sloped.probe - | paste -d ' ' how.map - |
+        awk '{ e = 3.14159265358979 * 0.28209479177388 * (0.2126 * $10 + 0.7152 * $11 + 0.0722 * $12) - $5 - $6; off = e * e > off ? e * e : off; n++ } END { print n, off }' >how.off
+    holds "$how: the light that is measured is probe-query's" '$1 == 60 && $2 < 1e-10' "$(cat how.off)"
+    cksum <how.map >>how.sums
+done
+check "each way is another" sh -c "[ \$(sort -u how.sums | wc -l) -eq 6 ]"
+probe-cat --tables probe sloped.probe >loose.probe
+check "nearest needs no cells, and says what it cannot know" sh -c "probe-error --tsv --truth way.truth --interpolate nearest '$rooms' loose.probe >loose 2>err &&
+    grep -q '^rms	all' loose && ! grep -q '^unseen\|^leak' loose && grep -q 'tetrahedra alone, and there are no cells' err"
+refused 1 "run probe-tet" probe-error -q --truth way.truth "$rooms" loose.probe
+refused 1 "--columns sh_gradient" probe-error -q --interpolate cubic --truth rooms.truth "$rooms" cells.probe
+refused 2 "need --interpolate shepard" probe-error -q --radius 1 "$rooms" cells.probe
+
+# -- probes in a plane, on a line, in one place --------------------------------------------------------------------------
+awk 'BEGIN { for (x = 0.5; x < 5; x++) for (z = 0.5; z < 4; z++) print x, 1.5, z }' >plane.txt
+grep ' 0.5$' plane.txt >line.txt
+head -n 1 line.txt >one.txt
+for flat in "plane triangles" "line segments" "one point"; do
+    file=${flat% *}
+    probe-place points $file.txt | probe-capture -q --rays 64 --bounces 8 "$rooms" | probe-tet -q >$file.probe
+    probe-error --tsv --truth way.truth "$rooms" $file.probe >$file 2>err
+    holds "$file: its error is measured" '$1 > 0 && $1 < 10 && $2 >= 0 && $2 <= 1' "$(figure rms_relative all $file)" "$(figure unseen all $file)"
+    check "$file: leaks of tetrahedra alone, and that is said" sh -c "! grep -q '^leak' $file && grep -q 'leaks are measured of tetrahedra alone.*${flat#* }' err"
+    refused 1 "--output marks where tetrahedra leak" probe-error -q --truth way.truth -o x.probe "$rooms" $file.probe
+done
+
 # -- forms of the report ------------------------------------------------------------------------------------------------
 probe-error -q --points 150 --paths 2 --truth rooms.truth "$rooms" cells.probe >table
 check "the table names each part and each measure" sh -c "for w in inside-hull outside-hull 'surface .* \.\. ' lit dark unseen 'share of weight' 'change of light' 'worst at'; do grep -q -- \"\$w\" table || exit 1; done"

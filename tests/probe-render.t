@@ -75,6 +75,18 @@ check "probes and cells are drawn" sh -c "! cmp -s drawn.png probes.png"
 check "probes that are not captured, too" sh -c "probe-place grid -q --count 60 '$scene' | probe-render $view -m none --draw-probes 0.05 -o placed.png '$scene' - && ! cmp -s placed.png none.png"
 refused 1 "run probe-tet" sh -c "probe-place grid -q --count 60 '$scene' | probe-render $view -m none --draw-cells -o x.png '$scene' -"
 
+# Ways to interpolate, probes in a plane
+render nearest.png --interpolate nearest "$scene" baked.probe
+check "another way to interpolate is another picture" sh -c "! cmp -s nearest.png probes.png"
+probe-cat --tables probe baked.probe >alone.probe
+check "and nearest needs no cells" sh -c "probe-render $view --interpolate nearest --offset 0.2 -o a.png '$scene' alone.probe && probe-render $view --interpolate nearest --offset 0.2 -o b.png '$scene' baked.probe && cmp a.png b.png"
+check "outside of the hull, another picture" sh -c "probe-render $view --outside nearest -o outside.png '$scene' baked.probe && ! cmp -s outside.png probes.png"
+refused 2 "need --interpolate shepard" render x.png --radius 1 "$scene" baked.probe
+refused 1 "--columns sh_gradient" render x.png --interpolate cubic "$scene" baked.probe
+awk 'BEGIN { for (x = 0.5; x < 5; x++) for (z = 0.5; z < 4; z++) print x, 1.5, z }' >plane.txt
+probe-place points plane.txt | probe-capture -q --rays 16 "$scene" | probe-tet -q >plane.probe
+check "probes in a plane, with their triangles" render plane.png --draw-cells --draw-probes auto "$scene" plane.probe
+
 # An object's way
 printf '# a way\n1 1 1\n\n2 1 2\n3 1 3\n' >path.txt
 check "frames side by side" sh -c "probe-render $view --path path.txt --object-radius .3 -o sheet.png '$scene' baked.probe && head -c 24 sheet.png | od -An -v -tu1 | tr -s ' \n' ' ' | grep -q ' 0 0 0 96 0 0 0 64'"

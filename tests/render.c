@@ -138,9 +138,9 @@ static void test_furnace(void)
     for (int k = 0; k < 3; k++)
         sh[k] = truth[k] * sqrt(4 * PI);
     struct stream *s = even_cell(4, 1, sh);
-    struct lookup lookup;
-    must(lookup_create(&lookup, s, true));
-    r.lookup = &lookup;
+    struct baked baked;
+    must(baked_open(&baked, s, NULL));
+    r.baked = &baked;
     r.samples = 2;
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
     ok(off(&p, truth) < 1e-6, "furnace: so it is by probes that hold it (%.1e)", off(&p, truth));
@@ -160,7 +160,7 @@ static void test_furnace(void)
     ok(z < 5, "furnace: direct light alone is e (1 + a) (%.2f standard errors)", z);
     picture_clear(&p);
     picture_clear(&variance);
-    lookup_clear(&lookup);
+    baked_close(&baked);
     stream_destroy(s);
     bench_clear(&b);
 }
@@ -193,9 +193,9 @@ static void test_floor(void)
         sh[3 + k] = (k + 1) * sqrt(0.75 * PI); /* pi sqrt(3 / 4 pi), of y */
     }
     struct stream *s = even_cell(2, 3, sh);
-    struct lookup lookup;
-    must(lookup_create(&lookup, s, true));
-    r.lookup = &lookup;
+    struct baked baked;
+    must(baked_open(&baked, s, NULL));
+    r.baked = &baked;
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
     ok(off(&p, truth) < 1e-6, "by probes that hold that sky: the same (%.1e)", off(&p, truth));
     picture_clear(&p);
@@ -203,14 +203,14 @@ static void test_floor(void)
     const double twice[3] = {2 * truth[0], 2 * truth[1], 2 * truth[2]};
     ok(off(&p, twice) < 1e-6, "mixed: direct light and what the probes hold add up");
     picture_clear(&p);
-    lookup_clear(&lookup);
+    baked_close(&baked);
     must(header_set_key(&s->header, "sh-content", "irradiance"));
-    must(lookup_create(&lookup, s, true));
+    must(baked_open(&baked, s, NULL));
     double rgb[3];
-    int32_t cell = LOOKUP_COLD;
-    lookup_irradiance(&lookup, &cell, (const double[3]){0, 0.1, 0}, (const double[3]){0, 1, 0}, rgb);
+    struct probe_place place = {.cell = PROBE_COLD};
+    baked_irradiance(&baked, &place, (const double[3]){0, 0.1, 0}, (const double[3]){0, 1, 0}, rgb);
     ok(fabs(rgb[0] - (0.5 + 0.75)) < 1e-6, "a stream of irradiance is not convolved again");
-    lookup_irradiance(&lookup, &cell, (const double[3]){0, 0.1, 0}, (const double[3]){0, -1, 0}, rgb);
+    baked_irradiance(&baked, &place, (const double[3]){0, 0.1, 0}, (const double[3]){0, -1, 0}, rgb);
     ok(rgb[0] == 0, "and what is below 0 is 0");
     /* Camera rays that meet nothing */
     const struct camera up = camera_at(0, 1, 0, 0, 2, 0.1, 40, 8, 8);
@@ -229,7 +229,71 @@ static void test_floor(void)
     must(render_picture(&r, RENDER_TRUTH, &p, NULL, NULL));
     ok(off(&p, truth) < 1e-6, "one that is far away sees the floor all the same");
     picture_clear(&p);
-    lookup_clear(&lookup);
+    baked_close(&baked);
+    stream_destroy(s);
+    bench_clear(&b);
+}
+
+/* Probes in a plane, with light that rises along x, over a floor: each pixel has the light of the place below which it is. */
+static void test_plane(void)
+{
+    static const double corner[9] = {-5, 0.5, -5, 15, 0.5, -5, -5, 0.5, 15};
+    struct bench b;
+    bench_start(&b);
+    add_floor(&b, 1, 0, material(0.6f, 0));
+    bench_finish(&b, 8);
+    struct stream *s = NULL;
+    struct table *probes = NULL, *cells = NULL;
+    struct column *c = NULL;
+    must(stream_create(&s));
+    must(stream_add_table(s, "probe", &probes));
+    must(table_resize(probes, 3));
+    must(table_add_column(probes, "position", COLUMN_F64, 3, &c));
+    memcpy(c->data, corner, sizeof corner);
+    must(table_add_column(probes, "sh", COLUMN_F32, 3, &c));
+    for (size_t i = 0; i < 9; i++)
+        column_f32(c)[i] = (float)(corner[i / 3 * 3] + 10);
+    must(stream_add_table(s, "tri", &cells));
+    must(table_resize(cells, 1));
+    must(table_add_column(cells, "vertex", COLUMN_I32, 3, &c));
+    for (int i = 0; i < 3; i++)
+        column_i32(c)[i] = i;
+    must(table_add_column(cells, "neighbour", COLUMN_I32, 3, NULL));
+    const struct camera camera = camera_at(0, 1, 0, 0, 0, 0, 40, 24, 16);
+    struct render r = render_of(&b, &camera, 4);
+    struct baked baked;
+    struct picture p;
+    must(baked_open(&baked, s, NULL));
+    must(baked_complete(&baked));
+    r.baked = &baked;
+    must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
+    size_t right = 0;
+    double spread = 0;
+    for (size_t i = 0; i < 24 * 16; i++) {
+        double end[2];
+        for (int side = 0; side < 2; side++) {
+            const struct vec3 d = camera_direction(&camera, (double)(i % 24) + side, (double)(i / 24) + 0.5);
+            end[side] = 0.6 * sqrt(1 / (4 * PI)) * (10 - d.x / d.y); /* albedo Y_00 (x + 10) where the ray meets the floor */
+        }
+        const double light = (double)p.rgb[3 * i];
+        right += light >= fmin(end[0], end[1]) - 1e-6 && light <= fmax(end[0], end[1]) + 1e-6;
+        spread = fmax(spread, light / (0.6 * sqrt(1 / (4 * PI)) * 10) - 1);
+    }
+    ok(right == 24 * 16 && spread > 0.04, "by probes in a plane: each pixel is as bright as the plane above it (%zu)", right);
+    picture_clear(&p);
+    double spacing = 0;
+    must(overlay_spacing(s, &spacing));
+    ok(spacing == 20, "the median of a triangle's sides is their distance (%g)", spacing);
+    struct overlay o = {0};
+    must(overlay_create(&o, &r, s, &baked, &(struct overlay_settings){.cells = true}));
+    overlay_clear(&o);
+    baked_close(&baked);
+    column_f32(table_column(stream_table(s, "probe"), "sh"))[6] = NAN;
+    must(baked_open(&baked, s, NULL));
+    struct error *err = baked_complete(&baked);
+    ok(err && strstr(error_message(err), "probe 2 has no light"), "a probe without light is told");
+    error_destroy(err);
+    baked_close(&baked);
     stream_destroy(s);
     bench_clear(&b);
 }
@@ -266,11 +330,11 @@ static void test_sphere(void)
     for (int i = 0; i < 27; i++)
         sh[i] = y[i / 3] * (i % 3 + 1);
     struct stream *s = even_cell(5, 3, sh);
-    struct lookup lookup;
-    must(lookup_create(&lookup, s, true));
+    struct baked baked;
+    must(baked_open(&baked, s, NULL));
     const struct camera camera = camera_at(0.1, 0.4, 3, 0.1, 0.2, -0.1, 25, 24, 24);
     struct render r = render_of(&b, &camera, 256);
-    r.lookup = &lookup;
+    r.baked = &baked;
     r.object = object_at(&object, centre, false);
     struct picture p;
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
@@ -299,9 +363,9 @@ static void test_sphere(void)
         for (int k = 0; k < 3; k++)
             rising[12 * i + k] = (float)((i == 1 ? 15.0 : -5.0) + 10); /* x + 10 at the probes of size 5 */
     struct stream *linear = one_cell(5, 2, rising);
-    struct lookup by_place;
-    must(lookup_create(&by_place, linear, true));
-    r.lookup = &by_place;
+    struct baked by_place;
+    must(baked_open(&by_place, linear, NULL));
+    r.baked = &by_place;
     r.samples = 64;
     const double e = sqrt(PI) / 2 * (0.1 + 10) * 0.8 / PI, all[3] = {e, e, e}; /* pi Y_00 (x + 10) albedo / pi */
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
@@ -315,9 +379,9 @@ static void test_sphere(void)
     ok(slope > 0.3 && slope < 0.45, "or, per pixel, that of each point (it rises by %.3f of 7 pixels' 0.37)", slope);
     picture_clear(&p);
 
-    lookup_clear(&by_place);
+    baked_close(&by_place);
     stream_destroy(linear);
-    lookup_clear(&lookup);
+    baked_close(&baked);
     stream_destroy(s);
     object_clear(&object);
     bench_clear(&b);
@@ -445,12 +509,12 @@ static void test_overlay(void)
     double *position = column_f64(table_column(stream_table(s, "probe"), "position"));
     const double place[12] = {-1, 0, -10, 1, 0, -10, -1, 2, -10, -1, 0, 10}; /* two left, one behind the wall, one behind the eye */
     memcpy(position, place, sizeof place);
-    struct lookup lookup;
-    must(lookup_create(&lookup, s, false));
+    struct baked baked;
+    must(baked_open_probes(&baked, s));
     const struct camera camera = camera_at(0, 0, 0, 0, 0, -1, 45, 320, 200);
     struct render r = render_of(&b, &camera, 1);
     struct overlay o = {0};
-    must(overlay_create(&o, &r, s, &lookup, &(struct overlay_settings){.probe_radius = 0.5}));
+    must(overlay_create(&o, &r, s, &baked, &(struct overlay_settings){.probe_radius = 0.5}));
     /* A sphere's outline is a cone; a plane at distance 1 cuts it in an ellipse of half axes tan(a) and sin-like width: by counting rays. */
     double count = 0;
     for (size_t py = 0; py < 200 * 4; py++)
@@ -482,7 +546,7 @@ static void test_overlay(void)
         right += i % 320 > 170 && i / 320 > 92 && i / 320 < 98 ? (double)o.share.rgb[3 * i + 1] : 0;
     ok(right == 0, "and none goes through a wall");
     overlay_clear(&o);
-    lookup_clear(&lookup);
+    baked_close(&baked);
     stream_destroy(s);
     bench_clear(&b);
 }
@@ -534,6 +598,7 @@ int main(void)
     test_camera();
     test_furnace();
     test_floor();
+    test_plane();
     test_sphere();
     test_moving();
     test_lamp();

@@ -4,7 +4,7 @@
 #include "cell.h"
 #include "error.h"
 #include "lattice.h"
-#include "locate.h"
+#include "mesh.h"
 #include "point_sets.h"
 #include "random.h"
 #include "tap.h"
@@ -65,6 +65,13 @@ static void must(struct error *err)
         bail("%s", error_message(err));
 }
 
+/* A volume of the cells that were made, as programs use it; light outside is that of the hull's nearest point. */
+static struct error *volume_of(const struct tetra *t, size_t n, const double *p, struct probe_volume **volume)
+{
+    const struct probe_mesh mesh = {.probes = n, .position = p, .corners = 4, .cells = t->cell_count, .vertex = t->vertex, .neighbour = t->neighbour};
+    return mesh_volume(&mesh, PROBE_NEAREST, volume);
+}
+
 static double linear(const double *p)
 {
     return 3 + 2 * p[0] - p[1] + 0.5 * p[2];
@@ -91,24 +98,24 @@ static void test_shapes(void)
             struct tetra_verdict verdict;
             must(tetra_verify(&t, n, p, &verdict));
             delaunay += t.stretched ? 0 : verdict.not_delaunay;
-            struct locate *l = NULL;
-            must(locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour));
-            struct locate_weights w = {.cell = LOCATE_COLD};
+            struct probe_volume *l = NULL;
+            must(volume_of(&t, n, p, &l));
+            struct probe_place w = {.cell = PROBE_COLD};
             for (int i = 0; i < 200; i++) { /* inside: between two probes */
                 const double *a = p + 3 * (random_u32(&r) % n), *b = p + 3 * (random_u32(&r) % n), s = random_double(&r);
                 double q[3], got = 0, sum = 0, scale = 0;
                 for (int k = 0; k < 3; k++)
                     q[k] = a[k] + s * (b[k] - a[k]);
-                locate_point(l, q, &w);
+                probe_volume_locate(l, q, &w);
                 for (int k = 0; k < 4; k++) {
                     sum += w.weight[k];
-                    got += w.weight[k] * linear(p + 3 * (size_t)w.vertex[k]);
-                    scale = fmax(scale, fabs(linear(p + 3 * (size_t)w.vertex[k]) - linear(p)));
+                    got += w.weight[k] * linear(p + 3 * (size_t)w.probe[k]);
+                    scale = fmax(scale, fabs(linear(p + 3 * (size_t)w.probe[k]) - linear(p)));
                 }
                 worst_sum = fmax(worst_sum, fabs(sum - 1));
                 worst_field = fmax(worst_field, fabs(got - linear(q)) / (scale + 1e-300 + 1e-9 * fabs(linear(q))));
             }
-            locate_destroy(l);
+            probe_volume_destroy(l);
             tetra_clear(&t);
         }
         ok(!broken && sets >= 8, "%s: %zu sets are meshed and pass the exact checker", shape_names[shape], sets);
@@ -372,38 +379,38 @@ static void test_outside(void)
     struct random r = random_start(6, 0, 0);
     const size_t n = make(RANDOM, 200, &r, p);
     struct tetra t;
-    struct locate *l = NULL;
+    struct probe_volume *l = NULL;
     must(tetra_build(&t, n, p, NULL));
-    must(locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour));
+    must(volume_of(&t, n, p, &l));
     double worst = 0, worst_step = 0;
     bool flags = true, same = true;
-    struct locate_weights w = {.cell = LOCATE_COLD}, cold;
+    struct probe_place w = {.cell = PROBE_COLD}, cold;
     for (int i = 0; i < 300; i++) {
         const double q[3] = {4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5};
-        locate_point(l, q, &w);
+        probe_volume_locate(l, q, &w);
         double at[3] = {0};
         for (int k = 0; k < 4; k++)
             for (int m = 0; m < 3; m++)
-                at[m] += w.weight[k] * p[3 * (size_t)w.vertex[k] + (size_t)m];
+                at[m] += w.weight[k] * p[3 * (size_t)w.probe[k] + (size_t)m];
         const double distance = sqrt((at[0] - q[0]) * (at[0] - q[0]) + (at[1] - q[1]) * (at[1] - q[1]) + (at[2] - q[2]) * (at[2] - q[2]));
         flags = flags && fabs(distance - w.distance) < 1e-9 && w.inside == (w.distance == 0);
         if (!w.inside)
             worst = fmax(worst, w.distance - raster_distance(&t, p, q));
-        cold = (struct locate_weights){.cell = LOCATE_COLD};
-        locate_point(l, q, &cold);
+        cold = (struct probe_place){.cell = PROBE_COLD};
+        probe_volume_locate(l, q, &cold);
         double other[3] = {0};
         for (int k = 0; k < 4; k++)
             for (int m = 0; m < 3; m++)
-                other[m] += cold.weight[k] * p[3 * (size_t)cold.vertex[k] + (size_t)m];
+                other[m] += cold.weight[k] * p[3 * (size_t)cold.probe[k] + (size_t)m];
         same = same && fabs(other[0] - at[0]) + fabs(other[1] - at[1]) + fabs(other[2] - at[2]) < 1e-9 && cold.inside == w.inside;
         /* A small step moves the interpolated place by no more: the nearest point of a convex body. */
         const double q2[3] = {q[0] + 1e-6, q[1], q[2]};
-        locate_point(l, q2, &w);
+        probe_volume_locate(l, q2, &w);
         double moved = 0;
         for (int m = 0; m < 3; m++) {
             double x = -at[m];
             for (int k = 0; k < 4; k++)
-                x += w.weight[k] * p[3 * (size_t)w.vertex[k] + (size_t)m];
+                x += w.weight[k] * p[3 * (size_t)w.probe[k] + (size_t)m];
             moved += x * x;
         }
         worst_step = fmax(worst_step, sqrt(moved) / 1e-6);
@@ -415,32 +422,32 @@ static void test_outside(void)
 
     bool exact = true;
     for (size_t i = 0; i < n; i++) {
-        locate_point(l, p + 3 * i, &w);
+        probe_volume_locate(l, p + 3 * i, &w);
         float value[200], got;
         for (size_t k = 0; k < n; k++)
             value[k] = k == i ? 1 : NAN; /* what has no weight has no say */
         for (int k = 0; k < 4; k++)
             if (w.weight[k] > 0 && w.weight[k] < 1e-9)
-                value[w.vertex[k]] = 0;
-        locate_blend(&w, value, 1, &got);
+                value[w.probe[k]] = 0;
+        probe_blend(&w, value, 1, &got);
         exact = exact && got == 1;
     }
     ok(exact, "at a probe, the light is the probe's");
     const double far[3] = {1e300, -1e300, 1e299};
-    locate_point(l, far, &w);
+    probe_volume_locate(l, far, &w);
     const double sum = w.weight[0] + w.weight[1] + w.weight[2] + w.weight[3];
     ok(!w.inside && fabs(sum - 1) < 1e-12, "a point at 1e300 has weights");
-    locate_destroy(l);
+    probe_volume_destroy(l);
 
     int32_t was = t.vertex[5];
     t.vertex[5] = 1000;
-    struct error *err = locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour);
+    struct error *err = volume_of(&t, n, p, &l);
     ok(err && !l, "refused: %s", err ? error_message(err) : "");
     error_destroy(err);
     t.vertex[5] = was;
     was = t.neighbour[5];
     t.neighbour[5] = (int32_t)t.cell_count;
-    err = locate_create(&l, n, p, t.cell_count, t.vertex, t.neighbour);
+    err = volume_of(&t, n, p, &l);
     ok(err && !l, "refused: %s", err ? error_message(err) : "");
     error_destroy(err);
     t.neighbour[5] = was;
