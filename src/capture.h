@@ -1,21 +1,22 @@
 /* capture: the light that reaches a probe, with its error and what the rays learned on the way.
  *
- * A probe is a point, whose light is incident radiance as SH; or, where its table has a column `normal`, a surface, whose
- * light is the irradiance of its half of directions, which are drawn by the cosine (Malley's method). A point may as well be asked
- * for the irradiance of surfaces of several normals there, all from the same rays over the whole sphere: exact where SH is cut off, and
- * cheaper than as many surfaces.
+ * A probe is a point, whose light is incident radiance as SH; or, where its table has a column `normal`, a surface, whose light
+ * is the irradiance of its half of directions, which are drawn by the cosine (Malley's method). A point may as well be asked
+ * for the irradiance of surfaces of several normals there, all from the same rays over the whole sphere: exact where SH is cut
+ * off, and cheaper than as many surfaces.
  *
  * The directions are cut into cells of equal probability, with one independent sample in each: no other stratification has less
- * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the
- * difference between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's variance and
- * what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
- * "Sampling Techniques", 1977, sec. 5A.12). The largest of these differences counts twice: light that few rays find is missed by most
- * probes, and what a probe has not seen is about as large as the largest that it has. Emissive surfaces are asked in cells of their own (path_lights), and so is an uneven sky. Point,
- * spot and sun lights enter as deltas in their direction. Sums are in double.
+ * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the difference
+ * between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's
+ * variance and what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
+ * "Sampling Techniques", 1977, sec. 5A.12). The largest of these differences counts twice: light that few rays find is missed
+ * by most probes, and what a probe has not seen is about as large as the largest that it has. Emissive surfaces are asked in
+ * cells of their own (path_lights), and so is an uneven sky. Point, spot and sun lights enter as deltas in their direction.
+ * Sums are in double.
  *
- * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays
- * add up; none is thrown away. N rays make at least N cells: about sqrt(N / 3) rows in z, 3 times as many
- * columns in phi, both even. A probe's result depends on the scene, the settings and its position alone.
+ * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays add up; none is
+ * thrown away. N rays make at least N cells: about sqrt(N / 3) rows in z, 3 times as many columns in phi, both even. A probe's
+ * result depends on the scene, the settings and its position alone.
  */
 #ifndef CAPTURE_H
 #define CAPTURE_H

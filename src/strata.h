@@ -1,10 +1,12 @@
 /* strata: sums of stratified samples of light, and how far off they may be.
  *
- * The light of a receiver is a vector of products, light times function: the SH basis in the sample's direction for a point, the cosine
- * alone for a surface, the cosines to several normals where they are asked for; in red, green, blue and, where it is wanted, luminance. There is one sample in each cell, so none knows its own variance. Cells come
- * in fours, 2 by 2, and a four is judged by the difference between its diagonals (capture.h says why, and why the largest counts twice).
+ * The light of a receiver is a vector of products, light times function: the SH basis in the sample's direction for a point,
+ * the cosine alone for a surface, the cosines to several normals where they are asked for; in red, green, blue and, where it is
+ * wanted, luminance. There is one sample in each cell, so none knows its own variance. Cells come in fours, 2 by 2, and a four
+ * is judged by the difference between its diagonals (capture.h says why, and why the largest counts twice).
  *
- * Sums are in double, in STRATA_LANES partial sums, so that several fours are added by each instruction; always in the same order.
+ * Sums are in double, in STRATA_LANES partial sums, so that several fours are added by each instruction; always in the same
+ * order.
  */
 #ifndef STRATA_H
 #define STRATA_H

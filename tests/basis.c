@@ -2,42 +2,11 @@
 #include "basis.h"
 #include "content.h"
 #include "error.h"
-#include "sh.h"
+#include "sh_light.h"
 #include "stream.h"
 #include "tap.h"
 
 #include <string.h>
-
-#define PI 3.14159265358979323846
-
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
-static uint64_t state = 1;
-
-static double draw(void)
-{
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(state >> 11) * 0x1p-53;
-}
-
-static void draw_direction(double d[3])
-{
-    const double z = 2 * draw() - 1, s = sqrt(1 - z * z), phi = 2 * PI * draw();
-    d[0] = s * cos(phi), d[1] = s * sin(phi), d[2] = z;
-}
-
-static void add_delta(int order, float *sh, const double d[3], const double rgb[3])
-{
-    double y[SH_COUNT_MAX];
-    sh_basis(order, d, y);
-    for (int i = 0; i < order * order; i++)
-        for (int k = 0; k < 3; k++)
-            sh[3 * i + k] += (float)(y[i] * rgb[k]);
-}
 
 /* A sky and three deltas. */
 static void make_probe(int order, float *sh)
