@@ -447,9 +447,19 @@ static struct error *capture_table(double x, float emission)
 /* Light that overflows 32 bits on its way is refused, with what helps; so is a probe from where no ray can come. */
 static void test_refused(void)
 {
-    struct error *err = capture_table(0.1, 1e38f);
+    struct error *err = capture_table(0.1, 3e37f); /* the lamps can be held, what they give the probe cannot */
+    ok(err && strstr(error_message(err), "probe 0") && strstr(error_message(err), "--light-scale"), "radiance of 3e37: %s",
+       err ? error_message(err) : "not refused");
+    error_destroy(err);
+    struct bench b;
+    bench_start(&b);
+    add_cube(&b, 1, material(0.5f, 1e38f));
+    must(scene_finish(b.scene, &b.settings, NULL));
+    must(trace_create(&b.tracer, b.scene));
+    err = path_create(&b.path, b.tracer, 64);
     ok(err && strstr(error_message(err), "--light-scale"), "radiance of 1e38: %s", err ? error_message(err) : "not refused");
     error_destroy(err);
+    bench_clear(&b);
     static const double far[] = {1e16, 1e19, 1e40, 1e300};
     for (int i = 0; i < 4; i++) {
         err = capture_table(far[i], 1);
