@@ -40,7 +40,8 @@ static inline double coordinates_of(const struct probe_volume *v, const double p
     if (v->scale > 0) {
         for (int k = 0; k < 3; k++)
             coordinates[k] = point[k] * v->scale - v->shift[k];
-        if (fabs(coordinates[0]) <= reach && fabs(coordinates[1]) <= reach && fabs(coordinates[2]) <= reach)
+        const double sure = reach - 0x1p42; /* however far the middle of the probes is from the lattice's origin */
+        if (fabs(coordinates[0]) <= sure && fabs(coordinates[1]) <= sure && fabs(coordinates[2]) <= sure)
             return 0;
     }
     return far_coordinates(v, point, coordinates);
@@ -53,12 +54,13 @@ double volume_coordinates(const struct probe_volume *v, const double point[3], d
 
 static double far_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
 {
-    double most = 0, size = 0;
+    double middle[3], most = 0, size = 0;
     for (int k = 0; k < 3; k++) {
+        middle[k] = (v->low[k] + v->high[k]) / 2;
         coordinates[k] = v->scale > 0          ? point[k] * v->scale - v->shift[k]
                          : v->lattice.step > 0 ? point[k] / v->lattice.step - v->shift[k]
                                                : 0;
-        const double here = fabs(coordinates[k]), there = fabs(point[k]);
+        const double here = fabs(coordinates[k] - middle[k]), there = fabs(point[k]);
         most = here > most || here != here ? here : most;
         size = there > size ? there : size;
     }
@@ -66,9 +68,10 @@ static double far_coordinates(const struct probe_volume *v, const double point[3
         return 0;
     const bool counted = most < INFINITY; /* else the point is so far out that its coordinates overflow */
     double square = 0;
-    for (int k = 0; k < 3; k++) {
-        const double along = counted ? coordinates[k] / most : point[k] / size;
-        coordinates[k] = along * reach;
+    for (int k = 0; k < 3; k++) { /* towards the middle, but what lies before a side of the probes' box stays where it is before it */
+        const double off = coordinates[k] - middle[k], along = counted ? off / most : point[k] / size;
+        const double within = fmin(fabs(off), v->high[k] - middle[k]);
+        coordinates[k] = middle[k] + copysign(fmax(within, fabs(along) * reach), off);
         square += along * along;
     }
     return fmin((counted ? most * v->lattice.step : size) * sqrt(square), DBL_MAX);
