@@ -27,12 +27,6 @@ struct lattice lattice_fit(size_t count, const double *position)
     return lattice;
 }
 
-void lattice_coordinates(const struct lattice *lattice, const double position[3], double coordinates[3])
-{
-    for (int k = 0; k < 3; k++)
-        coordinates[k] = lattice->step > 0 ? (position[k] - lattice->origin[k]) / lattice->step : 0;
-}
-
 void lattice_snap(const struct lattice *lattice, const double position[3], double site[3])
 {
     for (int k = 0; k < 3; k++) /* world steps first: exact, and the same whatever the origin */

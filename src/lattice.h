@@ -24,9 +24,6 @@ struct lattice lattice_fit(size_t count, const double *position);
 /* The lattice's coordinates of a position: whole numbers for the probes themselves. */
 void lattice_snap(const struct lattice *lattice, const double position[3], double site[3]);
 
-/* The same without rounding, for points between the probes. */
-void lattice_coordinates(const struct lattice *lattice, const double position[3], double coordinates[3]);
-
 /* Six times the signed volume of a cell of sites, exactly; positive where p1-p0, p2-p0, p3-p0 are right-handed. */
 __extension__ typedef __int128 lattice_volume;
 lattice_volume lattice_orient(const double p0[3], const double p1[3], const double p2[3], const double p3[3]);
