@@ -389,6 +389,15 @@ static struct error *gather(struct sites *sites, size_t count, const double *pos
     return err;
 }
 
+/* What the sites span, within a tolerance (steps). */
+static void find_span(struct sites *sites, double tolerance)
+{
+    const struct span span = span_of(sites->count, sites->site);
+    sites->corners = sites->count == 1 ? 1 : span.width <= tolerance ? 2 : span.height <= tolerance ? 3 : 4;
+    axes_of(&span, sites->corners, sites->axis);
+    memcpy(sites->extreme, span.extreme, sizeof span.extreme);
+}
+
 struct error *sites_make(struct sites *sites, size_t count, const double *position, const struct sites_settings *settings)
 {
     *sites = (struct sites){0};
@@ -404,21 +413,12 @@ struct error *sites_make(struct sites *sites, size_t count, const double *positi
     const double reach = settings->merge * side;
     if (!err && reach > 1)
         err = merge_near(sites, count, reach, settings);
-    if (!err) {
-        const double tolerance = step > 0 ? fmax(fmax(4, reach), 4 * number_noise(count, position) / step) : 0;
-        const struct span span = span_of(sites->count, sites->site);
-        sites->corners = sites->count == 1 ? 1 : span.width <= tolerance ? 2 : span.height <= tolerance ? 3 : 4;
-        axes_of(&span, sites->corners, sites->axis);
-        memcpy(sites->extreme, span.extreme, sizeof span.extreme);
-    }
-    const size_t before = sites->count;
-    if (!err && (sites->corners == 3 || sites->corners == 2))
-        err = merge_projected(sites, count, settings);
-    if (!err && sites->count == 1)
-        sites->corners = 1;
-    if (!err && sites->count < before) {
-        const struct span span = span_of(sites->count, sites->site); /* again: an extreme one may be gone */
-        memcpy(sites->extreme, span.extreme, sizeof span.extreme);
+    const double tolerance = step > 0 ? fmax(fmax(4, reach), 4 * number_noise(count, position) / step) : 0;
+    for (size_t before = 0; !err && sites->count != before;) { /* who is merged may have been an extreme one: what is left may span otherwise */
+        before = sites->count;
+        find_span(sites, tolerance);
+        if (sites->corners == 3 || sites->corners == 2)
+            err = merge_projected(sites, count, settings);
     }
     if (err)
         sites_clear(sites);

@@ -252,6 +252,44 @@ static void test_merging(void)
     tetra_clear(&t);
 }
 
+/* Thin boxes of probes, of which so many are merged that what is left may lie in a plane or on a line, and another one than all did:
+ * whatever spans them, they verify. */
+static void test_merging_spans(void)
+{
+    enum { SETS = 3000 };
+    struct random r = random_start(11, 0, 0);
+    struct tetra_settings settings = tetra_settings_default();
+    settings.merge = 0.1;
+    int failed = 0, by_corners[5] = {0};
+    char first[200] = "";
+    for (int set = 0; set < SETS; set++) {
+        double p[3 * 16], side[3];
+        size_t n = 0;
+        for (int k = 0; k < 3; k++)
+            side[k] = (k == 0 ? 1 : 0.3) * random_double(&r);
+        for (int node = 0; node < 18; node++) /* 3 x 3 x 2 nodes, some left out */
+            if (n < 16 && random_u32(&r) % 4) {
+                p[3 * n] = side[0] * (node % 3);
+                p[3 * n + 1] = side[1] * (node / 3 % 3);
+                p[3 * n++ + 2] = side[2] * (double)(node / 9);
+            }
+        struct tetra t;
+        struct tetra_verdict verdict;
+        struct error *err = n ? tetra_make(&t, n, p, &settings, NULL) : NULL;
+        if (!err && n) {
+            by_corners[t.corners]++;
+            err = tetra_verify(&t, n, p, &verdict);
+            tetra_clear(&t);
+        }
+        if (err && !failed++)
+            snprintf(first, sizeof first, "set %d: %s", set, error_message(err));
+        error_destroy(err);
+    }
+    ok(!failed && by_corners[4] > SETS / 20 && by_corners[3] > SETS / 20 && by_corners[2] > SETS / 100,
+       "thin boxes with many merged: %d tetrahedra, %d triangles, %d segments, %d do not verify %s", by_corners[4], by_corners[3], by_corners[2],
+       failed, first);
+}
+
 /* Grids, turned and disturbed: no slivers to speak of, and all of the box. */
 static void test_slivers(void)
 {
@@ -460,6 +498,7 @@ int main(void)
     test_order();
     test_flat();
     test_merging();
+    test_merging_spans();
     test_slivers();
     test_checker();
     test_measure();
