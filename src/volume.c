@@ -136,14 +136,6 @@ static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
 
 /* -- planes and lines ---------------------------------------------------------------------------- */
 
-static int largest(const double a[3])
-{
-    int k = 0;
-    for (int i = 1; i < 3; i++)
-        k = fabs(a[i]) > fabs(a[k]) ? i : k;
-    return k;
-}
-
 static void normalise(double a[3])
 {
     const double length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
@@ -151,39 +143,62 @@ static void normalise(double a[3])
         a[k] /= length;
 }
 
-/* Triangles: the plane's normal is the largest one of a cell. Segments: the line runs between the two ends that are farthest
- * apart along an axis. */
+/* A triangle's area as seen along an axis, twice; a segment's extent along it. Signed, exact. */
+static lattice_volume along_axis(const struct probe_volume *v, size_t cell, int axis)
+{
+    const double *s[3];
+    int64_t d[2][3];
+    for (int i = 0; i < v->corners; i++)
+        s[i] = volume_site(v, volume_vertex(v, cell, i));
+    for (int i = 0; i + 1 < v->corners; i++)
+        for (int k = 0; k < 3; k++)
+            d[i][k] = whole(s[i + 1][k] - s[0][k]);
+    const int x = (axis + 1) % 3, y = (axis + 2) % 3;
+    return v->corners == 2 ? d[0][axis] : (lattice_volume)d[0][x] * d[1][y] - (lattice_volume)d[0][y] * d[1][x];
+}
+
+/* The axis along which cells are seen side by side: all turn (run) the same way, and if they do along several, where they are seen largest.
+ * Probes that were merged into a plane may stand off it by a good part of a cell, so its normal alone does not tell. */
+static int facing_axis(const struct probe_volume *v)
+{
+    int best = 0;
+    bool best_alike = false;
+    double most = -1;
+    for (int axis = 0; axis < 3; axis++) {
+        size_t forth = 0, back = 0;
+        double total = 0;
+        for (size_t cell = 0; cell < v->cells; cell++) {
+            const lattice_volume a = along_axis(v, cell, axis);
+            forth += a > 0;
+            back += a < 0;
+            total += fabs((double)a);
+        }
+        const bool alike = forth == v->cells || back == v->cells;
+        if (alike > best_alike || (alike == best_alike && total > most)) {
+            best = axis;
+            best_alike = alike;
+            most = total;
+        }
+    }
+    return best;
+}
+
+/* Triangles: the plane's normal is the mean of theirs. Segments: the line runs between the two ends that are farthest apart along its axis. */
 static void find_span(struct probe_volume *v)
 {
-    double best = -1;
+    const int facing = v->corners > 1 ? facing_axis(v) : 0;
+    v->axis[0] = v->corners == 3 ? (facing + 1) % 3 : facing;
+    v->axis[1] = (v->axis[0] + 1) % 3;
+    v->axis[2] = (v->axis[0] + 2) % 3;
     for (size_t cell = 0; cell < v->cells && v->corners == 3; cell++) {
-        const double *a = volume_site(v, volume_vertex(v, cell, 0)), *b = volume_site(v, volume_vertex(v, cell, 1)),
-                     *c = volume_site(v, volume_vertex(v, cell, 2));
-        double n[3], square = 0;
+        const bool back = along_axis(v, cell, facing) < 0;
         for (int k = 0; k < 3; k++) {
-            const int i = (k + 1) % 3, j = (k + 2) % 3;
-            n[k] = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
-            square += n[k] * n[k];
-        }
-        if (square > best) {
-            best = square;
-            memcpy(v->normal, n, sizeof n);
-            memcpy(v->origin, a, 3 * sizeof *a);
+            const double area = (double)along_axis(v, cell, k);
+            v->normal[k] += back ? -area : area;
         }
     }
-    if (v->corners == 3) {
-        const int drop = largest(v->normal);
-        v->axis[0] = (drop + 1) % 3;
-        v->axis[1] = (drop + 2) % 3;
-        v->axis[2] = drop;
-    } else {
-        double extent[3];
-        for (int k = 0; k < 3; k++)
-            extent[k] = v->high[k] - v->low[k];
-        v->axis[0] = largest(extent);
-        v->axis[1] = (v->axis[0] + 1) % 3;
-        v->axis[2] = (v->axis[0] + 2) % 3;
-    }
+    if (v->corners == 3)
+        memcpy(v->origin, volume_site(v, volume_vertex(v, 0, 0)), sizeof v->origin);
     int32_t ends[2] = {volume_vertex(v, 0, 0), volume_vertex(v, 0, 0)};
     for (size_t i = 0; i < v->cells && v->corners == 2; i++)
         for (int k = 0; k < 2; k++) {

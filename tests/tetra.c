@@ -68,7 +68,7 @@ static void must(struct error *err)
 /* A volume of the cells that were made, as programs use it; light outside is that of the hull's nearest point. */
 static struct error *volume_of(const struct tetra *t, size_t n, const double *p, struct probe_volume **volume)
 {
-    const struct probe_mesh mesh = {.probes = n, .position = p, .corners = 4, .cells = t->cell_count, .vertex = t->vertex, .neighbour = t->neighbour};
+    const struct probe_mesh mesh = {.probes = n, .position = p, .corners = t->corners, .cells = t->cell_count, .vertex = t->vertex, .neighbour = t->neighbour};
     return mesh_volume(&mesh, PROBE_NEAREST, volume);
 }
 
@@ -253,7 +253,7 @@ static void test_merging(void)
 }
 
 /* Thin boxes of probes, of which so many are merged that what is left may lie in a plane or on a line, and another one than all did:
- * whatever spans them, they verify. */
+ * whatever spans them, they verify, and a volume takes them. */
 static void test_merging_spans(void)
 {
     enum { SETS = 3000 };
@@ -277,8 +277,12 @@ static void test_merging_spans(void)
         struct tetra_verdict verdict;
         struct error *err = n ? tetra_make(&t, n, p, &settings, NULL) : NULL;
         if (!err && n) {
+            struct probe_volume *volume = NULL;
             by_corners[t.corners]++;
             err = tetra_verify(&t, n, p, &verdict);
+            if (!err)
+                err = volume_of(&t, n, p, &volume);
+            probe_volume_destroy(volume);
             tetra_clear(&t);
         }
         if (err && !failed++)
