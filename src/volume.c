@@ -412,6 +412,7 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
     v->steps_most = 64 + (int)(8 * cbrt((double)v->cells));
     v->scale = 1 / v->lattice.step;
     v->scale = v->lattice.step > 0x1p-1000 && v->lattice.step < 0x1p1000 ? v->scale : 0;
+    v->near = v->scale > 0;
     for (int k = 0; k < 3; k++) {
         v->shift[k] = v->lattice.step > 0 ? v->lattice.origin[k] / v->lattice.step : 0;
         v->low[k] = INFINITY;
@@ -420,6 +421,7 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
             v->low[k] = fmin(v->low[k], v->site[3 * i + (size_t)k]);
             v->high[k] = fmax(v->high[k], v->site[3 * i + (size_t)k]);
         }
+        v->near = v->near && fmax(fabs(v->low[k] + v->shift[k]), fabs(v->high[k] + v->shift[k])) < 0x1p50;
     }
     enum probe_status status = check_indices(v, row);
     if (!status && v->corners < 4)

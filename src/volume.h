@@ -54,6 +54,7 @@ struct probe_volume {
     size_t probes, cells;
     struct lattice lattice;
     double scale, shift[3]; /* lattice = scale * position - shift; scale 0: see volume_coordinates */
+    bool near;              /* no probe is 2^50 steps or more from the origin of the scene, and scale is not 0 */
     double low[3], high[3]; /* of the sites */
     int axis[3];            /* fewer than 4 corners: which of the lattice's axes tell places of the plane or line apart */
     double origin[3], normal[3]; /* 3 corners: of the plane; 2 corners: of the line; unit, lattice units */

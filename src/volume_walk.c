@@ -77,6 +77,18 @@ static double far_coordinates(const struct probe_volume *v, const double point[3
     return fmin((counted ? most * v->lattice.step : size) * sqrt(square), DBL_MAX);
 }
 
+/* As lattice_snap does, to the bit, of a point of the probes' box; others stay outside of it. So a probe is found at its site, which in a cell that is a few steps flat
+ * is all the difference. */
+static inline void round_to_lattice(const struct probe_volume *v, const double point[3], double p[3])
+{
+    if (!v->near) {
+        lattice_snap(&v->lattice, point, p);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        p[k] = round_whole(point[k] * v->scale) - v->shift[k];
+}
+
 /* The place of the mesh's plane or line that a point is above, rounded to the lattice along the axes that matter. */
 static void project(const struct probe_volume *v, const double p[3], double q[3])
 {
@@ -252,10 +264,9 @@ static inline bool begin(const struct probe_volume *v, const double point[3], si
         for (int j = 0; j < v->corners - 1; j++)
             within = within && w->p[v->axis[j]] >= v->low[v->axis[j]] && w->p[v->axis[j]] <= v->high[v->axis[j]];
     } else {
-        for (int k = 0; k < 3; k++) {
-            within = within && w->exactly[k] >= v->low[k] - 0.5 && w->exactly[k] <= v->high[k] + 0.5;
-            w->p[k] = round_whole(w->exactly[k]);
-        }
+        round_to_lattice(v, point, w->p);
+        for (int k = 0; k < 3; k++)
+            within = within && w->p[k] >= v->low[k] && w->p[k] <= v->high[k];
     }
     w->steps = 0;
     w->cell = cell < v->cells || !within ? cell : volume_tree_near(&v->cell_tree, w->p);

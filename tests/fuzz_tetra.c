@@ -1,4 +1,5 @@
-/* Fuzzing tetra: generated sets of points of every kind become cells that pass tetra_verify, the same for any order of the points.
+/* Fuzzing tetra: generated sets of points of every kind become cells that pass tetra_verify and can be looked up in, the same
+ * for any order of the points.
  *
  * Many sets run in one child process, TetGen in it, since a process a set would cost more than the set. When the child dies, the set
  * is made once more as programs make it, TetGen in a child of its own: what counts is what comes of that.
@@ -6,6 +7,7 @@
  * PROBE_FUZZ_SETS: how many sets (2700 by default), PROBE_FUZZ_SEED: which (1), PROBE_FUZZ_KIND: only those of this number.
  */
 #include "error.h"
+#include "mesh.h"
 #include "point_sets.h"
 #include "tap.h"
 #include "tetra.h"
@@ -88,6 +90,27 @@ static bool same_cells(const struct set *set, const struct tetra *a, const struc
     return true;
 }
 
+/* Whether libprobe-query takes the cells, and finds each of their probes where it is: all its weight on itself, but for probes that were put
+ * into a plane or onto a line, which they may stand off by what is merged. */
+static struct error *look_up(const struct set *set, const struct tetra *t)
+{
+    const struct probe_mesh mesh = {.probes = set->count, .position = set->position, .corners = t->corners, .cells = t->cell_count,
+                                    .vertex = t->vertex, .neighbour = t->neighbour};
+    struct probe_volume *volume = NULL;
+    struct error *err = mesh_volume(&mesh, 0, &volume);
+    struct probe_place place = {.cell = PROBE_COLD};
+    for (size_t i = 0; i < set->count && !err; i++) {
+        double own = 0;
+        probe_volume_locate(volume, set->position + 3 * i, &place);
+        for (int k = 0; k < 4; k++)
+            own += place.probe[k] == (int32_t)i ? place.weight[k] : 0;
+        if ((!t->merged || t->merged[i] < 0) && t->corners == 4 && !(own > 1 - 1e-6))
+            err = error_new("probe %zu has a weight of %g where it is", i, own);
+    }
+    probe_volume_destroy(volume);
+    return err;
+}
+
 static void run_set(struct tally *tally, struct set *set, size_t number, bool in_process)
 {
     const int kind = set->kind;
@@ -103,6 +126,8 @@ static void run_set(struct tally *tally, struct set *set, size_t number, bool in
     for (size_t i = 0; i < set->count && t.merged && !err; i++)
         if (t.merged[i] >= 0 && isnan(set->light[LIGHT * (size_t)t.merged[i]]) && !isnan(set->light[LIGHT * i]))
             err = error_new("probe %zu, which has light, is merged with one that has none", i);
+    if (!err)
+        err = look_up(set, &t);
     if (!err && number % 4 == 0) {
         struct tetra_settings settings = set->settings;
         settings.light = set->shuffled_light;
