@@ -1,7 +1,7 @@
 /* The light along a line, from a packed file: what a game does each frame, for one thing that moves.
  *
  *     probe-query --pack half -o baked.pack baked.probe
- *     cc example.c $(pkg-config --cflags --libs probe-query) && ./a.out baked.pack 0 1 0  10 1 0
+ *     cc example.c $(pkg-config --cflags --libs libprobe-query) && ./a.out baked.pack 0 1 0  10 1 0
  */
 #include <probe-query.h>
 
@@ -28,7 +28,7 @@ int main(int argc, char **argv)
     }
 
     struct probe_volume *volume;
-    const enum probe_status opened = probe_volume_open(&volume, file, (size_t)status.st_size, PROBE_LEAN, NULL);
+    const enum probe_status opened = probe_volume_open(&volume, file, (size_t)status.st_size, 0, NULL);
     if (opened) {
         fprintf(stderr, "%s: %s\n", argv[1], probe_status_text(opened));
         return 1;
@@ -48,8 +48,9 @@ int main(int argc, char **argv)
         if (probe_volume_locate(volume, p, &place))
             return 1;
         probe_volume_light(volume, &place, sh);
-        probe_irradiance(facts.order, sh, up, rgb);
-        printf("%g %g %g  %s  %g %g %g\n", p[0], p[1], p[2], place.inside ? "inside" : "outside", (double)rgb[0], (double)rgb[1], (double)rgb[2]);
+        (facts.convolved ? probe_irradiance_convolved : probe_irradiance)(facts.order, sh, up, rgb);
+        printf("%g %g %g  %s  %.9g %.9g %.9g\n", p[0], p[1], p[2], place.inside ? "inside" : "outside",
+               (double)rgb[0], (double)rgb[1], (double)rgb[2]);
     }
     probe_volume_destroy(volume);
     munmap(file, (size_t)status.st_size);

@@ -2,9 +2,9 @@
  *
  * The lattice has a power of two for its step, at most 2^-LATTICE_BITS of the box that holds the probes, and steps of the
  * world's own axes, so a position that it can hold exactly stays where it is. Coordinates are whole numbers 0 .. 2^LATTICE_BITS
- * held in doubles, so determinants of them are exact in 128 bits: which cells have a positive volume, and
- * whether volumes sum up, is arithmetic and not luck. Noise below 1e-12 of the box, as of a grid that was
- * computed, disappears. The probes' own positions stay in the stream as they are.
+ * held in doubles, so determinants of them are exact in 128 bits: which cells have a positive volume, and whether volumes sum up,
+ * is arithmetic and not luck. Noise below 1e-12 of the box, as of a grid that was computed, disappears. The probes' own positions
+ * stay in the stream as they are.
  */
 #ifndef LATTICE_H
 #define LATTICE_H

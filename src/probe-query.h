@@ -21,8 +21,7 @@
  * is said below.
  *
  * The same point gives the same bytes, whatever cell the search began in. Light is continuous everywhere, on the faces of cells
- * and across the
- * hull. Positions are in scene units, right-handed; colour is linear RGB; SH are real and orthonormal with positive constants in
+ * and across the hull. Positions are in scene units, right-handed; colour is linear RGB; SH are real and orthonormal with positive constants in
  * the first band, coefficient-major, colour fastest: sh[3 * (l * (l + 1) + m) + channel] (man probe-tools).
  */
 #ifndef PROBE_QUERY_H
@@ -46,7 +45,7 @@ enum probe_status {
     PROBE_BAD_SHAPE,     /* row: of a cell that is flat or inside out */
     PROBE_BAD_POINT,     /* a point that is not finite */
     PROBE_NOT_AN_IMAGE,  /* it does not start as a packed file does, or is of a later version */
-    PROBE_BAD_IMAGE,     /* it is cut short, or its checksum or counts are wrong */
+    PROBE_BAD_IMAGE      /* it is cut short, or its checksum or counts are wrong */
 };
 
 /* In English, without a full stop. */
@@ -58,7 +57,7 @@ const char *probe_status_text(enum probe_status status);
 struct probe_mesh {
     size_t probes;
     const double *position; /* 3 a probe */
-    int corners;            /* of a cell: 4 tetrahedra; 3, 2 or 1: triangles, segments, one point, of probes in a plane, on a line, in one place */
+    int corners;            /* of a cell: 4 tetrahedra; 3, 2, 1: triangles, segments, a point, of probes in a plane, on a line, in a place */
     size_t cells;
     const int32_t *vertex;    /* `corners` a cell: its probes. Tetrahedra are right-handed */
     const int32_t *neighbour; /* `corners` a cell: the cell opposite each corner, or -1 */
@@ -68,17 +67,17 @@ struct probe_volume;
 
 enum {
     PROBE_LEAN = 1,    /* no matrices: a point costs about three times as much, memory beside the given arrays is a tenth */
-    PROBE_NEAREST = 2, /* outside of the hull: the light of the hull's nearest point, instead of cells that go on to infinity */
+    PROBE_NEAREST = 2  /* outside of the hull: the light of the nearest point of it, instead of cells that go on to infinity */
 };
 
-/* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (PROBE_LEAN) or none, and copies positions. Checks every
- * number: a mesh that
- * is not whole is refused, and *row (if not NULL) says where. */
+/* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (with PROBE_LEAN, and where a cell has fewer than 4
+ * corners) or none, and copies positions. Checks every number: a mesh that is not whole is refused, *volume is NULL then, and
+ * *row (if not NULL) says where. */
 enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh, unsigned flags, size_t *row);
 
-/* Makes a volume of a packed file that lies at `image` (on a multiple of 8 bytes, as malloc and mmap give). Positions, light and
- * cells are used where they
- * lie. Checks everything, as above. */
+/* Makes a volume of a packed file that lies at `image` (on a multiple of 8 bytes, as malloc and mmap give). Positions and light
+ * are used where they lie, and so are cells with PROBE_LEAN, and where they have fewer than 4 corners; so what lies there must
+ * not change while the volume is used. Checks everything, as above. */
 enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size, unsigned flags, size_t *row);
 
 void probe_volume_destroy(struct probe_volume *volume); /* NULL is legal */
@@ -107,14 +106,13 @@ struct probe_place {
 enum probe_status probe_volume_locate(const struct probe_volume *volume, const double point[3], struct probe_place *place);
 
 /* Finds the places of `count` points at once: place[k] of the order[k]-th point, or of the k-th where order is NULL.
- * place[0].cell: where to start. point: each begins
- * `stride` doubles behind the last. PROBE_BAD_POINT: one is not finite, and nothing was found. */
+ * place[0].cell: where to start. point: each begins `stride` doubles behind the last. PROBE_BAD_POINT: one is not finite, and
+ * nothing was found. */
 enum probe_status probe_volume_locate_many(const struct probe_volume *volume, size_t count, const double *point, size_t stride,
                                            const uint32_t *order, struct probe_place *place);
 
 /* The order in which `count` points are best looked up: order[k] is the number of the k-th, near ones behind one another (along
- * a Morton curve).
- * point: each begins `stride` doubles behind the last. room: 3 * count numbers of the caller's. */
+ * a Morton curve). point: each begins `stride` doubles behind the last. room: 3 * count numbers of the caller's. */
 void probe_volume_order(const struct probe_volume *volume, size_t count, const double *point, size_t stride, uint32_t *order,
                         uint64_t *room);
 
@@ -151,9 +149,8 @@ struct probe_image_facts probe_volume_image(const struct probe_volume *volume);
 void probe_volume_light(const struct probe_volume *volume, const struct probe_place *place, float *sh);
 
 /* Packs a volume with the SH of its probes (3 * order^2 a probe; order 0: none) into `image` (on a multiple of 8 bytes); probes
- * of no cell are left out. Returns the bytes that it takes;
- * writes only where `size` is enough, so that a first call with size 0 asks for it. Returns 0 when memory is short or a
- * coefficient is not finite. */
+ * of no cell are left out. Returns the bytes that it takes; writes only where `size` is enough, so that a first call with size 0
+ * asks for it. Returns 0 when memory is short, a coefficient is not finite, or there is no such order or packing. */
 size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh, int convolved,
                          enum probe_packing packing, void *image, size_t size);
 

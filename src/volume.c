@@ -314,6 +314,8 @@ static enum probe_status make_facets(struct probe_volume *v, size_t *row)
         *row = 0;
         return PROBE_BAD_NEIGHBOUR;
     }
+    if (v->facets > INT32_MAX)
+        return PROBE_BAD_ARGUMENT;
     v->facet = malloc(v->facets * sizeof *v->facet);
     enum probe_status status = v->facet ? volume_tree_init(&v->facet_tree, v->facets) : PROBE_NO_MEMORY;
     if (status)
@@ -397,7 +399,7 @@ static enum probe_status make_sites(struct probe_volume *v, const double *positi
     v->site = v->site_owned = malloc((3 * v->probes + 1) * sizeof *v->site_owned);
     if (!v->site_owned)
         return PROBE_NO_MEMORY;
-    v->bytes += 3 * v->probes * sizeof *v->site_owned;
+    v->bytes += (3 * v->probes + 1) * sizeof *v->site_owned;
     for (size_t i = 0; i < v->probes; i++)
         lattice_snap(&v->lattice, position + 3 * i, v->site_owned + 3 * i);
     return PROBE_OK;

@@ -1,4 +1,4 @@
-/* Packed files, as man/probe-query.1 specifies them: a header of 128 bytes, then what a volume is made of, used where it lies.
+/* Packed files, as man/libprobe-query.3 specifies them: a header of 128 bytes, then what a volume is made of, used where it lies.
  *
  * Based on: Collet, XXH3, https://xxhash.com: the checksum.
  */
@@ -61,26 +61,53 @@ static uint64_t image_checksum(const void *image, size_t size)
 
 /* -- opening ------------------------------------------------------------------------------------- */
 
-/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has 2^40 steps; only one point
- * needs none. */
+static bool power_of_two(double x)
+{
+    int exponent;
+    return x > 0 && x < INFINITY && frexp(x, &exponent) == 0.5;
+}
+
+/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has 2^40 steps of a power of two,
+ * counted from 0; only one point needs none. */
 static bool sane_lattice(const struct image_header *h)
 {
-    bool sane = h->step < INFINITY && (h->step > 0 || (h->step == 0 && h->corners == 1));
-    for (int k = 0; k < 3; k++)
-        sane = sane && (h->step > 0 ? fabs(h->origin[k] / h->step) <= 0x1p100 : isfinite(h->origin[k]));
+    bool sane = power_of_two(h->step) || (h->step == 0 && h->corners == 1);
+    for (int k = 0; k < 3; k++) {
+        const double steps = h->origin[k] / h->step;
+        sane = sane && (h->step > 0 ? fabs(steps) <= 0x1p100 && steps == rint(steps) : isfinite(h->origin[k]));
+    }
     return sane;
+}
+
+/* The largest half, 65504, times the largest scale is a float. */
+static bool sane_scale(const struct image_header *h)
+{
+    if (h->packing == PROBE_PACK_FLOAT)
+        return h->light_scale == 1;
+    return power_of_two((double)h->light_scale) && h->light_scale <= 0x1p112f;
+}
+
+/* What this version does not use is 0, so that a later one may. */
+static bool knows_all(const struct image_header *h)
+{
+    uint64_t other = h->nothing_either;
+    for (size_t i = 0; i < sizeof h->nothing; i++)
+        other |= h->nothing[i];
+    for (size_t i = 0; i < sizeof h->unused / sizeof *h->unused; i++)
+        other |= h->unused[i];
+    return !other;
 }
 
 static enum probe_status check_header(const struct image_header *h, const void *image, size_t size)
 {
-    if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION)
+    if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION) /* a big-endian machine sees another version */
         return PROBE_NOT_AN_IMAGE;
     const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 && h->packing <= PROBE_PACK_HALF &&
                       (h->vertex_bytes == 2 || h->vertex_bytes == 4) && (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
-                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) && h->light_scale > 0 && h->light_scale <= 0x1p111f;
+                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) && sane_scale(h);
     if (!sane || h->size != size || lay_out(h).size != size || h->checksum != image_checksum(image, size))
         return PROBE_BAD_IMAGE;
-    return PROBE_OK;
+    return knows_all(h) ? PROBE_OK : PROBE_NOT_AN_IMAGE;
 }
 
 /* Sites are whole numbers of the lattice; coefficients are finite. */
@@ -99,8 +126,6 @@ static enum probe_status check_numbers(const struct probe_volume *v, size_t *row
             return PROBE_BAD_IMAGE;
     return PROBE_OK;
 }
-
-
 
 enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size, unsigned flags, size_t *row)
 {
@@ -148,7 +173,7 @@ struct probe_image_facts probe_volume_image(const struct probe_volume *v)
 
 /* -- packing ------------------------------------------------------------------------------------- */
 
-/* The half nearest to x (|x| <= 65504), to even. */
+/* The half nearest to x (|x| < 65536), to even; the largest half for what is beyond it. */
 static uint16_t half_of(float x)
 {
     uint32_t bits;
@@ -158,6 +183,7 @@ static uint16_t half_of(float x)
     bits = (bits + 0xfff + (bits >> 13 & 1)) >> 13;
     if (size < 0x1p-14f)
         bits = (uint32_t)nearbyintf(size * 0x1p24f);
+    bits = bits > 0x7bff ? 0x7bff : bits;
     return (uint16_t)(bits | (signbit(x) ? 0x8000u : 0));
 }
 
@@ -202,7 +228,7 @@ static float scale_of(size_t used, const int32_t *old, size_t width, const float
     if (packing != PROBE_PACK_HALF || !(most > 0))
         return 1;
     frexpf(most, &exponent);
-    exponent = exponent < -100 ? -100 : exponent;
+    exponent = exponent < -100 ? -100 : exponent > 127 ? 127 : exponent; /* scales that open takes */
     return ldexpf(1, exponent - 15);
 }
 
@@ -239,7 +265,8 @@ static void put_parts(const struct probe_volume *v, const struct image_header *h
 size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved, enum probe_packing packing,
                          void *image, size_t size)
 {
-    int32_t *fresh = malloc(2 * (v->probes + 1) * sizeof *fresh);
+    const bool sane = order >= 0 && order <= 6 && (order == 0 || sh) && (packing == PROBE_PACK_FLOAT || packing == PROBE_PACK_HALF);
+    int32_t *fresh = sane ? malloc(2 * (v->probes + 1) * sizeof *fresh) : NULL;
     if (!fresh)
         return 0;
     int32_t *old = fresh + v->probes + 1;

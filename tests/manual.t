@@ -4,7 +4,7 @@
 . "${SRC:?}/tests/setup.sh"
 
 if command -v mandoc >/dev/null; then
-    for page in "$SRC"/man/*.[157]; do
+    for page in "$SRC"/man/*.[1357]; do
         check "${page##*/} is lint-clean" mandoc -T lint -W warning "$page"
     done
 else

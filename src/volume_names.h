@@ -1,0 +1,42 @@
+/* volume_names: what the parts of libprobe-query call each other by, once they are in the library.
+ *
+ * A static library has no private names but those of one file: a program that links it and has a volume_place of its own would
+ * clash. The library's objects are compiled with `-include volume_names.h` (Makefile.am), so that all they show begins with
+ * probe_; the objects that the programs link keep the plain names. tests/libprobe-query.t looks, so a function that is new in one
+ * of these files and not here is noticed.
+ */
+#ifndef VOLUME_NAMES_H
+#define VOLUME_NAMES_H
+
+#define lattice_fit probe_private_lattice_fit
+#define lattice_orient probe_private_lattice_orient
+#define lattice_snap probe_private_lattice_snap
+
+#define sh_basis probe_private_sh_basis
+#define sh_basis_wave probe_private_sh_basis_wave
+#define sh_cosine probe_private_sh_cosine
+#define sh_dominant probe_private_sh_dominant
+#define sh_irradiance probe_private_sh_irradiance
+#define sh_order_of probe_private_sh_order_of
+#define sh_project probe_private_sh_project
+#define sh_radiance probe_private_sh_radiance
+#define sh_scale_bands probe_private_sh_scale_bands
+
+#define volume_coordinates probe_private_volume_coordinates
+#define volume_facet_vertex probe_private_volume_facet_vertex
+#define volume_finish probe_private_volume_finish
+#define volume_measure probe_private_volume_measure
+#define volume_morton probe_private_volume_morton
+#define volume_outer probe_private_volume_outer
+#define volume_outer_init probe_private_volume_outer_init
+#define volume_outer_ray probe_private_volume_outer_ray
+#define volume_place probe_private_volume_place
+#define volume_sort probe_private_volume_sort
+#define volume_tree_add probe_private_volume_tree_add
+#define volume_tree_clear probe_private_volume_tree_clear
+#define volume_tree_finish probe_private_volume_tree_finish
+#define volume_tree_init probe_private_volume_tree_init
+#define volume_tree_near probe_private_volume_tree_near
+#define volume_tree_search probe_private_volume_tree_search
+
+#endif

@@ -1,0 +1,99 @@
+#!/bin/sh
+# libprobe-query as it is installed: nothing shown but probe_*, no dependency but libc and libm, a header for C and C++, the same
+# binary interface as the last release, and an example that a compiler and pkg-config suffice for.
+. "${SRC:?}/tests/setup.sh"
+unset MAKEFLAGS MFLAGS MAKELEVEL
+
+shared=$BUILD/src/.libs/libprobe-query.so
+archive=$BUILD/src/.libs/libprobe-query.a
+sanitized() { case "${CFLAGS-} ${LDFLAGS-}" in *-fsanitize*) return 0 ;; *) return 1 ;; esac; }
+
+make -s -C "$BUILD" install-libLTLIBRARIES install-includeHEADERS install-pkgconfigDATA install-dist_exampleDATA \
+    exampledir=/doc DESTDIR="$PWD/root" >install.log 2>&1 || fail "make install" "$(cat install.log)"
+lib=$PWD/root$LIBDIR
+include=$PWD/root$INCLUDEDIR
+
+# -- names ---------------------------------------------------------------------------------------
+shown() { # shown NM-OPTION... FILE: names that the file defines for others
+    $NM --defined-only "$@" | awk 'NF == 3 { print $3 }' | sort -u
+}
+sed -n 's/^[a-z].*[ *]\(probe_[a-z_]*\)(.*/\1/p' "$include/probe-query.h" | sort -u >promised
+if [ -e "$shared" ]; then
+    shown -D "$shared" | sed 's/@.*//' | grep -vx 'PROBE_QUERY_[0-9.]*' >shown
+    check "the shared library shows what the header promises, and no more" diff promised shown
+    readelf -d "$shared" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' | sort >needed
+    if sanitized; then
+        skip "a sanitizer's libraries are needed besides"
+    else
+        printf 'libc.so.6\nlibm.so.6\n' >expected
+        check "it needs libc and libm alone" diff expected needed
+    fi
+    check "its soname is libprobe-query.so.0" sh -c "readelf -d '$shared' | grep -q 'SONAME.*\\[libprobe-query.so.0\\]'"
+    grep -v '^#' "$SRC/tests/libprobe-query.abi" >promised.abi
+    { shown -D --with-symbol-versions "$shared" | grep '^probe_'; "$BUILD/tests/abi"; } >built.abi
+    check "the binary interface is that of tests/libprobe-query.abi" diff promised.abi built.abi
+else
+    skip "there is no shared library"
+fi
+if [ -e "$archive" ]; then
+    shown -g "$archive" >shown
+    check "every name of the static library begins with probe_" sh -c "[ -s shown ] && ! grep -v '^probe_' shown"
+    check "all that the header promises is in it, and all else is probe_private_" sh -c "grep -v '^probe_private_' shown | diff promised -"
+    # a game with names of its own, which takes in the whole library
+    cat >game.c <<'C'
+#include <probe-query.h>
+#include <stdio.h>
+int volume_place(void), volume_finish, sh_basis(int), lattice_fit;
+int volume_place(void) { return 1; }
+int sh_basis(int order) { return order + lattice_fit + volume_finish; }
+int main(void) { return puts(probe_status_text(PROBE_OK)) < 0 || sh_basis(0) || !volume_place(); }
+C
+    check "a program with names like its own links it" sh -c "$CC $LDFLAGS -I'$include' -o game game.c \
+        -Wl,--whole-archive '$lib/libprobe-query.a' -Wl,--no-whole-archive -lm && [ \"\$(./game)\" = done ]"
+else
+    skip "there is no static library"
+fi
+
+while read -r name; do grep -qx "\\.Fn $name .*" "$SRC/man/libprobe-query.3" || echo "$name"; done <promised >unsaid
+check "each function is in the manual" sh -c '! grep . unsaid'
+
+# -- the header ----------------------------------------------------------------------------------
+printf '#include <probe-query.h>\nstruct probe_place place;\n' >alone.c
+cp alone.c alone.cc
+for standard in c99 c11 c17; do
+    check "the header alone is $standard" $CC -std=$standard -Wall -Wextra -pedantic -Werror -I"$include" -fsyntax-only alone.c
+done
+for standard in c++98 c++17; do # long long, which C++98 does not know, is the system's
+    check "the header alone is $standard" $CXX -std=$standard -Wall -Wextra -pedantic -Werror -Wno-long-long -I"$include" -fsyntax-only alone.cc
+done
+
+# -- the example -----------------------------------------------------------------------------------
+check "the example has less than 60 lines" sh -c "[ \$(wc -l <'$SRC/doc/example.c') -lt 60 ]"
+cat >light.awk <<'AWK'
+BEGIN { print "#?probe 1\nsh-order 3\nsh-content " content "\ntable probe position:f64:3 sh:f32:27"; srand(5) }
+{ printf "%s %s %s", $1, $2, $3; for (k = 0; k < 27; k++) printf " %.9g", rand() - (k > 2) / 2; print "" }
+END { print "end" }
+AWK
+probe-place grid --spacing 1 --bounds 0,0,0,8,4,4 --text | grep '^[0-9]' >positions
+seq -1 9 | awk '{ print $1, 2 + $1 / 10 + .1, 1, 0, 1, 0 }' >points
+if command -v pkg-config >/dev/null; then
+    PKG_CONFIG_PATH=$lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=$PWD/root PKG_CONFIG_ALLOW_SYSTEM_CFLAGS=1 PKG_CONFIG_ALLOW_SYSTEM_LIBS=1
+    export PKG_CONFIG_PATH PKG_CONFIG_SYSROOT_DIR PKG_CONFIG_ALLOW_SYSTEM_CFLAGS PKG_CONFIG_ALLOW_SYSTEM_LIBS
+    check "the example builds with what pkg-config says" sh -c "$CC $LDFLAGS root/doc/example.c \$(pkg-config --cflags --libs libprobe-query)"
+else
+    skip "pkg-config is not installed"
+    cp "$BUILD/doc/example" a.out
+fi
+for content in radiance irradiance; do
+    awk -v content=$content -f light.awk positions | probe-tet -q >$content.probe
+    for packing in float half; do
+        probe-query --pack $packing -o $content.pack $content.probe
+        LD_LIBRARY_PATH=$lib ./a.out $content.pack -1 2 1 9 3 1 >said
+        probe-query -q --to binary $content.pack points >expected
+        check "it gives probe-query's bytes ($content, $packing)" \
+            sh -c "[ -s expected ] && tail -n +2 said | perl -ne 'print pack(\"f<3\", (split)[4 .. 6])' | cmp - expected"
+    done
+done
+head -c 5000 radiance.pack >short.pack
+check "a damaged file is refused" sh -c "LD_LIBRARY_PATH='$lib' ./a.out short.pack 0 0 0 1 1 1 2>&1 | grep -q damaged"
+tap_done
