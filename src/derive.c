@@ -1,4 +1,5 @@
 #include "derive.h"
+#include "angle.h"
 #include "array.h"
 #include "cell.h"
 #include "error.h"
@@ -68,12 +69,21 @@ void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const
     }
 }
 
-/* Six times the volume, and the edges from the first corner. */
-static double cell_volume(const int32_t *v, const double *position, struct vec3 edge[3])
+/* The edges of a cell from its first corner; those that it lacks are unit vectors across it. So their determinant is six times the
+ * volume of a tetrahedron, twice the area of a triangle, the length of a segment, and what is linear in the cell and does not
+ * change across it has one gradient. */
+static double cell_edges(int corners, const int32_t *v, const double *position, struct vec3 edge[3])
 {
     const struct vec3 p0 = vec3_load(position + 3 * (size_t)v[0]);
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < corners - 1; k++)
         edge[k] = vec3_sub(vec3_load(position + 3 * (size_t)v[k + 1]), p0);
+    if (corners == 2) {
+        const double x = fabs(edge[0].x), y = fabs(edge[0].y), z = fabs(edge[0].z);
+        const struct vec3 axis = {x <= y && x <= z, y < x && y <= z, z < x && z < y}; /* that it is least along */
+        edge[1] = vec3_normalize(vec3_cross(axis, edge[0]));
+    }
+    if (corners < 4)
+        edge[2] = vec3_normalize(vec3_cross(edge[0], edge[1]));
     return vec3_dot(edge[0], vec3_cross(edge[1], edge[2]));
 }
 
@@ -91,14 +101,37 @@ void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double 
     }
 }
 
-void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double *position, const float *value,
+void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *position, float *angle)
+{
+    for (size_t cell = 0; cell < cell_count; cell++) {
+        double least = 180;
+        for (size_t i = 0; i < 3; i++) {
+            const int32_t *v = vertex + 3 * cell;
+            const struct vec3 p = vec3_load(position + 3 * (size_t)v[i]);
+            const struct vec3 a = vec3_sub(vec3_load(position + 3 * (size_t)v[(i + 1) % 3]), p),
+                              b = vec3_sub(vec3_load(position + 3 * (size_t)v[(i + 2) % 3]), p);
+            least = fmin(least, angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) * (180 / ANGLE_PI));
+        }
+        angle[cell] = (float)least;
+    }
+}
+
+void derive_length(size_t cell_count, const int32_t *vertex, const double *position, double *length)
+{
+    for (size_t cell = 0; cell < cell_count; cell++) {
+        const struct vec3 a = vec3_load(position + 3 * (size_t)vertex[2 * cell]), b = vec3_load(position + 3 * (size_t)vertex[2 * cell + 1]);
+        length[cell] = vec3_length(vec3_sub(b, a));
+    }
+}
+
+void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex, const double *position, const float *value,
                           float *gradient)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
-        const int32_t *v = vertex + 4 * cell;
+        const int32_t *v = vertex + (size_t)corners * cell;
         struct vec3 edge[3], g = {0};
-        const double volume = cell_volume(v, position, edge);
-        for (int k = 0; k < 3 && volume > 0; k++) { /* Cramer's rule for edge[k] . g = difference[k] */
+        const double volume = cell_edges(corners, v, position, edge);
+        for (int k = 0; k < corners - 1 && volume > 0; k++) { /* Cramer's rule for edge[k] . g = difference[k] */
             const double difference = (double)value[v[k + 1]] - (double)value[v[0]];
             g = vec3_fma(g, difference / volume, vec3_cross(edge[(k + 1) % 3], edge[(k + 2) % 3]));
         }
@@ -106,16 +139,17 @@ void derive_cell_gradient(size_t cell_count, const int32_t *vertex, const double
     }
 }
 
-struct error *derive_point_gradient(size_t count, size_t cell_count, const int32_t *vertex, const double *position,
+struct error *derive_point_gradient(size_t count, int corners, size_t cell_count, const int32_t *vertex, const double *position,
                                     const float *cell_gradient, float *gradient)
 {
     double *sum = NULL;
     struct error *err = array_create(&sum, 4 * count, sizeof *sum);
     for (size_t cell = 0; cell < cell_count && !err; cell++) {
         struct vec3 edge[3];
-        const double volume = fmax(cell_volume(vertex + 4 * cell, position, edge), 0);
-        for (size_t i = 0; i < 4; i++) {
-            double *at = sum + 4 * (size_t)vertex[4 * cell + i];
+        const int32_t *v = vertex + (size_t)corners * cell;
+        const double volume = fmax(cell_edges(corners, v, position, edge), 0);
+        for (int i = 0; i < corners; i++) {
+            double *at = sum + 4 * (size_t)v[i];
             for (size_t k = 0; k < 3; k++)
                 at[k] += volume * (double)cell_gradient[3 * cell + k];
             at[3] += volume;

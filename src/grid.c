@@ -40,7 +40,8 @@ static struct error *sh_names(struct fields *fields, size_t width, bool gradient
 
 static struct error *component_names(struct fields *fields, const struct column *c, const char *const **names)
 {
-    static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03", "12", "13", "23"};
+    static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03", "12", "13", "23"},
+                      *const edges_of_three[] = {"01", "02", "12"};
     if (!strcmp(c->name, "sh") || !strcmp(c->name, "sh_error"))
         return sh_names(fields, c->width, false, names);
     if (!strcmp(c->name, "sh_gradient"))
@@ -49,6 +50,8 @@ static struct error *component_names(struct fields *fields, const struct column 
         *names = vector;
     if (!strcmp(c->name, "occlusion") && c->width == 6)
         *names = edges;
+    if (!strcmp(c->name, "occlusion") && c->width == 3)
+        *names = edges_of_three;
     return NULL;
 }
 
@@ -146,8 +149,8 @@ static struct error *add_gradients(struct grid *grid, const float *luminance)
         err = fields_add_new(&grid->cells, name, VTK_EXPORT_F32, 3, m->cell_count, &of_cells);
     if (err)
         return err;
-    derive_cell_gradient(m->cell_count, m->vertex, m->position, luminance, of_cells);
-    return derive_point_gradient(m->point_count, m->cell_count, m->vertex, m->position, of_cells, of_points);
+    derive_cell_gradient(m->corners, m->cell_count, m->vertex, m->position, luminance, of_cells);
+    return derive_point_gradient(m->point_count, m->corners, m->cell_count, m->vertex, m->position, of_cells, of_points);
 }
 
 /* Where the hull is: a face (an edge, an end) is on it where there is no neighbour, and so are its probes. */
@@ -217,19 +220,35 @@ static struct error *add_texts(struct grid *grid, const struct stream_header *he
     return NULL;
 }
 
+/* The quality of cells; volumes, areas and aspects are VTK's (vtk_export.h). */
+static struct error *add_quality(struct grid *grid)
+{
+    const struct vtk_mesh *m = &grid->mesh;
+    float *angle = NULL;
+    double *length = NULL;
+    struct error *err = NULL;
+    if (m->corners >= 3)
+        err = fields_add_new(&grid->cells, m->corners == 4 ? "min_dihedral" : "min_angle", VTK_EXPORT_F32, 1, m->cell_count, &angle);
+    if (m->corners == 2)
+        err = fields_add_new(&grid->cells, "length", VTK_EXPORT_F64, 1, m->cell_count, &length);
+    if (!err && m->corners == 4)
+        derive_min_dihedral(m->cell_count, m->vertex, m->position, angle);
+    if (!err && m->corners == 3)
+        derive_min_angle(m->cell_count, m->vertex, m->position, angle);
+    if (!err && m->corners == 2)
+        derive_length(m->cell_count, m->vertex, m->position, length);
+    return err;
+}
+
 static struct error *add_cells(struct grid *grid, const struct cells *cells, struct warnings *warnings)
 {
     const struct column *occlusion = table_column(cells->table, "occlusion");
-    const size_t count = cells->table->rows;
-    float *angle = NULL;
-    grid->mesh.cell_count = count;
+    grid->mesh.cell_count = cells->table->rows;
     grid->mesh.corners = cells->corners;
     grid->mesh.vertex = cells->vertex;
     struct error *err = add_columns(&grid->cells, cells->table, warnings);
-    if (!err && cells->corners == 4)
-        err = fields_add_new(&grid->cells, "min_dihedral", VTK_EXPORT_F32, 1, count, &angle);
-    if (!err && cells->corners == 4)
-        derive_min_dihedral(count, grid->mesh.vertex, grid->mesh.position, angle);
+    if (!err)
+        err = add_quality(grid);
     if (!err && cells->neighbour)
         err = add_hull(grid, cells->neighbour);
     if (!err && occlusion && occlusion->type == COLUMN_I32)
@@ -263,7 +282,7 @@ struct error *grid_create(struct grid *grid, const struct stream *stream, double
         err = add_light(grid, probes, sh, convolved, &exposure, &luminance);
     else if (!err)
         warnings_add(warnings, "no light", "the probes have no light (no column sh): nothing is derived from it");
-    if (!err && sh && grid->mesh.cell_count && grid->mesh.corners == 4)
+    if (!err && sh && grid->mesh.cell_count && grid->mesh.corners > 1)
         err = add_gradients(grid, luminance);
     if (!err)
         err = add_texts(grid, &stream->header, sh ? exposure : 0);

@@ -143,7 +143,7 @@ void fill(vtkPointSet *data, const struct vtk_mesh *mesh)
     }
 }
 
-void add_quality(vtkUnstructuredGrid *grid, const char *name, int measure)
+void add_quality(vtkUnstructuredGrid *grid, const char *name, int corners, int measure)
 {
     if (grid->GetCellData()->HasArray(name))
         return;
@@ -151,7 +151,10 @@ void add_quality(vtkUnstructuredGrid *grid, const char *name, int measure)
     bare->CopyStructure(grid);
     vtkNew<vtkMeshQuality> quality;
     quality->SetInputData(bare);
-    quality->SetTetQualityMeasure(measure);
+    if (corners == 4)
+        quality->SetTetQualityMeasure(measure);
+    else
+        quality->SetTriangleQualityMeasure(measure);
     quality->Update();
     auto *result = vtkDoubleArray::SafeDownCast(quality->GetOutput()->GetCellData()->GetArray("Quality"));
     if (!result)
@@ -324,9 +327,9 @@ extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh 
         static const int kinds[] = {VTK_VERTEX, VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_TETRA};
         const int corners = mesh->cell_count ? mesh->corners : 1;
         grid->SetCells(kinds[corners], make_cells(mesh, corners));
-        if (corners == 4) {
-            add_quality(grid, "aspect_ratio", VTK_QUALITY_ASPECT_RATIO);
-            add_quality(grid, "volume", VTK_QUALITY_VOLUME);
+        if (corners >= 3) {
+            add_quality(grid, "aspect_ratio", corners, VTK_QUALITY_ASPECT_RATIO);
+            add_quality(grid, corners == 4 ? "volume" : "area", corners, corners == 4 ? VTK_QUALITY_VOLUME : VTK_QUALITY_AREA);
         }
         return write<vtkXMLUnstructuredGridWriter>(grid, path, encoding, messages);
     });

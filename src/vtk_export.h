@@ -59,9 +59,9 @@ enum vtk_encoding {
     VTK_EXPORT_COMPRESSED, /* zlib, then base64 */
 };
 
-/* Writes cells (or points, where there are none) as .vtu. Tetrahedra get their quality by vtkMeshQuality:
- * aspect_ratio (1 for a regular one, 1e30 for a flat one) and volume; cell_arrays of these names go before them. path
- * "-": standard output. What is not a file is written from memory, so it takes that much. */
+/* Writes cells (or points, where there are none) as .vtu. Tetrahedra and triangles get their quality by
+ * vtkMeshQuality: aspect_ratio (1 for a regular one, 1e30 for a flat one), and volume or area; cell_arrays of these names go
+ * before them. path "-": standard output. What is not a file is written from memory, so it takes that much. */
 struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding);
 
 /* Writes triangles as .vtp. */

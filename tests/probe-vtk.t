@@ -81,6 +81,40 @@ probe-vtk --quiet -o linear.vtu linear.txt
 # pi Y00 = 0.88622693 times (0.5, -2, 1.25)
 look "the gradient of a linear field is exact" gradient linear.vtu 0.44311346,-1.77245385,1.10778366
 
+# Probes in a plane, a tilted one too, on a line, at one place, and two of them.
+flat_stream() { # flat_stream GRADIENT: positions to a stream of cells whose light has this gradient, times pi Y00
+    probe-place points --quiet - | probe-tet --quiet | probe-cat --text |
+        awk -v gradient="$1" 'BEGIN { CONVFMT = "%.9g"; split(gradient, g, ",") } /^table (tri|segment|point)/ { rows = 0 }
+            rows && /^[-0-9]/ { value = 20 + g[1] * $1 + g[2] * $2 + g[3] * $3; $0 = $0 " " value " " value " " value }
+            /^table probe/ { print "sh-order 1\nsh-content radiance"; rows = 1; $0 = $0 " sh:f32:3" } { print }'
+}
+awk '/^[0-9]/ { print $1, 2, $3 }' points.txt | flat_stream 2,0,-3 >plane.txt
+awk '/^[0-9]/ { u = int(99 * $1); v = int(99 * $3); print u + v, u - v, 2 * u }' points.txt | flat_stream 2,1,0.5 >tilted.txt
+seq 0 10 | awk '{ u = 7 * $1 % 11; print 2 * u, -u, 3 }' | flat_stream 4,-2,0 >line.txt
+printf '1 2 3\n4 6 3\n' | flat_stream 3,4,0 >two.txt
+printf '1 2 3\n1 2 3\n' | flat_stream 1,1,1 >one.txt
+for name in plane:tri tilted:tri line:segment two:segment one:point; do
+    table=${name#*:}
+    name=${name%:*}
+    check "$name: its cells are those of table $table" grep -q "^table $table " $name.txt
+    check "$name: is written" probe-vtk --quiet -o $name.vtu $name.txt
+    look "$name: every column arrives, in cells of their kind" columns $name.vtu $name.txt
+    [ $name = one ] || look "$name: quality, hull, light and gradients are what their formulas say" derived $name.vtu
+done
+# pi Y00 = 0.88622693 times the part of the gradient along the plane or line
+look "a plane: the gradient of a linear field is exact" gradient plane.vtu 1.77245385,0,-2.65868078
+look "a tilted plane: the same, along the plane" gradient tilted.vtu 1.03393141,0.14770449,1.18163590
+look "a line: the same" gradient line.vtu 3.54490770,-1.77245385,0
+look "two probes: the same, from one segment" gradient two.vtu 2.65868078,3.54490770,0
+look "two probes: 5 apart" value two.vtu length 5
+look "two probes: both are ends" value two.vtu hull 1
+look "one place: its light" value one.vtu captured 1
+printf '0 0 0\n1 0 0\n0.5 0.86602540378443865 0\n' | flat_stream 1,0,0 >equal.txt
+probe-vtk --quiet -o equal.vtu equal.txt
+look "an equilateral triangle: angles of 60 degrees" value equal.vtu min_angle 60
+look "an equilateral triangle: aspect ratio 1" value equal.vtu aspect_ratio 1
+look "an equilateral triangle: area sqrt(3)/4" value equal.vtu area 0.43301270189221932
+
 # Degenerate cells come out finite.
 sed 's/^0.5 0.28867513459481288 0.8164965809277260*[0-9]*/0.5 0.28867513459481288 0/' regular.txt >flat.txt
 probe-vtk --quiet -o flat.vtu flat.txt

@@ -16,6 +16,10 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 FAILED = []
 
+# Tables of cells by their corners, and what they are in VTK.
+TABLES = {1: "point", 2: "segment", 3: "tri", 4: "tet"}
+KINDS = {1: vtk.VTK_VERTEX, 2: vtk.VTK_LINE, 3: vtk.VTK_TRIANGLE, 4: vtk.VTK_TETRA}
+
 
 def check(holds, what):
     if not np.all(holds):
@@ -100,7 +104,8 @@ def read_stream(path):
 def check_columns(path, stream):
     data = read(path)
     keys, commands, tables = read_stream(stream)
-    for table, attributes in (("probe", data.GetPointData()), ("tet", data.GetCellData())):
+    cell_table = next((t for t in TABLES.values() if t in tables), None)
+    for table, attributes in (("probe", data.GetPointData()), (cell_table, data.GetCellData())):
         found = arrays(attributes)
         for name, values in tables.get(table, {}).items():
             if name not in found:
@@ -112,11 +117,13 @@ def check_columns(path, stream):
             check(np.isfinite(values).all(), f"{table}: {name} is not finite everywhere")
     points, cells = geometry(data)
     check(np.array_equal(points, tables["probe"]["position"]), "points are not the positions")
-    if "tet" in tables:
-        check(np.array_equal(cells, tables["tet"]["vertex"]), "cells are not the vertices")
-        check(np.array([data.GetCellType(i) for i in range(len(cells))]) == vtk.VTK_TETRA, "cells are not tetrahedra")
-        edge = points[cells[:, 1:]] - points[cells[:, :1]]
-        check(np.linalg.det(edge) > 0, "cells are turned inside out")
+    if cell_table:
+        corners = cells.shape[1]
+        check(TABLES[corners] == cell_table, f"cells of {cell_table} have {corners} corners")
+        check(np.array_equal(cells, tables[cell_table]["vertex"]), "cells are not the vertices")
+        check(np.array([data.GetCellType(i) for i in range(len(cells))]) == KINDS[corners], f"cells are not those of {cell_table}")
+        if corners == 4:
+            check(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]) > 0, "cells are turned inside out")
     else:
         check(np.array_equal(cells[:, 0], np.arange(len(points))), "cells are not the points")
         check(np.array([data.GetCellType(i) for i in range(len(cells))]) == vtk.VTK_VERTEX, "cells are not vertices")
@@ -132,6 +139,43 @@ def check_columns(path, stream):
     for key, value in keys.items():
         check(field.get(key) == [value], f"key {key} is {field.get(key)}, expected {value}")
     check(field.get("Provenance", []) == commands, f"provenance is {field.get('Provenance')}")
+
+
+def content(edge):
+    """Volume, area or length of simplices, from their edges at a corner."""
+    size = np.sqrt(np.maximum(np.linalg.det(edge @ edge.transpose(0, 2, 1)), 0))
+    return size / [1, 1, 2, 6][edge.shape[1]]
+
+
+def lengths(p):
+    """Of all edges of simplices."""
+    return np.array([np.linalg.norm(p[:, i] - p[:, j], axis=1) for i in range(p.shape[1]) for j in range(i)])
+
+
+def least_angle(p):
+    """Of triangles, by the law of cosines."""
+    c, b, a = lengths(p)
+    angles = [np.arccos(np.clip((y ** 2 + z ** 2 - x ** 2) / (2 * y * z), -1, 1)) for x, y, z in ((a, b, c), (b, c, a), (c, a, b))]
+    return np.degrees(np.min(angles, axis=0))
+
+
+def check_quality(at_cells, p, size):
+    """That of tetrahedra, triangles and segments, and no other."""
+    corners = p.shape[1]
+    name = {4: "volume", 3: "area", 2: "length"}[corners]
+    for other in {"volume", "area", "length", "min_dihedral", "min_angle"} - {name, {4: "min_dihedral", 3: "min_angle"}.get(corners)}:
+        check(other not in at_cells, f"cells of {corners} corners have {other}")
+    close(at_cells[name][:, 0], size, 1e-12 if corners == 4 else 1e-9, name)
+    if corners == 4:
+        close(at_cells["min_dihedral"][:, 0], least_dihedral(p), 1e-6, "min_dihedral")
+        area = sum(np.linalg.norm(np.cross(p[:, b] - p[:, a], p[:, c] - p[:, a]), axis=1) / 2
+                   for a, b, c in ([1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]))
+        aspect = lengths(p).max(axis=0) * area / (6 * np.sqrt(6) * size)
+    elif corners == 3:
+        close(at_cells["min_angle"][:, 0], least_angle(p), 1e-6, "min_angle")
+        aspect = lengths(p).max(axis=0) * lengths(p).sum(axis=0) / (4 * np.sqrt(3) * size)
+    if corners > 2:
+        close(np.log(at_cells["aspect_ratio"][:, 0]), np.log(aspect), 1e-6, "aspect_ratio")
 
 
 def least_dihedral(p):
@@ -171,10 +215,10 @@ def check_derived(path):
     check(np.abs(at_points["colour"] - code) <= 0.51, "colour is not the sRGB code of exposed irradiance")
     edge = points[cells[:, 1:]] - points[cells[:, :1]]
     difference = luminance[cells[:, 1:]] - luminance[cells[:, :1]]
-    gradient = np.linalg.solve(edge, difference)
-    volume = np.linalg.det(edge) / 6
-    close(at_cells["volume"][:, 0], volume, 1e-12, "volume")
-    scale = np.abs(difference).max(axis=1) * np.linalg.norm(np.linalg.inv(edge), axis=(1, 2))
+    gradient = (np.linalg.pinv(edge) @ difference[:, :, None])[:, :, 0]  # along the plane or line of a triangle or segment
+    volume = content(edge)
+    check_quality(at_cells, points[cells], volume)
+    scale = np.abs(difference).max(axis=1) * np.linalg.norm(np.linalg.pinv(edge), axis=(1, 2))
     of_cells = at_cells["luminance_gradient"]
     check(np.abs(of_cells - gradient).max(axis=1) <= 1e-5 * scale + 1e-30, "luminance_gradient of cells")
     total, weight = np.zeros((len(points), 3)), np.zeros(len(points))
@@ -183,18 +227,11 @@ def check_derived(path):
         np.add.at(weight, corner, volume)
     total /= np.maximum(weight, 1e-300)[:, None]
     close(at_points["luminance_gradient"], total, 1e-5, "luminance_gradient of points")
-    close(at_cells["min_dihedral"][:, 0], least_dihedral(points[cells]), 1e-6, "min_dihedral")
-    p = points[cells]
-    longest = np.max([np.linalg.norm(p[:, i] - p[:, j], axis=1) for i in range(4) for j in range(i)], axis=0)
-    face = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]
-    area = sum(np.linalg.norm(np.cross(p[:, b] - p[:, a], p[:, c] - p[:, a]), axis=1) / 2 for a, b, c in face)
-    aspect = longest * area / (6 * np.sqrt(6) * volume)
-    close(np.log(at_cells["aspect_ratio"][:, 0]), np.log(aspect), 1e-6, "aspect_ratio")
     outside = at_cells["neighbour"] < 0
     check(np.array_equal(at_cells["hull_faces"][:, 0], outside.sum(axis=1)), "hull_faces")
     hull = np.zeros(len(points), int)
-    for i in range(4):
-        hull[cells[outside[:, i]][:, face[i]]] = 1
+    for i in range(cells.shape[1]):
+        hull[np.delete(cells[outside[:, i]], i, axis=1)] = 1
     check(np.array_equal(at_points["hull"][:, 0], hull), "hull")
     if "occlusion" in at_cells:
         occlusion = at_cells["occlusion"]
@@ -209,8 +246,8 @@ def check_gradient(path, vector):
     edge = points[cells[:, 1:]] - points[cells[:, :1]]
     # Of a difference of two: each was rounded to 2^-24 of itself as SH, as irradiance and as luminance.
     rounding = 2 * 3 * 2 ** -24 * np.abs(arrays(data.GetPointData())["luminance"]).max()
-    flat = np.abs(np.linalg.det(edge)) < 1e-12
-    allowed = rounding * np.linalg.norm(np.linalg.inv(np.where(flat[:, None, None], np.eye(3), edge)), axis=(1, 2))
+    flat = content(edge) < 1e-12
+    allowed = rounding * np.linalg.norm(np.linalg.pinv(np.where(flat[:, None, None], np.eye(3)[:edge.shape[1]], edge)), axis=(1, 2))
     of_cells, of_points = (arrays(a)["luminance_gradient"] for a in (data.GetCellData(), data.GetPointData()))
     check(np.abs(of_cells - vector).max(axis=1) <= allowed, f"gradient of cells: {of_cells[:3]}")
     around = np.zeros(len(points))
