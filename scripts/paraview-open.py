@@ -72,6 +72,7 @@ def show_bake(path, view):
     distance = spacing(baked)
     lit = baked.PointData.GetArray("colour") is not None
     tetrahedra = baked.CellData.GetArray("min_dihedral") is not None
+    flat = any(baked.CellData.GetArray(name) is not None for name in ("min_angle", "length"))  # triangles, segments
 
     probes = Glyph(Input=baked, GlyphType="Sphere")
     RenameSource("probes", probes)
@@ -82,13 +83,14 @@ def show_bake(path, view):
     if lit:
         in_own_colour(shown, "POINTS")
         arrows("towards the light", baked, "brightest", 0.6 * distance, [1.0, 0.85, 0.4], view)
-    if not tetrahedra:
+    if not tetrahedra and not flat:
         return
     edges = ExtractEdges(Input=baked)
     RenameSource("edges", edges)
     in_one_colour(Show(edges, view), [0.7, 0.8, 1.0], 0.25)
     if lit:
         arrows("gradient of luminance", baked, "luminance_gradient", 0.6 * distance, [0.4, 0.9, 0.6], view)
+    if lit and tetrahedra:
         level = Slice(Input=baked)
         RenameSource("slice", level)
         level.SliceType.Normal = [0, 1, 0]

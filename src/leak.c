@@ -104,6 +104,7 @@ struct look {
     const struct tracer *tracer;
     const struct leak_settings *settings;
     const double *position;
+    int corners; /* of a cell */
     const struct edge *edges;
     const size_t *first; /* of each distinct edge, in edges */
     struct finding *finding;
@@ -118,6 +119,13 @@ static struct vec3 stand_off(const struct look *look, struct vec3 on_surface, st
     vec3_store(direction, n);
     const struct trace_hit ahead = trace_nearest(look->tracer, from, direction, 2 * offset);
     return vec3_fma(on_surface, ahead.hit ? ahead.distance / 2 : offset, n);
+}
+
+/* On the edge, so that what is added to probes in a plane or on a line stays there: off it by little, it would make space of the
+ * plane, and slivers of the cells. Off the surface by the offset all the same, or half way. */
+static struct vec3 stand_on_edge(const struct look *look, struct vec3 a, struct vec3 direction, double distance, double cosine)
+{
+    return vec3_fma(a, distance - fmin(look->settings->offset / fabs(cosine), distance / 2), direction);
 }
 
 /* The ray from `a` towards `b`, whose findings are those of `side`. */
@@ -140,7 +148,8 @@ static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int
     f->asks[side] = hit.distance >= look->settings->margin * length && hit.distance * fabs(cosine) >= 2 * look->settings->offset;
     /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that plane, else its hull would be all
      * slivers. */
-    f->probe[side] = stand_off(look, vec3_fma(a, hit.distance, direction), vec3_scale(cosine < 0 ? 1 : -1, hit.normal));
+    f->probe[side] = look->corners < 4 ? stand_on_edge(look, a, direction, hit.distance, cosine)
+                                       : stand_off(look, vec3_fma(a, hit.distance, direction), vec3_scale(cosine < 0 ? 1 : -1, hit.normal));
 }
 
 static struct error *look_along(void *context, size_t index, int thread)
@@ -253,7 +262,7 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const 
     *leaks = (struct leaks){0};
     struct edge *edges = NULL;
     size_t *first = NULL;
-    struct look look = {.tracer = tracer, .settings = settings, .position = position};
+    struct look look = {.tracer = tracer, .settings = settings, .position = position, .corners = corners};
     size_t all = 0;
     struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
     if (!err)

@@ -5,7 +5,8 @@
  * surface, the edge is *crossed*; it *leaks*, and asks for a probe just off the surface, where the end is far from it
  * (relative to the edge, and to the distance at which probes stand off) and the ray does not merely graze it. Probes go in
  * in pairs, one on each side of the wall, unless one is near enough already; then the mesh joins twin to twin
- * through the wall, and what is blended through it is no more than the gap. What is mended in one round makes new cells,
+ * through the wall, and what is blended through it is no more than the gap. Probes in a plane or on a line get theirs on the
+ * edges, and stay in that plane or on that line. What is mended in one round makes new cells,
  * so rounds follow, each with half the separation of the last, until no edge leaks.
  */
 #ifndef LEAK_H

@@ -372,4 +372,24 @@ for call in read write; do
     done
 done
 
+# -- cells of fewer corners --------------------------------------------------------------------------
+head='#?probe 1\nsh-order 1\nsh-content radiance\ntable probe position:f64:3 sh:f32:3\n'
+printf "$head"'0 0 0 1 0 0\n1 0 0 2 0 0\n0 0 1 1 1 0\n1 0 1 2 1 0\ntable tri vertex:i32:3 neighbour:i32:3\n0 1 2 1 -1 -1\n1 3 2 -1 0 -1\nend\n' >tri.flat
+printf "$head"'0 0 0 1 0 0\n2 0 0 3 0 0\n4 0 0 1 0 0\ntable segment vertex:i32:2 neighbour:i32:2\n0 1 1 -1\n1 2 -1 0\nend\n' >segment.flat
+printf "$head"'1 2 3 4 5 6\ntable point vertex:i32:1 neighbour:i32:1\n0 -1\nend\n' >point.flat
+for table in tri segment point; do
+    check "$table: text, binary, text: the same" sh -c "probe-cat --binary $table.flat | probe-cat --text --no-provenance | cmp - $table.flat"
+    check "$table: described" sh -c "probe-cat --info $table.flat | grep -q 'table $table'"
+    check "$table: with other light, cells stay" sh -c "probe-cat --text --content irradiance $table.flat | grep -q '^table $table'"
+    probe-cat --text $table.flat $table.flat >twice.flat 2>twice.err
+    check "$table: merged, cells are those of one stream alone: dropped" sh -c "! grep -q '^table $table' twice.flat && grep -q 'run probe-tet again' twice.err"
+    probe-cat --text --rows 0:1 $table.flat >fewer.flat 2>fewer.err
+    if [ $table = point ]; then
+        check "point: where its probe stays, so does it" grep -q '^table point' fewer.flat
+    else
+        check "$table: without all of their probes, cells go" sh -c "! grep -q '^table $table' fewer.flat && grep -q 'table $table' fewer.err"
+    fi
+    sed '/^table .*vertex/,/^end/s/^0 /9 /' $table.flat >beyond.flat
+    refused 1 "table $table" probe-cat beyond.flat
+done
 tap_done

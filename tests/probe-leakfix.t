@@ -58,4 +58,31 @@ refused 1 "cut.probe" probe-leakfix "$rooms" cut.probe
 refused 1 "No space left" sh -c "probe-leakfix -q '$rooms' cells.probe >/dev/full"
 refused 2 "--margin" probe-leakfix --margin 2 "$rooms" cells.probe
 refused 2 "SCENE" probe-leakfix
+# Probes in a plane, a tilted one too, on a line, two of them and one: what leaks past the wall is mended within the plane
+# or line; or there is nothing to look along.
+awk 'BEGIN { for (x = 0; x < 8; x++) for (z = 0; z < 4; z++) print x + .25, 1.25, z + .375 }' >plane.txt
+awk 'BEGIN { for (x = 0; x < 8; x++) for (z = 0; z < 4; z++) print x + .25, .75 + x / 8 + z / 4, z + .375 }' >tilted.txt
+awk 'BEGIN { for (x = 0; x < 8; x++) print x + .25, 1.25, 3.5 }' >line.txt
+printf '1 1.25 3.5\n7 1.25 3.5\n' >two.txt
+printf '1 1.25 3.5\n' >one.txt
+for flat in plane:tri:3 tilted:tri:3 line:segment:1 two:segment:1; do
+    name=${flat%%:*}
+    table=${flat#*:}
+    edges=${table#*:}
+    table=${table%:*}
+    probe-place points -q $name.txt | probe-capture -q --rays 16 --bounces 2 "$rooms" | probe-tet -q >$name.probe
+    check "$name: its cells are those of table $table" sh -c "probe-cat --text $name.probe | grep -q '^table $table '"
+    check "$name: --rounds 0 marks the edges" sh -c "probe-leakfix --rounds 0 '$rooms' $name.probe 2>said | probe-cat --text >marked.probe
+        grep -q '^table $table .*occlusion:i32:$edges' marked.probe"
+    probe-leakfix "$rooms" $name.probe >mended.probe 2>said
+    before=$(sed -n 's/.*before: \([0-9]*\) of .*/\1/p' said)
+    after=$(sed -n 's/.*after: \([0-9]*\) of .*/\1/p' said)
+    check "$name: leaking edges: $before before, $after after" test "${before:-0}" -gt 0 -a "${after:-99}" -lt "${before:-0}"
+    check "$name: they are those of table $table still" sh -c "probe-cat --text mended.probe | grep -q '^table $table '"
+    check "$name: the cells are sound, and every probe has light" sh -c "probe-tet --verify mended.probe && ! probe-cat --text mended.probe | grep -q nan"
+    check "$name: mended, it answers on both sides of the wall" sh -c "printf '3.5 1.2 3.5\n4.5 1.2 3.5\n' | probe-query -q mended.probe | awk '{ v[NR] = \$1 } END { exit !(v[1] > 2 * v[2] && v[2] > 0) }'"
+done
+probe-place points -q one.txt | probe-capture -q --rays 16 --bounces 2 "$rooms" | probe-tet -q >one.probe
+check "one probe: there is nothing to look along" sh -c "probe-leakfix '$rooms' one.probe 2>said >mended.probe && grep -q '0 of 0 edges leak' said &&
+    probe-cat --text --no-provenance one.probe >a && probe-cat --text --no-provenance mended.probe | cmp a -"
 tap_done
