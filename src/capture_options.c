@@ -148,14 +148,16 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
 struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header, int argc,
                                         char **argv)
 {
-    if (o->again || !capture_header_has_settings(header))
+    const bool again = o->again;
+    if (!capture_header_has_settings(header))
         return NULL;
     scene_settings_clear(&o->scene);
     program_clear(program);
     *o = capture_options_default();
-    struct error *err = capture_settings_from_header(&o->capture, header);
-    if (!err)
-        err = scene_settings_from_header(&o->scene, header);
+    struct error *err = scene_settings_from_header(&o->scene, header);
+    if (err || again)
+        return err ? err : capture_options_parse(o, program, argc, argv);
+    err = capture_settings_from_header(&o->capture, header);
     o->order = o->capture.order;
     o->rays = o->capture.rays;
     o->max_rays = o->capture.rays_most;

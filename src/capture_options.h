@@ -31,8 +31,8 @@ struct capture_options capture_options_default(void);
 /* Parses the command line over what stands in `o`. */
 struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc, char **argv);
 
-/* Where probes were captured before, and not again, what they were captured with takes the place of the defaults, and the command line
- * is read over that. */
+/* Where probes were captured before, the light and what they were captured with take the place of the defaults, and the command
+ * line is read over that; where they are captured again, the light alone. */
 struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header, int argc,
                                         char **argv);
 

@@ -110,6 +110,7 @@ struct scene_settings {
     char *sky_file; /* owned; NULL: uniform sky */
     struct scene_light *lights; /* from --sun, --point, --spot; owned */
     size_t light_count, light_capacity;
+    size_t inherited;     /* of the lights, those of a header: the first one of the command line takes the place of them all */
     bool emit_front_only; /* --emit front */
     double albedo_scale;  /* multiplies every albedo factor */
     double max_albedo;    /* limits every albedo after that, at most 1 */

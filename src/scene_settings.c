@@ -45,6 +45,14 @@ static struct error *add_light(struct scene_settings *settings, const struct sce
     return err;
 }
 
+/* A light of the command line: those of a header give way to what it says. */
+static struct error *give_light(struct scene_settings *settings, const struct scene_light *light)
+{
+    if (settings->inherited)
+        settings->light_count = settings->inherited = 0;
+    return add_light(settings, light);
+}
+
 /* Makes a direction of any length a unit one. */
 static struct error *make_unit(struct vec3 *direction)
 {
@@ -86,7 +94,7 @@ static struct error *parse_sun(void *value, const char *text)
         return err;
     struct scene_light light = {.kind = SCENE_SUN, .direction = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
     err = make_unit(&light.direction);
-    return err ? err : add_light(value, &light);
+    return err ? err : give_light(value, &light);
 }
 
 static struct error *parse_point(void *value, const char *text)
@@ -94,7 +102,7 @@ static struct error *parse_point(void *value, const char *text)
     double n[6];
     struct error *err = options_reals("--point", text, 6, n);
     const struct scene_light light = {.kind = SCENE_POINT, .position = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
-    return err ? err : add_light(value, &light);
+    return err ? err : give_light(value, &light);
 }
 
 static struct error *parse_spot(void *value, const char *text)
@@ -112,7 +120,7 @@ static struct error *parse_spot(void *value, const char *text)
                                 .cos_inner = angle_cos(n[6] * (ANGLE_PI / 180)),
                                 .cos_outer = angle_cos(n[7] * (ANGLE_PI / 180))};
     err = make_unit(&light.direction);
-    return err ? err : add_light(value, &light);
+    return err ? err : give_light(value, &light);
 }
 
 static struct error *parse_emit(void *value, const char *text)
@@ -326,5 +334,6 @@ struct error *scene_settings_from_header(struct scene_settings *settings, const 
     struct error *err = NULL;
     for (size_t k = 0; k < header->key_count && !err; k++)
         err = get_key(settings, &header->keys[k]);
+    settings->inherited = settings->light_count;
     return error_wrap(err, "header");
 }

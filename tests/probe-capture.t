@@ -107,4 +107,25 @@ refused 2 "--sky" probe-capture --sky 1,2 "$scene"
 refused 2 "--sun" probe-capture --sun 0,0,0,1,1,1 "$scene"
 refused 2 "expected some of sh_error" probe-capture --columns sh,foo "$scene"
 refused 2 "SCENE" probe-capture
+# -- the light of the first run ----------------------------------------------------------------------
+lights='--sky .5,.6,.8 --sun .2,-1,.3,10,9,8 --point 1,2,1,5,5,5 --emit front --albedo-scale .5'
+probe-place grid -q --count 12 "$scene" | probe-capture -q --rays 16 $lights "$scene" >lit.probe
+light_of() { # light_of FILE: keys of its light
+    probe-cat --text "$1" | grep -E '^(sky|sky-file|sun-|point-|spot-|emit|albedo-scale|max-albedo|light-scale|scene-key)' | sort
+}
+light_of lit.probe >lights
+check "the header has it" sh -c "grep -q '^sun-1 ' lights && grep -q '^point-2 ' lights && grep -q '^sky .5,.6,.8\|^sky 0.5,0.6,0.8' lights"
+probe-capture -q --again --rays 32 "$scene" lit.probe >again.probe
+light_of again.probe >got
+check "--again has the light of the first run" diff lights got
+probe-place grid -q --count 12 "$scene" | probe-capture -q --rays 32 $lights "$scene" | probe-cat --text --no-provenance | sort >fresh.text
+check "and captures as a first run with it does" sh -c "probe-cat --text --no-provenance again.probe | sort | cmp - fresh.text"
+check "the same lights on the command line are the same light" sh -c "probe-capture -q $lights '$scene' lit.probe >same.probe"
+refused 1 "other light in it" probe-capture -q --sun 0,-1,0,1,1,1 "$scene" lit.probe
+probe-capture -q --again --sun 0,-1,0,1,1,1 "$scene" lit.probe >other.probe
+light_of other.probe >got
+check "another sun takes the place of sun and point, the sky stays" sh -c "grep -qx 'sun-1 0,-1,0,1,1,1' got && ! grep -q '^point' got && grep '^sky ' lights | grep -qxf - got"
+probe-capture -q --again --sky 0,0,0 "$scene" lit.probe >other.probe
+light_of other.probe >got
+check "no sky leaves the other lights" sh -c "grep -qx 'sky 0,0,0' got && grep '^sun-1 \|^point-2 ' lights >wanted && grep '^sun-1 \|^point-2 ' got | cmp - wanted"
 tap_done
