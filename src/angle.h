@@ -16,8 +16,8 @@ double angle_cos(double x);
 /* The angle of (x, y) from the x axis, in [-pi, pi]; 0 for (0, 0). */
 double angle_atan2(double y, double x);
 
-/* x and y, the cosine and sine of 2 pi `turn`, for turn in [0, 1], in single precision (within 2e-7): for directions drawn at random.
- * Inline, so that a loop over it is done by vector instructions. */
+/* x and y, the cosine and sine of 2 pi `turn`, for turn in [0, 1], in single precision (within 2e-7): for directions drawn at
+ * random. Inline, so that a loop over it is done by vector instructions. */
 static inline void angle_turn(float turn, float *x, float *y)
 {
     const int quarters = (int)(4 * turn + 0.5f);

@@ -56,8 +56,8 @@ static void draw(const struct picture *p, double x, double y, const char *text, 
     copy_text(text, copy);
     const int count = stb_easy_font_print(0, 0, copy, NULL, quad, (int)sizeof quad);
     for (int i = 0; i < count; i++)
-        fill(p, x + scale * (double)quad[i][0] - grow, y + scale * (double)quad[i][1] - grow, x + scale * (double)quad[i][8] + grow,
-             y + scale * (double)quad[i][9] + grow, colour);
+        fill(p, x + scale * (double)quad[i][0] - grow, y + scale * (double)quad[i][1] - grow,
+             x + scale * (double)quad[i][8] + grow, y + scale * (double)quad[i][9] + grow, colour);
 }
 
 void annotate_text(const struct picture *p, double x, double y, const char *text)
@@ -70,7 +70,8 @@ void annotate_text(const struct picture *p, double x, double y, const char *text
 
 void annotate_scale(const struct picture *p, enum colour_map map, const char *title, const char *const label[3])
 {
-    const double line = annotate_height(p), left = line, width = (double)p->width - 2 * line, bottom = (double)p->height - line / 2;
+    const double line = annotate_height(p), left = line, width = (double)p->width - 2 * line,
+        bottom = (double)p->height - line / 2;
     const double bar_bottom = bottom - line, bar_top = bar_bottom - line, edge = letter_scale(p);
     fill(p, left - edge, bar_top - edge, left + width + edge, bar_bottom + edge, (struct vec3f){0, 0, 0});
     for (double x = 0; x < width; x++)

@@ -15,7 +15,8 @@ void annotate_text(const struct picture *picture, double x, double y, const char
 double annotate_width(const struct picture *picture, const char *text);
 double annotate_height(const struct picture *picture);
 
-/* A scale along the lower edge: the map's colours from 0 to 1, with these words at its start, middle and end, and a title above. */
+/* A scale along the lower edge: the map's colours from 0 to 1, with these words at its start, middle and end, and a title
+ * above. */
 void annotate_scale(const struct picture *picture, enum colour_map map, const char *title, const char *const label[3]);
 
 #endif

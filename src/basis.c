@@ -115,8 +115,8 @@ static void nearest_corners(struct vec3 n, int nearest[3])
     }
 }
 
-/* Adds weight times the control value next to corner i on the edge towards corner k, cos(edge) f_i + v_k . grad f_i / 3, with which the
- * edge's cubic has the value and the derivative of corner i. Values are f, df/du, df/dv of each corner. */
+/* Adds weight times the control value next to corner i on the edge towards corner k, cos(edge) f_i + v_k . grad f_i / 3, with
+ * which the edge's cubic has the value and the derivative of corner i. Values are f, df/du, df/dv of each corner. */
 static void add_control(int i, int k, double weight, double *value)
 {
     static const double edge_cosine = 0.4472135954999579; /* 1 / sqrt(5) */
@@ -127,9 +127,10 @@ static void add_control(int i, int k, double weight, double *value)
     value[3 * i + 2] += weight * vec3_dot(corner(k), v) / 3;
 }
 
-/* The derivative across an edge is quadratic in the edge's two coordinates, with the ends' e1 and e2 as its outer coefficients; it is the
- * blend of e1 and e2 that is constant where they agree if the middle one is cos(edge) (e1 + e2) / 2. That gives the control value in the
- * middle, as this edge wants it: a0 (f_j + f_k) + a1 (c_jjk + c_kkj) + a2 (c_jji + c_kki), i the corner across from it. */
+/* The derivative across an edge is quadratic in the edge's two coordinates, with the ends' e1 and e2 as its outer coefficients;
+ * it is the blend of e1 and e2 that is constant where they agree if the middle one is cos(edge) (e1 + e2) / 2. That gives the
+ * control value in the middle, as this edge wants it: a0 (f_j + f_k) + a1 (c_jjk + c_kkj) + a2 (c_jji + c_kki), i the corner
+ * across from it. */
 static void add_middle(int i, int j, int k, double weight, double *value)
 {
     static const double a0 = -0.06909830056250526, /* (sqrt(5) - 5) / 40 */
@@ -194,8 +195,8 @@ void basis_irradiance(enum basis basis, const float *c, const double n[3], doubl
 
 /* -- directions --------------------------------------------------------------------------------- */
 
-/* Calls body with directions and weights that sum to the sphere's area: cells x cells patches on each quarter of a cube's sides, which
- * no function of the ambient cube has a kink inside; in each, Gauss and Legendre's points x points. */
+/* Calls body with directions and weights that sum to the sphere's area: cells x cells patches on each quarter of a cube's
+ * sides, which no function of the ambient cube has a kink inside; in each, Gauss and Legendre's points x points. */
 typedef void direction_body(void *context, const double n[3], double weight);
 
 static void for_directions(int cells, int points, direction_body *body, void *context)
@@ -302,9 +303,9 @@ void basis_fit_destroy(struct basis_fit *fit)
 
 /* -- ambient and highlight and direction ---------------------------------------------------------- */
 
-/* A probe's irradiance against A + H c, c(n) = max(0, n . d). With <1, 1> = 4 pi, <1, c> = pi, <c, c> = 2 pi / 3 and, by Funk and
- * Hecke, <E, c> = sum of A_l E_lm Y_lm(d), best A and H of a colour follow in closed form, and so does what they take off the square of
- * the distance, A <E, 1> + H <E, c>. Its sum over colours is searched for its highest place. */
+/* A probe's irradiance against A + H c, c(n) = max(0, n . d). With <1, 1> = 4 pi, <1, c> = pi, <c, c> = 2 pi / 3 and, by Funk
+ * and Hecke, <E, c> = sum of A_l E_lm Y_lm(d), best A and H of a colour follow in closed form, and so does what they take off
+ * the square of the distance, A <E, 1> + H <E, c>. Its sum over colours is searched for its highest place. */
 struct highlight {
     int order;
     double twice[3 * SH_COUNT_MAX]; /* A_l E_lm */

@@ -1,7 +1,7 @@
 /* basis: irradiance as games store it, in other bases than SH.
  *
- * Each is a column of table probe (man probe.5, "Other bases"), made by least squares from the irradiance E that a probe's SH give:
- * it makes the integral of (E(n) - fit(n))^2 over all directions n the least, colour by colour.
+ * Each is a column of table probe (man probe.5, "Other bases"), made by least squares from the irradiance E that a probe's SH
+ * give: it makes the integral of (E(n) - fit(n))^2 over all directions n the least, colour by colour.
  *
  *     cube        ambient_cube, 6 colours: +X -X +Y -Y +Z -Z. E(n) = sum over axes of n_axis^2 times the side that n is on.
  *                 McTaggart, "Half-Life 2 / Valve Source shading", GDC 2004.
@@ -14,8 +14,8 @@
  *     ahd         ahd, ambient colour A, highlight colour H and its unit direction d: E(n) = A + H max(0, n . d), A and H not
  *                 below 0. Akenine-Moeller et al., "Real-time rendering", 4th ed., sec. 10.3.3.
  *
- * Corner 4 g + 2 a + b of the icosahedron has (1 - 2a) 0.850651 on axis g, (1 - 2b) 0.525731 on the next one, 0 on the third (axes X,
- * Y, Z, X, ...): the tangents are u, the unit vector of the third axis, and v x u.
+ * Corner 4 g + 2 a + b of the icosahedron has (1 - 2a) 0.850651 on axis g, (1 - 2b) 0.525731 on the next one, 0 on the third
+ * (axes X, Y, Z, X, ...): the tangents are u, the unit vector of the third axis, and v x u.
  *
  * Blends of probes are exact for all but ahd, whose directions do not blend.
  */
@@ -47,8 +47,8 @@ void basis_fit_destroy(struct basis_fit *fit);
 /* Fits sh (3 n^2; convolved: irradiance) into c. */
 void basis_fit_probe(const struct basis_fit *fit, bool convolved, const float *sh, float *c);
 
-/* How far fits are from the irradiance that they were made of, in luminance, over all probes and 384 directions, as shares of a probe's
- * mean irradiance. Probes without light or with no mean do not count. */
+/* How far fits are from the irradiance that they were made of, in luminance, over all probes and 384 directions, as shares of a
+ * probe's mean irradiance. Probes without light or with no mean do not count. */
 struct basis_error {
     size_t probes;
     double rms, worst;

@@ -70,8 +70,8 @@ static struct error *make_intervals(struct job *job, int threads, struct estimat
     return err;
 }
 
-struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures, bootstrap_reckon *reckon, const void *context, int threads,
-                        struct estimate *estimate)
+struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures, bootstrap_reckon *reckon, const void *context,
+                        int threads, struct estimate *estimate)
 {
     struct job job = {.count = count, .seed = seed, .name = name, .figures = figures, .reckon = reckon, .context = context};
     uint32_t *once = NULL;

@@ -20,7 +20,8 @@ struct camera {
     size_t width, height;           /* pixels */
 };
 
-/* fov: the whole vertical angle, degrees, above 0 and below 180. Errors: nothing to look at (look_at is eye), up along the view. */
+/* fov: the whole vertical angle, degrees, above 0 and below 180. Errors: nothing to look at (look_at is eye), up along the
+ * view. */
 struct error *camera_create(struct camera *camera, struct vec3 eye, struct vec3 look_at, struct vec3 up, double fov, size_t width,
                             size_t height);
 

@@ -22,8 +22,8 @@ static const char *const light_names[] = {[CAPTURE_ALL] = "all", [CAPTURE_DIRECT
 
 struct capture_settings capture_settings_default(void)
 {
-    return (struct capture_settings){.order = 3, .rays = 512, .rays_most = 65536, .bounces = 64, .decimate = 1, .ao_distance = (double)INFINITY,
-                                     .columns = CAPTURE_DEFAULT};
+    return (struct capture_settings){.order = 3, .rays = 512, .rays_most = 65536, .bounces = 64, .decimate = 1,
+                                     .ao_distance = (double)INFINITY, .columns = CAPTURE_DEFAULT};
 }
 
 /* -- header ----------------------------------------------------------------------------------- */
@@ -44,7 +44,8 @@ static struct error *set_real(struct stream_header *header, const char *key, dou
 
 struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header)
 {
-    static const char *const optional[] = {"capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance", "capture-decimate"};
+    static const char *const optional[] = {"capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance",
+                                           "capture-decimate"};
     for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)
         header_remove_key(header, optional[i]);
     struct error *err = set_number(header, "sh-order", (uint64_t)settings->order);
@@ -74,7 +75,8 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
     return err;
 }
 
-static struct error *get_number(const struct stream_header *header, const char *key, uint64_t least, uint64_t most, uint64_t *value)
+static struct error *get_number(const struct stream_header *header, const char *key, uint64_t least, uint64_t most,
+                                uint64_t *value)
 {
     const char *text = header_key(header, key);
     if (!text)
@@ -134,7 +136,8 @@ struct error *capture_settings_from_header(struct capture_settings *settings, co
     if (!err)
         err = get_real(header, "capture-decimate", &settings->decimate);
     if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
-        err = error_new("header key capture-decimate: expected a share above 0 and at most 1, got '%s'", header_key(header, "capture-decimate"));
+        err = error_new("header key capture-decimate: expected a share above 0 and at most 1, got '%s'",
+                        header_key(header, "capture-decimate"));
     if (!err)
         err = get_light(header, &settings->light);
     if (!err)
@@ -173,7 +176,8 @@ struct error *capture_check_same(const struct stream_header *before, const struc
     return NULL;
 }
 
-struct error *capture_make_header(struct stream_header *header, const struct stream_header *before, const struct capture_settings *settings,
+struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
+                                  const struct capture_settings *settings,
                                   const struct scene_settings *light, uint64_t scene_key, bool again, const char *recorded)
 {
     char key[32];
@@ -311,7 +315,8 @@ static struct error *capture_one(void *context, size_t index, int thread)
     const size_t row = job->row[index];
     const float *normal = job->normal ? job->normal + 3 * row : NULL;
     if (normal && !(vec3f_length((struct vec3f){normal[0], normal[1], normal[2]}) > 0))
-        return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0], (double)normal[1], (double)normal[2]);
+        return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0], (double)normal[1],
+                         (double)normal[2]);
     struct capture_probe result;
     struct error *err = capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
     if (err)
@@ -325,7 +330,8 @@ static struct error *capture_one(void *context, size_t index, int thread)
         const float *value = (const float *)((const char *)&result + job->output[i].offset);
         for (size_t k = 0; k < column->width; k++)
             if (!isfinite(value[k]))
-                return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale brings light down", row, column->name);
+                return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale brings light down", row,
+                                 column->name);
         memcpy(column_f32(column) + row * column->width, value, column->width * sizeof *value);
     }
     if (job->rays)

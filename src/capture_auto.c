@@ -4,8 +4,9 @@
 #include "order.h"
 #include "stream.h"
 
-struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings, struct table *table, bool again,
-                                  double loss, int threads, struct progress *progress, size_t *captured, size_t *left, double *lost)
+struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings, struct table *table,
+                                  bool again, double loss, int threads, struct progress *progress, size_t *captured,
+                                  size_t *left, double *lost)
 {
     const struct dering_settings dering = settings->dering;
     struct capture_settings first = *settings;

@@ -25,7 +25,8 @@ static const struct {
     unsigned flag;
 } columns_known[] = {{"sh_error", CAPTURE_ERROR},          {"irradiance_error", CAPTURE_ERROR}, {"validity", CAPTURE_VALIDITY},
                      {"depth", CAPTURE_DEPTH},             {"sky", CAPTURE_SKY},                {"sh_gradient", CAPTURE_GRADIENT},
-                     {"visibility", CAPTURE_VISIBILITY},   {"ao", CAPTURE_AO},                  {"bent_normal", CAPTURE_BENT_NORMAL},
+                     {"visibility", CAPTURE_VISIBILITY},   {"ao", CAPTURE_AO},
+                     {"bent_normal", CAPTURE_BENT_NORMAL},
                      {"rays", CAPTURE_RAYS},               {"none", 0}};
 
 /* "sh_error,depth" or "none". */
@@ -74,8 +75,8 @@ static struct error *parse_slice(void *value, const char *text)
     return NULL;
 }
 
-/* Rays of the first round where an error is asked for: a share of what it will take at the least, and enough to meet what is bright and
- * seldom seen. (Rounds of 128 that were to tell of 1 % took a sun's patch in the distance for nothing.) */
+/* Rays of the first round where an error is asked for: a share of what it will take at the least, and enough to meet what is
+ * bright and seldom seen. (Rounds of 128 that were to tell of 1 % took a sun's patch in the distance for nothing.) */
 static int first_round(const struct capture_settings *c)
 {
     return (int)fmin(fmax(0.1 / (c->error * c->error), 128), c->rays_most);
@@ -94,12 +95,13 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
         {.name = "rays", .letter = 'r', .argument = "N", .kind = OPTION_INTEGER, .value = &o->rays, .least = 1,
          .most = CAPTURE_RAYS_MOST, .shown = "512; with --error 0.1 / SHARE^2, at least 128",
          .help = "rays a probe; the error falls faster than the root of\ntheir number"},
-        {.name = "error", .letter = 'e', .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.error, .least_open = true, .most = 1,
-         .shown = "none", .help = "after the first --rays, more of them until the standard\nerror of irradiance is below this share of it"},
+        {.name = "error", .letter = 'e', .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.error,
+         .least_open = true, .most = 1, .shown = "none",
+         .help = "after the first --rays, more of them until the standard\nerror of irradiance is below this share of it"},
         {.name = "error-floor", .argument = "E", .kind = OPTION_REAL, .value = &o->capture.error_floor, .most = (double)INFINITY,
          .help = "irradiance below which --error is a share of this"},
-        {.name = "max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &o->max_rays, .least = 1, .most = CAPTURE_RAYS_MOST,
-         .help = "rays a probe that --error may spend"},
+        {.name = "max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &o->max_rays, .least = 1,
+         .most = CAPTURE_RAYS_MOST, .help = "rays a probe that --error may spend"},
         {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &o->bounces, .most = CAPTURE_BOUNCES_MOST,
          .help = "how often light may scatter on its way"},
         {.name = "light", .argument = "WHICH", .kind = OPTION_CHOICE, .choices = lights, .value = &o->light,
@@ -108,18 +110,20 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "what the SH are of: incident radiance, or irradiance,\nwhich is convolved with the cosine"},
         {.name = "dering", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = targets, .value = &o->dering,
          .help = "window each probe as little as keeps its irradiance, or\nits radiance, above --dering-floor in all directions"},
-        {.name = "dering-floor", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.dering.floor, .most = DERING_FLOOR_MOST,
-         .help = "of its mean over directions"},
+        {.name = "dering-floor", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.dering.floor,
+         .most = DERING_FLOOR_MOST, .help = "of its mean over directions"},
         {.name = "columns", .argument = "LIST", .kind = OPTION_CALL, .value = &o->capture.columns, .parse = parse_columns,
          .shown = "sh_error,validity,depth,sky",
          .help = "what to write beside light: of these, sh_gradient,\nvisibility, ao, bent_normal, rays; none: nothing"},
         {.name = "ao-distance", .argument = "D", .kind = OPTION_REAL, .value = &o->capture.ao_distance, .least_open = true,
          .most = (double)INFINITY, .shown = "none", .help = "surfaces beyond do not occlude, for ao and bent_normal"},
-        {.name = "decimate", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.decimate, .least_open = true, .most = 1,
-         .help = "trace in a scene of this share of the triangles: those\nthat change its surface least are taken away"},
-        {.name = "again", .kind = OPTION_FLAG, .value = &o->again, .help = "capture all probes, not only those that have no light yet"},
+        {.name = "decimate", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.decimate, .least_open = true,
+         .most = 1, .help = "trace in a scene of this share of the triangles: those\nthat change its surface least are taken away"},
+        {.name = "again", .kind = OPTION_FLAG, .value = &o->again,
+         .help = "capture all probes, not only those that have no light yet"},
         {.name = "slice", .argument = "I/N", .kind = OPTION_CALL, .value = &o->slice, .parse = parse_slice, .shown = "1/1",
-         .help = "capture the I-th of N parts of the probes: every N-th from\nthe I-th on (probe-cat --fill puts slices together)"},
+         .help = "capture the I-th of N parts of the probes: every N-th from\n"
+                 "the I-th on (probe-cat --fill puts slices together)"},
         {0}};
     struct option_row scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     program->groups[0] = rows;
@@ -145,8 +149,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
     return err;
 }
 
-struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header, int argc,
-                                        char **argv)
+struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header,
+                                        int argc, char **argv)
 {
     const bool again = o->again;
     if (!capture_header_has_settings(header))

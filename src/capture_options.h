@@ -33,8 +33,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
 
 /* Where probes were captured before, the light and what they were captured with take the place of the defaults, and the command
  * line is read over that; where they are captured again, the light alone. */
-struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header, int argc,
-                                        char **argv);
+struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header,
+                                        int argc, char **argv);
 
 void capture_options_clear(struct capture_options *o);
 

@@ -101,7 +101,8 @@ struct draw {
 };
 
 /* Draws a point in each cell of the grid's fours from `four` on; `first` is the number of the first sample of this kind. */
-static void draw_points(const struct work *w, enum kind kind, uint32_t first, const struct grid *grid, int four, struct draw *draw)
+static void draw_points(const struct work *w, enum kind kind, uint32_t first, const struct grid *grid, int four,
+                        struct draw *draw)
 {
     const int across = grid->columns / 2, left = grid->rows / 2 * across - four;
     draw->fours = left < STRATA_FOURS ? (size_t)left : STRATA_FOURS;

@@ -89,7 +89,8 @@ static struct error *run(const char *input, const char *output)
     return err;
 }
 
-/* A stream of the positions, and of the light that tells which of merged probes represents the others: probe-tet needs no more. */
+/* A stream of the positions, and of the light that tells which of merged probes represents the others: probe-tet needs no
+ * more. */
 static struct error *write_positions(const struct table *probes, const char *path)
 {
     struct stream *stream = NULL;

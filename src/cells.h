@@ -31,8 +31,8 @@ struct error *cells_find(const struct stream *stream, struct cells *cells);
 /* Removes what speaks of cells: their table, and of table probe the columns hull_normal and merged. */
 void cells_remove(struct stream *stream);
 
-/* Makes the table of cells, and columns hull_normal and perhaps merged of table probe, anew from the probes' positions and light. The child's own
- * messages go to standard error. Errors: it is not to be found, or failed. */
+/* Makes the table of cells, and columns hull_normal and perhaps merged of table probe, anew from the probes' positions and
+ * light. The child's own messages go to standard error. Errors: it is not to be found, or failed. */
 struct error *cells_make(struct stream *stream);
 
 #endif

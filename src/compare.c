@@ -27,7 +27,8 @@ struct error *compare_exposure(const struct picture *picture, double *exposure)
     return err;
 }
 
-static void compare_linear(const struct picture *truth, const struct picture *variance, const struct picture *test, struct compare *result)
+static void compare_linear(const struct picture *truth, const struct picture *variance, const struct picture *test,
+                           struct compare *result)
 {
     const size_t count = 3 * truth->width * truth->height;
     double mean = 0, difference = 0, square = 0, noise = 0;

@@ -12,7 +12,8 @@ struct error;
 
 struct compare {
     double mean;     /* of the truth */
-    double bias;     /* mean of the difference over the mean of the truth: too bright above 0, too dark below; 0 where all is black */
+    /* mean of the difference over the mean of the truth: too bright above 0, too dark below; 0 where all is black */
+    double bias;
     double rmse;     /* root mean square difference */
     double relative; /* that over the mean of the truth; 0 where all is black */
     double noise;    /* the truth's own root mean square error, which is part of rmse; NaN: not known */

@@ -94,7 +94,8 @@ void convert_report_dering(const struct dering_count *count, const char *program
     fprintf(out, "\n");
 }
 
-void convert_report(const struct convert_settings *settings, const struct convert_outcome *outcome, const char *program, FILE *out)
+void convert_report(const struct convert_settings *settings, const struct convert_outcome *outcome, const char *program,
+                    FILE *out)
 {
     if (settings->dering.target != DERING_NONE)
         convert_report_dering(&outcome->dering, program, out);

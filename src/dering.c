@@ -17,7 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const target_names[] = {[DERING_NONE] = "none", [DERING_IRRADIANCE] = "irradiance", [DERING_RADIANCE] = "radiance"};
+static const char *const target_names[] = {[DERING_NONE] = "none", [DERING_IRRADIANCE] = "irradiance",
+                                           [DERING_RADIANCE] = "radiance"};
 
 /* -- header ----------------------------------------------------------------------------------- */
 
@@ -41,8 +42,8 @@ struct error *dering_from_header(struct dering_settings *settings, const struct 
         const size_t length = strlen(target_names[i]);
         const char *end = text + strlen(text);
         double floor;
-        if (strncmp(text, target_names[i], length) || text[length] != ' ' || number_read_f64(text + length + 1, end, &floor) != end ||
-            !(floor >= 0 && floor <= DERING_FLOOR_MOST))
+        if (strncmp(text, target_names[i], length) || text[length] != ' ' ||
+            number_read_f64(text + length + 1, end, &floor) != end || !(floor >= 0 && floor <= DERING_FLOOR_MOST))
             continue;
         *settings = (struct dering_settings){.target = (enum dering_target)i, .floor = floor};
         return NULL;
@@ -53,9 +54,9 @@ struct error *dering_from_header(struct dering_settings *settings, const struct 
 
 /* -- the minimum over the sphere ---------------------------------------------------------------- */
 
-/* One channel under a window, cut into spherical triangles. At its minimum x a smooth f is level, so f(m) <= f(x) + bend/2 d^2 for any m at
- * the angle d from x, where no second derivative along a great circle exceeds `bend`. So a triangle whose middle is at least
- * bend/2 d^2 above the level, d its radius, does not hold a minimum below it; others are cut in four. */
+/* One channel under a window, cut into spherical triangles. At its minimum x a smooth f is level, so f(m) <= f(x) + bend/2 d^2
+ * for any m at the angle d from x, where no second derivative along a great circle exceeds `bend`. So a triangle whose middle
+ * is at least bend/2 d^2 above the level, d its radius, does not hold a minimum below it; others are cut in four. */
 struct search {
     int order;
     double f[SH_COUNT_MAX];
@@ -65,8 +66,9 @@ struct search {
 
 enum { WORK_MOST = 1 << 18 };
 
-/* Second derivative along any great circle of a sum of band l whose coefficients have length 1: sqrt of the fourth derivative of the band's
- * reproducing kernel (2l+1)/(4 pi) P_l(cos t) at 0, P_l'''' = k (3k - 2) / 8, k = l (l + 1) (Cauchy and Schwarz). */
+/* Second derivative along any great circle of a sum of band l whose coefficients have length 1: sqrt of the fourth derivative
+ * of the band's reproducing kernel (2l+1)/(4 pi) P_l(cos t) at 0, P_l'''' = k (3k - 2) / 8, k = l (l + 1) (Cauchy and
+ * Schwarz). */
 static double band_bend(int l)
 {
     static const double root[SH_ORDER_MAX] = {0, 1, 3.4641016151377544, 7.14142842854285, 12.041594578792296, 18.16590212458495};
@@ -101,7 +103,8 @@ static bool triangle_is_above(struct search *s, struct vec3 a, struct vec3 b, st
         return true;
     if (drop < s->slack)
         return false;
-    const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)), ca = vec3_normalize(vec3_add(c, a));
+    const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)),
+        ca = vec3_normalize(vec3_add(c, a));
     return triangle_is_above(s, ab, bc, ca) && triangle_is_above(s, a, ab, ca) && triangle_is_above(s, b, bc, ab) &&
            triangle_is_above(s, c, ca, bc);
 }

@@ -69,9 +69,9 @@ void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const
     }
 }
 
-/* The edges of a cell from its first corner; those that it lacks are unit vectors across it. So their determinant is six times the
- * volume of a tetrahedron, twice the area of a triangle, the length of a segment, and what is linear in the cell and does not
- * change across it has one gradient. */
+/* The edges of a cell from its first corner; those that it lacks are unit vectors across it. So their determinant is six times
+ * the volume of a tetrahedron, twice the area of a triangle, the length of a segment, and what is linear in the cell and does
+ * not change across it has one gradient. */
 static double cell_edges(int corners, const int32_t *v, const double *position, struct vec3 edge[3])
 {
     const struct vec3 p0 = vec3_load(position + 3 * (size_t)v[0]);
@@ -119,7 +119,8 @@ void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *po
 void derive_length(size_t cell_count, const int32_t *vertex, const double *position, double *length)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
-        const struct vec3 a = vec3_load(position + 3 * (size_t)vertex[2 * cell]), b = vec3_load(position + 3 * (size_t)vertex[2 * cell + 1]);
+        const struct vec3 a = vec3_load(position + 3 * (size_t)vertex[2 * cell]),
+            b = vec3_load(position + 3 * (size_t)vertex[2 * cell + 1]);
         length[cell] = vec3_length(vec3_sub(b, a));
     }
 }

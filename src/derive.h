@@ -39,7 +39,8 @@ void derive_length(size_t cell_count, const int32_t *vertex, const double *posit
 void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex, const double *position, const float *value,
                           float *gradient);
 
-/* Mean of the gradients of the cells around each probe, weighted with their volume, area or length: 3 * count; 0 without cells. */
+/* Mean of the gradients of the cells around each probe, weighted with their volume, area or length: 3 * count; 0 without
+ * cells. */
 struct error *derive_point_gradient(size_t count, int corners, size_t cell_count, const int32_t *vertex, const double *position,
                                     const float *cell_gradient, float *gradient);
 

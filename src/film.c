@@ -117,8 +117,8 @@ static struct error *take_overlay(const struct film *film, const struct render *
 }
 
 /* One shot of the scene as it stands; object: what moves in it, or NULL. */
-static struct error *take_shot(const struct film *film, const struct render_object *object, double exposure, struct progress *progress,
-                               struct shot *shot)
+static struct error *take_shot(const struct film *film, const struct render_object *object, double exposure,
+                               struct progress *progress, struct shot *shot)
 {
     struct tracer *tracer = NULL;
     struct path_tracer path = {0};
@@ -194,8 +194,8 @@ static struct error *sheet_add(struct sheet *sheet, size_t frame, size_t count, 
     return NULL;
 }
 
-static struct error *take_frames(const struct film *film, const double *point, size_t count, const struct object *object, bool numbered,
-                                 struct progress *progress)
+static struct error *take_frames(const struct film *film, const double *point, size_t count, const struct object *object,
+                                 bool numbered, struct progress *progress)
 {
     struct sheet sheet = {.across = 1};
     double exposure = film->shot->exposure; /* the first frame's holds for all */
@@ -209,7 +209,8 @@ static struct error *take_frames(const struct film *film, const double *point, s
         snprintf(name, sizeof name, "%zu ", frame);
         err = take_shot(film, &at, exposure, progress, &shot);
         if (!err && !numbered && count > 1)
-            annotate_text(&shot.shown, annotate_height(&shot.shown) / 2, (double)shot.shown.height - 2 * annotate_height(&shot.shown), name);
+            annotate_text(&shot.shown, annotate_height(&shot.shown) / 2,
+                          (double)shot.shown.height - 2 * annotate_height(&shot.shown), name);
         if (!err)
             err = numbered ? write_frame(film, &shot, frame) : sheet_add(&sheet, frame, count, &shot);
         if (!err)
@@ -288,7 +289,8 @@ struct error *film_take(const struct film *film, struct warnings *warnings)
     struct shot shot = {0};
     struct error *err = try_outputs(film->output, film->pfm);
     struct progress *progress =
-        progress_start(film->progress, film->program, "tiles", render_tiles(film->render->camera) * (size_t)shot_pictures(film->shot));
+        progress_start(film->progress, film->program, "tiles",
+                       render_tiles(film->render->camera) * (size_t)shot_pictures(film->shot));
     if (!err)
         err = take_shot(film, NULL, film->shot->exposure, progress, &shot);
     progress_end(progress);

@@ -108,8 +108,8 @@ struct work {
 };
 
 /* A plane through a filter that is the product of these two. */
-static struct error *pass(const struct work *w, const double *from, double *to, const struct kernel *across, const struct kernel *down,
-                          double share, bool add)
+static struct error *pass(const struct work *w, const double *from, double *to, const struct kernel *across,
+                          const struct kernel *down, double share, bool add)
 {
     struct filter f = {.from = from, .to = to, .between = w->between, .width = w->width, .height = w->height,
                        .across = across, .down = down, .share = share, .add = add};
@@ -256,13 +256,14 @@ static void fill_planes(const struct work *w, const struct picture *p, double *c
     }
 }
 
-struct error *flip_compare(const struct picture *reference, const struct picture *test, double ppd, int threads, float *map, double *mean)
+struct error *flip_compare(const struct picture *reference, const struct picture *test, double ppd, int threads, float *map,
+                           double *mean)
 {
     struct work w;
     *mean = 0;
     if (reference->width != test->width || reference->height != test->height)
-        return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels", reference->width, reference->height, test->width,
-                         test->height);
+        return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels", reference->width, reference->height,
+                         test->width, test->height);
     if (!(ppd > 0 && ppd * 0.135077 < RADIUS_MOST))
         return error_new("%g pixels a degree, expected above 0 and below 1895", ppd);
     struct error *err = work_create(&w, reference, threads);

@@ -19,7 +19,8 @@ static float wall_nearness(const struct gradient_cell *a, const struct gradient_
     return bulges ? float_least(near_a, near_b) : float_most(near_a, near_b);
 }
 
-static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int a, int b, int order, double weight, double *d)
+static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int a, int b, int order, double weight,
+                     double *d)
 {
     const struct gradient_cell *cell_a = &cells->cell[a], *cell_b = &cells->cell[b];
     const struct vec3f direction = {(float)wall->direction[0], (float)wall->direction[1], (float)wall->direction[2]};

@@ -227,8 +227,9 @@ static struct error *add_quality(struct grid *grid)
     float *angle = NULL;
     double *length = NULL;
     struct error *err = NULL;
+    const char *name = m->corners == 4 ? "min_dihedral" : "min_angle";
     if (m->corners >= 3)
-        err = fields_add_new(&grid->cells, m->corners == 4 ? "min_dihedral" : "min_angle", VTK_EXPORT_F32, 1, m->cell_count, &angle);
+        err = fields_add_new(&grid->cells, name, VTK_EXPORT_F32, 1, m->cell_count, &angle);
     if (m->corners == 2)
         err = fields_add_new(&grid->cells, "length", VTK_EXPORT_F64, 1, m->cell_count, &length);
     if (!err && m->corners == 4)

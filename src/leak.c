@@ -67,7 +67,8 @@ static int compare_doubles(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count, const int32_t *vertex)
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count,
+                                const int32_t *vertex)
 {
     struct edge *edges = NULL;
     double *length = NULL;
@@ -84,7 +85,8 @@ struct error *leak_settings_for(struct leak_settings *settings, const double *po
     if (!err)
         qsort(length, count, sizeof *length, compare_doubles);
     const double median = err || !count ? 0 : length[count / 2];
-    *settings = (struct leak_settings){.graze = 0.1, .margin = 0.1, .offset = 0.05 * median, .separation = 0.5 * median, .threads = 1};
+    *settings = (struct leak_settings){
+        .graze = 0.1, .margin = 0.1, .offset = 0.05 * median, .separation = 0.5 * median, .threads = 1};
     free(edges);
     free(length);
     return err;
@@ -146,10 +148,11 @@ static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int
         return;
     f->stands[side] = true;
     f->asks[side] = hit.distance >= look->settings->margin * length && hit.distance * fabs(cosine) >= 2 * look->settings->offset;
-    /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that plane, else its hull would be all
-     * slivers. */
+    /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that plane, else its hull would be
+     * all slivers. */
+    const struct vec3 on_edge = vec3_fma(a, hit.distance, direction), facing = vec3_scale(cosine < 0 ? 1 : -1, hit.normal);
     f->probe[side] = look->corners < 4 ? stand_on_edge(look, a, direction, hit.distance, cosine)
-                                       : stand_off(look, vec3_fma(a, hit.distance, direction), vec3_scale(cosine < 0 ? 1 : -1, hit.normal));
+                                       : stand_off(look, on_edge, facing);
 }
 
 static struct error *look_along(void *context, size_t index, int thread)
@@ -157,7 +160,8 @@ static struct error *look_along(void *context, size_t index, int thread)
     (void)thread;
     const struct look *look = context;
     const struct edge *edge = &look->edges[look->first[index]];
-    const struct vec3 low = vec3_load(look->position + 3 * (size_t)edge->low), high = vec3_load(look->position + 3 * (size_t)edge->high);
+    const struct vec3 low = vec3_load(look->position + 3 * (size_t)edge->low),
+        high = vec3_load(look->position + 3 * (size_t)edge->high);
     struct finding *f = &look->finding[index];
     look_from(look, low, high, 0, f);
     look_from(look, high, low, 1, f);
@@ -212,8 +216,8 @@ static struct candidate make_candidate(const struct finding *f)
     return (struct candidate){f->probe[first], f};
 }
 
-/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in pairs, one on each side of the
- * wall: a probe at a wall without a twin behind it would be joined, through the wall, to probes far away. */
+/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in pairs, one on each side of
+ * the wall: a probe at a wall without a twin behind it would be joined, through the wall, to probes far away. */
 static struct error *choose(const struct look *look, size_t distinct, size_t probe_count, struct leaks *leaks)
 {
     for (size_t i = 0; i < distinct; i++)

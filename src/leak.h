@@ -27,7 +27,8 @@ struct leak_settings {
 };
 
 /* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median edge. */
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count, const int32_t *vertex);
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count,
+                                const int32_t *vertex);
 
 /* How many edges a cell of so many corners has: 6, 3, 1, 0. */
 int leak_edges_of(int corners);
@@ -39,7 +40,8 @@ struct leaks {
     size_t edges;        /* of the mesh */
     size_t crossed;      /* by a surface */
     size_t leaking;      /* crossed, with an end that is far from the surface */
-    int32_t *cell_edges; /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only crossed, else 0; owned */
+    /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only crossed, else 0; owned */
+    int32_t *cell_edges;
     double *probe;       /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
     size_t probe_count;
 };

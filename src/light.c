@@ -9,7 +9,8 @@ enum { PUNCTUAL = UINT32_MAX }; /* as a light's instance: `triangle` is its numb
 
 struct light {
     uint32_t instance, triangle;
-    struct vec3f corner, along, across; /* of a triangle: corner 0, and from it to the mesh's corners 1 and 2; or where it stands */
+    /* of a triangle: corner 0, and from it to the mesh's corners 1 and 2; or where it stands */
+    struct vec3f corner, along, across;
     struct vec3f axis;                  /* unit: its normal, or the spot's direction */
     float area, strength;               /* strength: as a node's */
 };
@@ -171,7 +172,8 @@ static struct error *add_punctual(struct lights *lights, const struct tracer *t,
     const double position[3] = {light->position.x, light->position.y, light->position.z}, scale2 = t->scale * t->scale;
     const struct vec3f intensity = {(float)(light->intensity[0] * scale2), (float)(light->intensity[1] * scale2),
                                     (float)(light->intensity[2] * scale2)};
-    return add_light(lights, capacity, (struct light){.instance = PUNCTUAL, .triangle = index, .corner = trace_to_local(t, position),
+    return add_light(lights, capacity, (struct light){.instance = PUNCTUAL, .triangle = index,
+                                                      .corner = trace_to_local(t, position),
                                                       .strength = vec3f_luminance(intensity)});
 }
 
@@ -259,8 +261,10 @@ static struct bounds bounds_of(const struct light *l)
 {
     const struct vec3f p = l->corner, q = vec3f_add(p, l->along), r = vec3f_add(p, l->across);
     return (struct bounds){
-        .low = {float_least(p.x, float_least(q.x, r.x)), float_least(p.y, float_least(q.y, r.y)), float_least(p.z, float_least(q.z, r.z))},
-        .high = {float_most(p.x, float_most(q.x, r.x)), float_most(p.y, float_most(q.y, r.y)), float_most(p.z, float_most(q.z, r.z))},
+        .low = {float_least(p.x, float_least(q.x, r.x)), float_least(p.y, float_least(q.y, r.y)),
+                float_least(p.z, float_least(q.z, r.z))},
+        .high = {float_most(p.x, float_most(q.x, r.x)), float_most(p.y, float_most(q.y, r.y)),
+                 float_most(p.z, float_most(q.z, r.z))},
         .axis = l->axis, .cosine = l->instance == PUNCTUAL ? -1 : 1, .strength = l->strength};
 }
 
@@ -318,7 +322,8 @@ static struct bounds grow(struct lights *lights, uint32_t at, uint32_t first, ui
         *used += 2;
         lights->node[at].child = child;
         lights->node[child].parent = lights->node[child + 1].parent = at;
-        const struct bounds a = grow(lights, child, first, half, used), b = grow(lights, child + 1, first + half, count - half, used);
+        const struct bounds a = grow(lights, child, first, half, used),
+            b = grow(lights, child + 1, first + half, count - half, used);
         bounds = join(&a, &b, lights->front_only);
     }
     set_bounds(&lights->node[at], &bounds);
@@ -374,7 +379,8 @@ void lights_clear(struct lights *lights)
 static float first_share(const struct lights *lights, const struct light_node *node, const struct lights_receiver *receiver)
 {
     const struct light_node *child = lights->node + node->child;
-    const float first = importance(child, receiver, lights->front_only), second = importance(child + 1, receiver, lights->front_only);
+    const float first = importance(child, receiver, lights->front_only),
+        second = importance(child + 1, receiver, lights->front_only);
     return first / (first + second);
 }
 

@@ -1,12 +1,12 @@
 /* light: which light to ask from where, for next-event estimation.
  *
- * Emissive triangles, point and spot lights stand in one binary tree, whose nodes bound where their lights are, which way
- * they shine and how strongly. lights_sample goes down the tree and at each node takes the child that may give the point more
- * light, with probability in proportion to that bound: power, distance, the cosine at the light and at the surface (Conty
- * Estevez and Kulla, "Importance sampling of many lights with adaptive tree splitting", HPG 2018; the bound itself is that of Pharr,
- * Jakob and Humphreys, "Physically based rendering", 4th ed., 12.6.3). A choice costs the logarithm of their
- * number. lights_density is the density of that choice, for multiple importance sampling. Suns are not in the tree. A scene without
- * lights pays for none.
+ * Emissive triangles, point and spot lights stand in one binary tree, whose nodes bound where their lights are, which way they
+ * shine and how strongly. lights_sample goes down the tree and at each node takes the child that may give the point more light,
+ * with probability in proportion to that bound: power, distance, the cosine at the light and at the surface (Conty Estevez and
+ * Kulla, "Importance sampling of many lights with adaptive tree splitting", HPG 2018; the bound itself is that of Pharr, Jakob
+ * and Humphreys, "Physically based rendering", 4th ed., 12.6.3). A choice costs the logarithm of their number. lights_density
+ * is the density of that choice, for multiple importance sampling. Suns are not in the tree. A scene without lights pays for
+ * none.
  */
 #ifndef LIGHT_H
 #define LIGHT_H
@@ -26,7 +26,8 @@ struct lights {
     bool front_only;          /* surfaces emit from their front side alone */
 };
 
-/* Where the light is asked for: a point and, where it is on a surface, the unit normal of the side that is lit (zero: no surface). */
+/* Where the light is asked for: a point and, where it is on a surface, the unit normal of the side that is lit (zero: no
+ * surface). */
 struct lights_receiver {
     struct vec3f position, normal;
 };

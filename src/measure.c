@@ -44,8 +44,8 @@ struct job {
 };
 
 /* The stream's irradiance at p along the set, RGB. */
-static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis, const double p[3], struct probe_place *place,
-                                  double *rgb)
+static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis, const double p[3],
+                                  struct probe_place *place, double *rgb)
 {
     double sh[3 * SH_COUNT_MAX];
     *place = (struct probe_place){.cell = PROBE_COLD};
@@ -104,7 +104,8 @@ static struct error *measure_point(void *context, size_t i, int thread)
         return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
     sphere_luminance(rgb, light);
     truth_luminance(job->truth, i, truth, y);
-    double square[SPHERE_COUNT], noise[SPHERE_COUNT], mixed[SPHERE_COUNT], absolute[SPHERE_COUNT], bright[SPHERE_COUNT], dark[SPHERE_COUNT];
+    double square[SPHERE_COUNT], noise[SPHERE_COUNT], mixed[SPHERE_COUNT], absolute[SPHERE_COUNT], bright[SPHERE_COUNT],
+        dark[SPHERE_COUNT];
     for (int d = 0; d < SPHERE_COUNT; d++) {
         const double x = light[d] - truth[d];
         point->error[d] = x;
@@ -177,7 +178,8 @@ static const struct {
     const char *name;
     bool light; /* and so has a form relative to the scene's mean */
 } figures[FIGURES] = {[RMS] = {"rms", true}, [RMS_COLOUR] = {"rms_colour", true}, [BIAS] = {"bias", true}, [MEAN] = {"mean", true},
-                      [P95] = {"p95", true}, [P99] = {"p99", true}, [BRIGHT] = {"too_bright", false}, [DARK] = {"too_dark", false},
+                      [P95] = {"p95", true}, [P99] = {"p99", true}, [BRIGHT] = {"too_bright", false},
+                          [DARK] = {"too_dark", false},
                       [UNSEEN] = {"unseen", false}};
 
 static void reckon(const void *context, const uint32_t *times, double *figure)
@@ -212,7 +214,8 @@ static void reckon(const void *context, const uint32_t *times, double *figure)
     }
 }
 
-static struct error *report_light(struct report *report, const char *name, const char *of, struct estimate e, double scene_mean_irradiance)
+static struct error *report_light(struct report *report, const char *name, const char *of, struct estimate e,
+                                  double scene_mean_irradiance)
 {
     char relative[32];
     struct error *err = report_add(report, name, of, e);
@@ -331,8 +334,8 @@ static struct error *find_quarters(const struct job *job, double quarter[5], boo
 
 static struct error *report_parts(struct report *report, const struct job *job)
 {
-    static const char *const names[PARTS] = {"all", "inside-hull", "outside-hull", "surface-1", "surface-2", "surface-3", "surface-4",
-                                             "lit", "dark", "all-seen", "some-unseen"};
+    static const char *const names[PARTS] = {"all", "inside-hull", "outside-hull", "surface-1", "surface-2", "surface-3",
+                                             "surface-4", "lit", "dark", "all-seen", "some-unseen"};
     double quarter[5];
     bool surfaces;
     struct error *err = find_quarters(job, quarter, &surfaces);
@@ -382,8 +385,8 @@ static struct error *fill_map(struct table *map, const struct job *job)
     return NULL;
 }
 
-struct error *measure_error(struct report *report, const struct truth *truth, const struct baked *baked, const struct tracer *tracer,
-                            const struct measure_settings *settings, struct table *map)
+struct error *measure_error(struct report *report, const struct truth *truth, const struct baked *baked,
+                            const struct tracer *tracer, const struct measure_settings *settings, struct table *map)
 {
     struct job job = {.truth = truth, .baked = baked, .tracer = tracer, .settings = settings, .scene_mean = scene_mean(truth),
                       .basis = sphere_basis_make(baked->order, baked->convolved)};

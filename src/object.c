@@ -29,7 +29,8 @@ static void split(struct sphere *s, struct vec3 a, struct vec3 b, struct vec3 c,
         s->triangles++;
         return;
     }
-    const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)), ca = vec3_normalize(vec3_add(c, a));
+    const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)),
+        ca = vec3_normalize(vec3_add(c, a));
     split(s, a, ab, ca, levels - 1);
     split(s, ab, b, bc, levels - 1);
     split(s, ca, bc, c, levels - 1);
@@ -95,7 +96,8 @@ static struct error *move_over(struct scene *to, struct scene *from)
     return err;
 }
 
-static struct error *add_file(struct scene *scene, const char *path, struct vec3 *centre, double *radius, struct warnings *warnings)
+static struct error *add_file(struct scene *scene, const char *path, struct vec3 *centre, double *radius,
+                              struct warnings *warnings)
 {
     const struct scene_settings settings = scene_settings_default();
     struct scene *mesh = NULL;

@@ -17,8 +17,9 @@
 struct error;
 struct table;
 
-/* The least order that loses no more than `share` of the irradiance of all probes of a table, from its columns sh and sh_error (of the
- * same order; convolved: of irradiance). *lost: the share that it loses. Probes that are not captured do not count; a dark table needs order 1. */
+/* The least order that loses no more than `share` of the irradiance of all probes of a table, from its columns sh and sh_error
+ * (of the same order; convolved: of irradiance). *lost: the share that it loses. Probes that are not captured do not count; a
+ * dark table needs order 1. */
 struct error *order_least(const struct table *probes, bool convolved, double share, int *order, double *lost);
 
 /* Cuts the columns sh, sh_error, sh_gradient and visibility, where they are there, to a lower order. */

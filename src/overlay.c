@@ -349,8 +349,8 @@ static struct error *draw_tile(void *context, size_t tile, int thread)
 
 /* -- all of it -------------------------------------------------------------------------------- */
 
-struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream, const struct baked *baked,
-                             const struct overlay_settings *settings)
+struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream,
+                             const struct baked *baked, const struct overlay_settings *settings)
 {
     const struct camera *c = render->camera;
     const struct table *probes = stream_table(stream, "probe");
@@ -429,5 +429,6 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing)
 struct vec3f overlay_over(const struct overlay *o, size_t x, size_t y, struct vec3f under, struct vec3f light, struct vec3f line)
 {
     const struct vec3f share = picture_get(&o->share, x, y);
-    return vec3f_add(vec3f_scale(1 - share.x - share.y, under), vec3f_add(vec3f_scale(share.x, light), vec3f_scale(share.y, line)));
+    return vec3f_add(vec3f_scale(1 - share.x - share.y, under),
+                     vec3f_add(vec3f_scale(share.x, light), vec3f_scale(share.y, line)));
 }

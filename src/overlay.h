@@ -1,7 +1,7 @@
 /* overlay: the probes and cells of a stream, drawn over a picture of the scene, with the scene's depth.
  *
- * Probes are spheres with their own light: the radiance of a white surface, E(n) / pi; probes without light are grey. Cells are their edges, lines
- * of a width in pixels. Both are cut off where the scene is nearer. 4 x 4 rays a pixel.
+ * Probes are spheres with their own light: the radiance of a white surface, E(n) / pi; probes without light are grey. Cells are
+ * their edges, lines of a width in pixels. Both are cut off where the scene is nearer. 4 x 4 rays a pixel.
  */
 #ifndef OVERLAY_H
 #define OVERLAY_H
@@ -23,8 +23,8 @@ struct overlay {
 };
 
 /* baked: NULL where the probes have no light. Makes the overlay; starts as {0}. */
-struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream, const struct baked *baked,
-                             const struct overlay_settings *settings);
+struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream,
+                             const struct baked *baked, const struct overlay_settings *settings);
 void overlay_clear(struct overlay *overlay);
 
 /* The median distance between neighbours, by the cells' edges; without cells, the cube root of a probe's share of their box. */
@@ -34,6 +34,7 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing);
 extern const struct vec3f overlay_line;
 
 /* A pixel with what covers it; `light` and `line` are in the pixel's own terms (exposed or not). */
-struct vec3f overlay_over(const struct overlay *overlay, size_t x, size_t y, struct vec3f under, struct vec3f light, struct vec3f line);
+struct vec3f overlay_over(const struct overlay *overlay, size_t x, size_t y, struct vec3f under, struct vec3f light,
+                          struct vec3f line);
 
 #endif

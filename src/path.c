@@ -167,9 +167,11 @@ static void set_drawn(const struct path_tracer *path, const struct lights_choice
 TRACE_VECTORS static void aim(const struct wave_vec *restrict position, const struct wave_vec *restrict facing, bool surface, bool front_only,
                               float share, size_t count, const struct drawn *restrict drawn, struct questions *restrict q)
 {
-    const float lowest = front_only ? 0 : -1, uniform = surface ? 0 : sphere_density, cosines = surface ? 1 : 0; /* no branch in the loop */
+    /* no branch in the loop */
+    const float lowest = front_only ? 0 : -1, uniform = surface ? 0 : sphere_density, cosines = surface ? 1 : 0;
     for (size_t i = 0; i < count; i++) {
-        const struct vec3f origin = wave_get(position, i), point = wave_get(&drawn->position, i), normal = wave_get(&drawn->normal, i);
+        const struct vec3f origin = wave_get(position, i), point = wave_get(&drawn->position, i),
+            normal = wave_get(&drawn->normal, i);
         const struct vec3f way = vec3f_sub(point, origin), radiance = wave_get(&drawn->radiance, i);
         const float distance = vec3f_length(way);
         const struct vec3f direction = vec3f_scale(1 / distance, way);
@@ -206,8 +208,8 @@ static void aim_punctual(const struct path_tracer *path, const struct lights_rec
 }
 
 /* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces. */
-static void ask_lights(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x, const float *y,
-                       struct questions *q)
+static void ask_lights(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x,
+                       const float *y, struct questions *q)
 {
     struct drawn drawn;
     struct lights_choice punctual[PATH_WAVE];
@@ -236,8 +238,8 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
 }
 
 /* Asks for one direction each of an uneven sky, drawn by (x, y). */
-static void ask_sky(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x, const double *y,
-                    struct questions *q)
+static void ask_sky(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x,
+                    const double *y, struct questions *q)
 {
     for (size_t i = 0; i < count; i++) {
         float density;
@@ -253,8 +255,8 @@ static void ask_sky(const struct path_tracer *path, const struct receivers *from
 }
 
 /* The weight of emission that a ray of density `own` met, against ask_lights. */
-static float met_weight(const struct path_tracer *path, const struct lights_receiver *from, float share, const struct trace_points *at,
-                        size_t i, struct vec3f direction, float own)
+static float met_weight(const struct path_tracer *path, const struct lights_receiver *from, float share,
+                        const struct trace_points *at, size_t i, struct vec3f direction, float own)
 {
     const struct trace_point point = {.instance = at->instance[i], .triangle = at->triangle[i]};
     const float area_density = lights_density(&path->lights, from, &point);
@@ -485,8 +487,8 @@ static struct path_sample seen(const struct path_receiver *receiver, const struc
     return sample;
 }
 
-void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const struct vec3f *direction,
-                  bool with_scattered, const struct random *random, struct path_sample *sample)
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                  const struct vec3f *direction, bool with_scattered, const struct random *random, struct path_sample *sample)
 {
     struct wave w;
     w.path = path;
@@ -535,14 +537,14 @@ static void ask_from(const struct path_tracer *path, const struct path_receiver 
         found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)} : (struct path_found){0};
 }
 
-void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
-                 const struct random *random, struct path_found *found)
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
+                 const double *y, const struct random *random, struct path_found *found)
 {
     ask_from(path, receiver, false, count, x, y, random, found);
 }
 
-void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
-                const struct random *random, struct path_found *found)
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
+                const double *y, const struct random *random, struct path_found *found)
 {
     ask_from(path, receiver, true, count, x, y, random, found);
 }

@@ -1,7 +1,7 @@
 /* path: the light that comes to a point, by path tracing.
  *
- * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986): cosine-distributed
- * continuation; at every scattering one light of the tree (light.h), one direction of an uneven sky picture (sky.h) and every sun is asked;
+ * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986): cosine-distributed continuation; at
+ * every scattering one light of the tree (light.h), one direction of an uneven sky picture (sky.h) and every sun is asked;
  * multiple importance sampling between the ways to reach an emissive surface or the sky (Veach 1997, balance heuristic);
  * Russian roulette by throughput. What a scene does not have is not asked for.
  *
@@ -59,17 +59,17 @@ void path_clear(struct path_tracer *path);
 
 enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */
 
-/* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own. with_scattered false: scattered is 0,
- * and costs nothing. */
-void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const struct vec3f *direction,
-                  bool with_scattered, const struct random *random, struct path_sample *sample);
+/* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own. with_scattered false:
+ * scattered is 0, and costs nothing. */
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                  const struct vec3f *direction, bool with_scattered, const struct random *random, struct path_sample *sample);
 
-/* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by (x, y)
- * uniform in the unit square. */
-void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
-                 const struct random *random, struct path_found *found);
-void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x, const double *y,
-                const struct random *random, struct path_found *found);
+/* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by
+ * (x, y) uniform in the unit square. */
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
+                 const double *y, const struct random *random, struct path_found *found);
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
+                const double *y, const struct random *random, struct path_found *found);
 
 /* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square (Malley's method). */
 static inline struct vec3f path_scatter(struct vec3f n, float u, float turn)

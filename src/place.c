@@ -307,8 +307,8 @@ struct place_inside_settings place_inside_default(void)
     return (struct place_inside_settings){.rays = 64, .backface_share = 0.9, .threads = 1};
 }
 
-/* Where more of the positions than this see back faces of open pieces, the faces are not oriented: even a level that is hewn out of rock
- * has more air than that. */
+/* Where more of the positions than this see back faces of open pieces, the faces are not oriented: even a level that is hewn
+ * out of rock has more air than that. */
 #define ORIENTED_SHARE 0.95
 
 static void judge_positions(const struct place *place, const struct place_inside_settings *settings, const struct look *look,

@@ -1,7 +1,7 @@
 /* place: where probes go.
  *
- * A method yields positions: a grid, given points, steps along a path, or the vertices of the scene. Afterwards, the same way for all,
- * place_inside tells which of them are inside solids.
+ * A method yields positions: a grid, given points, steps along a path, or the vertices of the scene. Afterwards, the same way
+ * for all, place_inside tells which of them are inside solids.
  *
  * What is a solid? A closed piece of the surface whose faces look outward encloses matter, unless it is a room: a
  * piece that holds another piece of the scene, or a light, encloses air, and so does one whose faces look inward.
@@ -53,8 +53,8 @@ struct error *place_path(struct place *place, const char *path, double step, dou
 /* The share of the diagonal of the scene's box by which place_vertices stays off the surface, unless told otherwise. */
 #define PLACE_OFFSET_SHARE 1e-3
 
-/* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h), moved by `offset` along their normals.
- * crease: degrees. Errors: more than `most`. */
+/* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h), moved by `offset` along their
+ * normals. crease: degrees. Errors: more than `most`. */
 struct error *place_vertices(struct place *place, const struct scene *scene, double offset, double crease, double most);
 
 struct place_inside_settings {

@@ -52,8 +52,7 @@ struct error *points_block_place(const struct points *points, const struct point
 void points_block_clear(struct points_block *block);
 
 /* For one thread: takes, parses and copies up to `most` points into value (room for 6 * most), *width numbers each; *got is 0
- * only at the end of the
- * input. */
+ * only at the end of the input. */
 struct error *points_read(struct points *points, size_t most, double *value, size_t *width, size_t *got);
 
 /* Where the i-th point of the last points_read came from. */

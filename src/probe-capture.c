@@ -36,8 +36,8 @@ struct run {
 static struct error *open_writer(struct run *run)
 {
     const struct capture_options *o = &run->options;
-    struct error *err = capture_make_header(&run->header, stream_reader_header(run->reader), &o->capture, &o->scene, scene_key(run->scene),
-                                            o->again, run->program->recorded);
+    struct error *err = capture_make_header(&run->header, stream_reader_header(run->reader), &o->capture, &o->scene,
+                                            scene_key(run->scene), o->again, run->program->recorded);
     const enum stream_encoding read = stream_reader_encoding(run->reader), asked = (enum stream_encoding)o->common.encoding;
     return err ? err : stream_writer_open(&run->writer, o->common.output, asked == STREAM_AS_READ ? read : asked, &run->header);
 }
@@ -93,8 +93,8 @@ static struct error *capture_blocks(struct run *run, const struct table *schema,
         if (!err)
             err = take_rows(run, &in, out);
         if (!err)
-            err = capture_rows(run->path, &o->capture, out, 0, got, o->again, &o->slice, (int)o->common.threads, run->progress, &captured,
-                               &left);
+            err = capture_rows(run->path, &o->capture, out, 0, got, o->again, &o->slice, (int)o->common.threads, run->progress,
+                               &captured, &left);
         if (err)
             break;
         note(run, out, captured, left);
@@ -117,8 +117,8 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
     if (!err)
         err = take_rows(run, &in, out);
     if (!err)
-        err = capture_least_order(run->path, &o->capture, out, o->again, o->order_loss, (int)o->common.threads, run->progress, &captured,
-                                  &left, &lost);
+        err = capture_least_order(run->path, &o->capture, out, o->again, o->order_loss, (int)o->common.threads, run->progress,
+                                  &captured, &left, &lost);
     if (!err)
         err = open_writer(run);
     if (!err)
@@ -195,8 +195,8 @@ static void warn_after(const struct run *run)
         warnings_add(run->warnings, "white", "%s: the scene is closed and reflects all light: only --bounces ends it (--albedo-scale "
                      "or --max-albedo makes walls darker)", scene->path);
     if (run->probes && !run->captured && !run->left)
-        warnings_add(run->warnings, "nothing to do", "all %zu probes%s have light already (--again captures them anew)", run->probes,
-                     run->options.slice.parts > 1 ? " of the slice" : "");
+        warnings_add(run->warnings, "nothing to do", "all %zu probes%s have light already (--again captures them anew)",
+                     run->probes, run->options.slice.parts > 1 ? " of the slice" : "");
 }
 
 int main(int argc, char **argv)
@@ -255,8 +255,8 @@ int main(int argc, char **argv)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     if (!err && run.left)
-        err = error_new("interrupted: %zu of %zu probes captured; given back to probe-capture, the rest is captured", run.captured,
-                        run.captured + run.left);
+        err = error_new("interrupted: %zu of %zu probes captured; given back to probe-capture, the rest is captured",
+                        run.captured, run.captured + run.left);
     path_clear(&path);
     trace_destroy(tracer);
     scene_destroy(scene);

@@ -52,8 +52,9 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "random straight paths along which change is measured"},
         {.name = "path", .argument = "FILE", .kind = OPTION_TEXT, .value = &t->path_file, .shown = "random",
          .help = "the path through the points of FILE instead"},
-        {.name = "step", .argument = "LENGTH", .kind = OPTION_REAL, .value = &t->step, .least_open = true, .most = (double)INFINITY,
-         .given = &t->step_given, .shown = "1/256 of the box's diagonal", .help = "the length of a path over which change is taken"},
+        {.name = "step", .argument = "LENGTH", .kind = OPTION_REAL, .value = &t->step, .least_open = true,
+         .most = (double)INFINITY, .given = &t->step_given, .shown = "1/256 of the box's diagonal",
+         .help = "the length of a path over which change is taken"},
         {0}};
     const struct option_row truth[] = {
         {.name = "truth", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->truth_file, .shown = "none", .unrecorded = true,
@@ -61,9 +62,10 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "truth-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays, .least = 2, .most = CAPTURE_RAYS_MOST,
          .given = &t->rays_given, .help = "rays a point"},
         {.name = "truth-error", .argument = "SHARE", .kind = OPTION_REAL, .value = &t->error, .least_open = true, .most = 1,
-         .given = &t->error_given, .shown = "none", .help = "more of them until the standard error of irradiance is below\nthis share of it"},
-        {.name = "truth-max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays_most, .least = 2, .most = CAPTURE_RAYS_MOST,
-         .help = "rays a point that --truth-error may spend"},
+         .given = &t->error_given, .shown = "none",
+         .help = "more of them until the standard error of irradiance is below\nthis share of it"},
+        {.name = "truth-max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays_most, .least = 2,
+         .most = CAPTURE_RAYS_MOST, .help = "rays a point that --truth-error may spend"},
         {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &t->bounces, .most = CAPTURE_BOUNCES_MOST,
          .shown = "the stream's", .help = "how often light may scatter on its way"},
         {.name = "any-scene", .kind = OPTION_FLAG, .value = &a->any_scene,
@@ -80,7 +82,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "write the points with the error at each to FILE, as a probe\nstream"},
         {.name = "tsv", .kind = OPTION_SET, .count = REPORT_TSV, .value = &a->format, .unrecorded = true,
          .help = "print a line for each figure: measure, of what, value, and the\nends of its interval"},
-        {.name = "json", .kind = OPTION_SET, .count = REPORT_JSON, .value = &a->format, .unrecorded = true, .help = "the same as JSON"},
+        {.name = "json", .kind = OPTION_SET, .count = REPORT_JSON, .value = &a->format, .unrecorded = true,
+         .help = "the same as JSON"},
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], shared[COMMON_ROWS];
     program->groups[0] = points;
@@ -140,8 +143,8 @@ static void probes_box(const struct baked *baked, double box[6])
 }
 
 /* The truth from its file; where there is none yet, traced, and kept. */
-static struct error *get_truth(struct truth *truth, const struct arguments *a, const struct stage *stage, const struct baked *baked,
-                               const struct program *program, struct warnings *warnings)
+static struct error *get_truth(struct truth *truth, const struct arguments *a, const struct stage *stage,
+                               const struct baked *baked, const struct program *program, struct warnings *warnings)
 {
     double box[6];
     if (a->truth_file && !access(a->truth_file, F_OK))
@@ -149,7 +152,8 @@ static struct error *get_truth(struct truth *truth, const struct arguments *a, c
     if (a->truth_file && errno != ENOENT)
         return error_system(errno, "%s", a->truth_file);
     probes_box(baked, box);
-    struct progress *progress = progress_start(a->common.progress && !a->common.quiet, program->name, "points", truth_size(&a->truth));
+    struct progress *progress =
+        progress_start(a->common.progress && !a->common.quiet, program->name, "points", truth_size(&a->truth));
     struct error *err = truth_trace(truth, stage, &a->truth, box, program->recorded, (int)a->common.threads, progress, warnings);
     progress_end(progress);
     if (!err && a->truth_file)
@@ -168,7 +172,8 @@ static struct error *store_column(struct stream *stream, const char *name, const
 }
 
 /* Marks the cells and writes the stream. */
-static struct error *write_marked(struct stream *stream, const struct unseen_cells *cells, const struct arguments *a, const char *recorded)
+static struct error *write_marked(struct stream *stream, const struct unseen_cells *cells, const struct arguments *a,
+                                  const char *recorded)
 {
     struct error *err = store_column(stream, "leak", cells->cell_weight);
     if (!err)
@@ -181,8 +186,8 @@ static struct error *write_marked(struct stream *stream, const struct unseen_cel
 }
 
 /* Measures the error, and writes the map of it where one is wanted. */
-static struct error *measure_points(struct report *report, const struct arguments *a, const struct stage *stage, const struct truth *truth,
-                                    const struct baked *baked, const char *recorded)
+static struct error *measure_points(struct report *report, const struct arguments *a, const struct stage *stage,
+                                    const struct truth *truth, const struct baked *baked, const char *recorded)
 {
     struct stream *stream = NULL;
     struct table *map = NULL;
@@ -206,12 +211,14 @@ static struct error *measure_points(struct report *report, const struct argument
 /* What leaks is known of tetrahedra alone: there is free space in them to take points of. */
 static struct error *check_cells(const struct arguments *a, const struct baked *baked, struct warnings *warnings)
 {
-    static const char *const cells[] = {"there are no cells", "the cell is a point", "the cells are segments", "the cells are triangles"};
+    static const char *const cells[] = {"there are no cells", "the cell is a point", "the cells are segments",
+                                        "the cells are triangles"};
     if (baked->mesh.corners == 4 || !a->leak_samples)
         return NULL;
     if (a->common.output)
         return error_new("--output marks where tetrahedra leak: %s", cells[baked->mesh.corners]);
-    warnings_add(warnings, "leaks", "leaks are measured of tetrahedra alone, and %s: the report has no figures of cells", cells[baked->mesh.corners]);
+    warnings_add(warnings, "leaks", "leaks are measured of tetrahedra alone, and %s: the report has no figures of cells",
+                 cells[baked->mesh.corners]);
     return NULL;
 }
 
@@ -230,8 +237,9 @@ struct seconds {
     double start, truth, error, leak;
 };
 
-static struct error *measure_all(struct report *report, const struct arguments *a, const struct stage *stage, const struct baked *baked,
-                                 struct unseen_cells *cells, const struct program *program, struct seconds *seconds, struct warnings *warnings)
+static struct error *measure_all(struct report *report, const struct arguments *a, const struct stage *stage,
+                                 const struct baked *baked, struct unseen_cells *cells, const struct program *program,
+                                 struct seconds *seconds, struct warnings *warnings)
 {
     struct truth truth = {0};
     const bool leaks = a->leak_samples && baked->mesh.corners == 4;
@@ -249,7 +257,8 @@ static struct error *measure_all(struct report *report, const struct arguments *
         err = unseen_report(report, cells, baked->mesh.cells);
     const struct estimate noise = report_get(report, "noise_mean_relative", "all");
     if (!err && noise.value > a->measure.tolerance)
-        warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: --truth-rays brings it down", 100 * noise.value);
+        warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: "
+                     "--truth-rays brings it down", 100 * noise.value);
     truth_clear(&truth);
     return err;
 }
@@ -287,10 +296,12 @@ int main(int argc, char **argv)
     if (!err)
         err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other && !a.any_scene)
-        err = error_new("%s: this is not the scene that the probes were captured in (its key is %s, theirs %s); --any-scene measures all the same",
+        err = error_new("%s: this is not the scene that the probes were captured in (its key is %s, theirs %s); "
+                        "--any-scene measures all the same",
                         program.operands[0], stage.key, stage.captured_key);
     if (!err && !stage.captured)
-        warnings_add(&warnings, "settings", "the stream does not say how it was captured: all light, %d bounces, and the scene's own lights are taken",
+        warnings_add(&warnings, "settings", "the stream does not say how it was captured: all light, %d bounces, "
+                     "and the scene's own lights are taken",
                      stage.capture_settings.bounces);
     seconds.start = now();
     if (!err)

@@ -34,7 +34,8 @@ static struct error *check_stream(const struct stream *stream)
     return cells_find(stream, &cells);
 }
 
-static struct error *choose_settings(const struct arguments *a, const struct stream *stream, int threads, struct leak_settings *settings)
+static struct error *choose_settings(const struct arguments *a, const struct stream *stream, int threads,
+                                     struct leak_settings *settings)
 {
     struct cells cells;
     struct error *err = cells_find(stream, &cells);
@@ -49,7 +50,8 @@ static struct error *choose_settings(const struct arguments *a, const struct str
 }
 
 /* Finds leaks, and the probes that would mend them, but for those that would stand inside solids. */
-static struct error *find(struct leaks *leaks, const struct stage *stage, const struct leak_settings *settings, const struct stream *stream)
+static struct error *find(struct leaks *leaks, const struct stage *stage, const struct leak_settings *settings,
+                          const struct stream *stream)
 {
     struct place_inside_settings inside_settings = place_inside_default();
     bool *inside = NULL;
@@ -147,7 +149,8 @@ static struct error *capture_new(struct stream *stream, struct stage *stage, siz
     if (!count)
         return NULL;
     if (!stage->captured) {
-        warnings_add(warnings, "uncaptured", "the stream's probes have no light, and so have the %zu new ones: run probe-capture", count);
+        warnings_add(warnings, "uncaptured", "the stream's probes have no light, and so have the %zu new ones: run probe-capture",
+                     count);
         return NULL;
     }
     size_t captured = 0;
@@ -173,8 +176,9 @@ int main(int argc, char **argv)
          .help = "no probe where the edge's end is nearer to the wall than this share\nof the edge"},
         {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.offset, .least_open = true, .most = INFINITY,
          .given = &a.offset_given, .help = "distance of new probes from the surface (default: 0.05 of the median edge)"},
-        {.name = "separation", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.separation, .least_open = true, .most = INFINITY,
-         .given = &a.separation_given, .help = "in the first round, no new probe nearer than this to one that it sees;\nhalved in each round (default: 0.5 of the median edge)"},
+        {.name = "separation", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.separation, .least_open = true,
+         .most = INFINITY, .given = &a.separation_given,
+         .help = "in the first round, no new probe nearer than this to one that it sees;\nhalved in each round (default: 0.5 of the median edge)"},
         {.name = "max-probes", .argument = "N", .kind = OPTION_REAL, .value = &a.max_probes, .least = 1, .most = INT32_MAX,
          .help = "stop rather than have more probes"},
         {0}};

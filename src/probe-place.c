@@ -124,7 +124,8 @@ static struct error *find_inside(const struct arguments *a, const struct scene *
     *inside = NULL;
     if (!scene || a->inside == INSIDE_KEEP)
         return NULL;
-    const struct place_inside_settings settings = {.rays = (int)a->inside_rays, .backface_share = a->backface_share, .threads = threads};
+    const struct place_inside_settings settings = {.rays = (int)a->inside_rays, .backface_share = a->backface_share,
+                                                   .threads = threads};
     struct tracer *tracer = NULL;
     struct error *err = trace_create(&tracer, scene);
     if (!err)
@@ -166,7 +167,8 @@ static struct error *fill(struct stream *stream, const struct arguments *a, cons
     if (!err)
         err = table_resize(probes, kept);
     if (!err && within && a->inside == INSIDE_DROP)
-        warnings_add(warnings, "inside", "%zu of %zu probes are inside solids: dropped (--inside keep keeps them)", within, place->count);
+        warnings_add(warnings, "inside", "%zu of %zu probes are inside solids: dropped (--inside keep keeps them)", within,
+                     place->count);
     if (!err && place->count && !kept)
         err = error_new("all %zu probes are inside solids (--inside keep keeps them)", place->count);
     if (!err && !place->count)
@@ -178,8 +180,8 @@ int main(int argc, char **argv)
 {
     static const char *const insides[] = {"drop", "keep", "mark", NULL};
     const struct place_inside_settings inside_default = place_inside_default();
-    struct arguments a = {.spacing = {NAN, NAN, NAN}, .count = NAN, .bounds = {NAN}, .step = NAN, .offset = NAN, .crease = 60, .max_probes = 1e6,
-                          .inside_rays = inside_default.rays, .backface_share = inside_default.backface_share};
+    struct arguments a = {.spacing = {NAN, NAN, NAN}, .count = NAN, .bounds = {NAN}, .step = NAN, .offset = NAN, .crease = 60,
+                          .max_probes = 1e6, .inside_rays = inside_default.rays, .backface_share = inside_default.backface_share};
     const struct option_row rows[] = {
         {.name = "spacing", .letter = 's', .argument = "S|SX,SY,SZ", .kind = OPTION_CALL, .value = a.spacing,
          .parse = parse_spacing, .given = &a.spacing_given, .help = "grid: distance between probes, in units of the scene"},

@@ -38,8 +38,8 @@ struct arguments {
 
 static struct arguments arguments_default(void)
 {
-    return (struct arguments){.mode = SHOT_PROBES, .up = {0, 1, 0}, .fov = 60, .width = 960, .height = 540, .samples = 64, .max_samples = 4096,
-                              .bounces = capture_settings_default().bounces, .draw_probes = (double)NAN,
+    return (struct arguments){.mode = SHOT_PROBES, .up = {0, 1, 0}, .fov = 60, .width = 960, .height = 540, .samples = 64,
+                              .max_samples = 4096, .bounces = capture_settings_default().bounces, .draw_probes = (double)NAN,
                               .scene = scene_settings_default(), .common = common_default()};
 }
 
@@ -79,43 +79,52 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "output", .letter = 'o', .argument = "FILE", .kind = OPTION_TEXT, .value = &a->output, .unrecorded = true,
          .help = "write the picture to FILE, which appears only when it is whole:\nPNG, or PFM where its name ends in .pfm; - is standard\n"
                  "output; with --path, %d or %04d in it is the frame's number"},
-        {.name = "pfm", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->pfm, .help = "write the linear picture to FILE besides, as PFM"},
+        {.name = "pfm", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->pfm,
+         .help = "write the linear picture to FILE besides, as PFM"},
         {.name = "mode", .letter = 'm', .argument = "MODE", .kind = OPTION_CHOICE, .choices = modes, .value = &a->mode,
          .help = "what is shown: the truth; light of the probes alone; mixed:\ndirect light traced, the rest of the probes; none: direct\n"
                  "light, without the probes; split or pair: truth and probes;\ntheir difference in colours; flip: FLIP's map"},
-        {.name = "compare", .kind = OPTION_FLAG, .value = &a->compare, .help = "compare two pictures that are there, in place of a scene"},
+        {.name = "compare", .kind = OPTION_FLAG, .value = &a->compare,
+         .help = "compare two pictures that are there, in place of a scene"},
         {.name = "eye", .argument = "X,Y,Z", .kind = OPTION_REALS, .count = 3, .value = a->eye, .given = &a->eye_given,
          .shown = "a place from which much is seen", .help = "where the camera is"},
-        {.name = "look-at", .argument = "X,Y,Z", .kind = OPTION_REALS, .count = 3, .value = a->look_at, .given = &a->look_at_given,
+        {.name = "look-at", .argument = "X,Y,Z", .kind = OPTION_REALS, .count = 3, .value = a->look_at,
+         .given = &a->look_at_given,
          .shown = "the scene's centre, where --eye is given", .help = "a point in the middle of the picture"},
         {.name = "up", .argument = "X,Y,Z", .kind = OPTION_REALS, .count = 3, .value = a->up, .help = "the way up"},
         {.name = "fov", .argument = "DEGREES", .kind = OPTION_REAL, .value = &a->fov, .least_open = true, .most = 179,
          .help = "the picture's height as an angle"},
-        {.name = "size", .argument = "WxH", .kind = OPTION_CALL, .value = a, .parse = parse_size, .shown = "960x540", .help = "pixels"},
-        {.name = "samples", .argument = "N", .kind = OPTION_INTEGER, .value = &a->samples, .least = 1, .most = 1 << 20, .help = "paths a pixel"},
+        {.name = "size", .argument = "WxH", .kind = OPTION_CALL, .value = a, .parse = parse_size, .shown = "960x540",
+         .help = "pixels"},
+        {.name = "samples", .argument = "N", .kind = OPTION_INTEGER, .value = &a->samples, .least = 1, .most = 1 << 20,
+         .help = "paths a pixel"},
         {.name = "error", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->error, .least_open = true, .most = 1, .shown = "none",
          .help = "more rounds of --samples for a pixel until the standard error\nof its luminance is below this share of it"},
         {.name = "max-samples", .argument = "N", .kind = OPTION_INTEGER, .value = &a->max_samples, .least = 1, .most = 1 << 24,
          .help = "paths a pixel that --error may spend"},
-        {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &a->bounces, .most = CAPTURE_BOUNCES_MOST, .given = &a->bounces_given,
+        {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &a->bounces, .most = CAPTURE_BOUNCES_MOST,
+         .given = &a->bounces_given,
          .shown = "as the probes were captured, or 64", .help = "how often the truth's light may scatter"},
-        {.name = "truth", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->truth, .help = "take the truth from this picture rather than trace it"},
-        {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a->offset, .most = INFINITY, .given = &a->offset_given,
+        {.name = "truth", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->truth,
+         .help = "take the truth from this picture rather than trace it"},
+        {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a->offset, .most = INFINITY,
+         .given = &a->offset_given,
          .shown = "0.15 of the probes' median distance", .help = "probes are looked up this far off a surface, along its normal"},
-        {.name = "exposure", .argument = "FACTOR|auto", .kind = OPTION_CALL, .value = &a->shot.exposure, .parse = parse_auto, .shown = "auto",
-         .help = "from radiance to display colour; auto brings the 95th\npercentile of luminance to 0.7"},
+        {.name = "exposure", .argument = "FACTOR|auto", .kind = OPTION_CALL, .value = &a->shot.exposure, .parse = parse_auto,
+         .shown = "auto", .help = "from radiance to display colour; auto brings the 95th\npercentile of luminance to 0.7"},
         {.name = "tone-map", .argument = "CURVE", .kind = OPTION_CHOICE, .choices = tones, .value = &a->tone,
          .help = "clip what is brighter than white, or a filmic curve (ACES)"},
-        {.name = "scale", .argument = "S|auto", .kind = OPTION_CALL, .value = &a->shot.scale, .parse = parse_auto, .shown = "auto",
-         .help = "the difference of lightness L* that the ends of the colours\nstand for"},
-        {.name = "draw-probes", .argument = "R|auto", .kind = OPTION_CALL, .value = &a->draw_probes, .parse = parse_auto, .shown = "none",
-         .help = "draw the probes as spheres of this radius; auto: a tenth of\ntheir distance"},
+        {.name = "scale", .argument = "S|auto", .kind = OPTION_CALL, .value = &a->shot.scale, .parse = parse_auto,
+         .shown = "auto", .help = "the difference of lightness L* that the ends of the colours\nstand for"},
+        {.name = "draw-probes", .argument = "R|auto", .kind = OPTION_CALL, .value = &a->draw_probes, .parse = parse_auto,
+         .shown = "none", .help = "draw the probes as spheres of this radius; auto: a tenth of\ntheir distance"},
         {.name = "draw-cells", .kind = OPTION_FLAG, .value = &a->draw_cells, .help = "draw the edges of the cells"},
         {.name = "object", .argument = "FILE|sphere", .kind = OPTION_TEXT, .value = &a->object, .shown = "sphere",
          .help = "a thing that stands at each point of --path, lit by the\nprobes at its centre"},
-        {.name = "object-radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a->object_radius, .least_open = true, .most = INFINITY,
-         .shown = "a mesh as it is, a sphere 3 % of the diagonal", .help = "its size"},
-        {.name = "path", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->path, .help = "points x y z, one a line: a frame each"},
+        {.name = "object-radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a->object_radius, .least_open = true,
+         .most = INFINITY, .shown = "a mesh as it is, a sphere 3 % of the diagonal", .help = "its size"},
+        {.name = "path", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->path,
+         .help = "points x y z, one a line: a frame each"},
         {.name = "per-pixel", .kind = OPTION_FLAG, .value = &a->per_pixel, .help = "look probes up at each point of the object"},
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
@@ -171,7 +180,8 @@ static struct error *compare_files(const struct arguments *a, const char *truth_
 /* -- a scene ----------------------------------------------------------------------------------- */
 
 /* What the stream says of its light: settings that the command line did not give, and which light its probes hold. */
-static struct error *take_over(struct program *program, struct arguments *a, const struct stream_header *header, int argc, char **argv)
+static struct error *take_over(struct program *program, struct arguments *a, const struct stream_header *header, int argc,
+                               char **argv)
 {
     struct capture_settings capture = capture_settings_default();
     scene_settings_clear(&a->scene);
@@ -217,7 +227,8 @@ static struct error *aim(const struct arguments *a, const char *program, const s
     path_clear(&path);
     trace_destroy(tracer);
     if (!err && !a->eye_given && !a->common.quiet) /* to be kept, or moved on from */
-        fprintf(stderr, "%s: --eye %.4g,%.4g,%.4g --look-at %.4g,%.4g,%.4g\n", program, eye.x, eye.y, eye.z, look_at.x, look_at.y, look_at.z);
+        fprintf(stderr, "%s: --eye %.4g,%.4g,%.4g --look-at %.4g,%.4g,%.4g\n", program, eye.x, eye.y, eye.z, look_at.x,
+                look_at.y, look_at.z);
     return err ? err : camera_create(camera, eye, look_at, vec3_load(a->up), a->fov, a->width, a->height);
 }
 
@@ -260,7 +271,8 @@ static struct error *film_scene(struct program *program, struct arguments *a, co
         warnings_print(warnings, program->name);
     warnings_clear(warnings);
     if (!err) {
-        const struct render render = {.camera = &camera, .baked = &baked, .object = {.first = SIZE_MAX}, .samples = (int)a->samples,
+        const struct render render = {.camera = &camera, .baked = &baked, .object = {.first = SIZE_MAX},
+                                      .samples = (int)a->samples,
                                       .offset = a->offset_given ? a->offset : 0.15 * spacing, .error = a->error,
                                       .samples_most = (int)a->max_samples, .seed = (uint64_t)a->common.seed, .threads = (int)a->common.threads};
         a->shot.given_truth = a->truth ? &truth : NULL;

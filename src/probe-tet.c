@@ -210,7 +210,8 @@ static struct error *verify(const struct stream *stream, const struct tetra *tet
     struct error *err = tetra_verify(tetra, probes->rows, column_f64(table_column(probes, "position")), &verdict);
     if (!err && !quiet)
         fprintf(stderr, "%s: %zu %s are sound; of %zu inner facets %zu are not Delaunay, by at most %.2g of squared distances; %zu dents in the hull\n",
-                program->name, tetra->cell_count, cells_names[tetra->corners - 1], verdict.inner_facets, verdict.not_delaunay, verdict.tolerance,
+                program->name, tetra->cell_count, cells_names[tetra->corners - 1], verdict.inner_facets, verdict.not_delaunay,
+                    verdict.tolerance,
                 verdict.dents);
     return err;
 }

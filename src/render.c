@@ -123,7 +123,8 @@ static void end_wave(struct tile *tile, struct wave *w)
     take_wave(tile, w, light);
     for (size_t i = 0; i < w->count; i++) {
         struct pixel *p = w->pixel[i];
-        const double rgb[3] = {(double)light[i].x, (double)light[i].y, (double)light[i].z}, luminance = (double)vec3f_luminance(light[i]);
+        const double rgb[3] = {(double)light[i].x, (double)light[i].y, (double)light[i].z},
+            luminance = (double)vec3f_luminance(light[i]);
         for (int k = 0; k < 3; k++) {
             p->sum[k] += rgb[k];
             p->square[k] += rgb[k] * rgb[k];
@@ -143,7 +144,8 @@ static void add_sample(struct tile *tile, struct wave *w, struct pixel *p)
 {
     const struct render *r = tile->render;
     const double across = p->shift[0] + 0.75487766624669276 * p->samples, down = p->shift[1] + 0.56984029099805327 * p->samples;
-    const struct vec3 direction = camera_direction(r->camera, (double)p->x + across - floor(across), (double)p->y + down - floor(down));
+    const struct vec3 direction = camera_direction(r->camera, (double)p->x + across - floor(across),
+                                                   (double)p->y + down - floor(down));
     const struct render_ray ray = render_ray(r, direction);
     if (w->count == PATH_WAVE || (w->count && ray.skipped > 0)) /* that has an origin of its own */
         end_wave(tile, w);
@@ -179,8 +181,8 @@ static double luminance_sum(const struct pixel *p)
     return 0.2126 * p->sum[0] + 0.7152 * p->sum[1] + 0.0722 * p->sum[2];
 }
 
-/* Decides which pixels of a tile need more. The variance is a mean over neighbours, since a pixel alone that has not met the bright
- * thing that others met would think that it was done. */
+/* Decides which pixels of a tile need more. The variance is a mean over neighbours, since a pixel alone that has not met the
+ * bright thing that others met would think that it was done. */
 static bool want_more(const struct render *r, struct pixel *pixel, size_t width, size_t height)
 {
     double variance[PIXELS], mean = 0;
@@ -272,8 +274,8 @@ struct error *render_picture(const struct render *r, enum render_light light, st
     if (variance)
         *variance = (struct picture){0};
     if (!(vec3_length(vec3_sub(r->camera->eye, centre)) <= 1e9 * scene_size(scene)))
-        return error_new("the eye is farther out than 1e9 times the scene's size: (%g, %g, %g)", r->camera->eye.x, r->camera->eye.y,
-                         r->camera->eye.z);
+        return error_new("the eye is farther out than 1e9 times the scene's size: (%g, %g, %g)", r->camera->eye.x,
+                         r->camera->eye.y, r->camera->eye.z);
     struct error *err = picture_create(picture, r->camera->width, r->camera->height);
     if (!err && variance)
         err = picture_create(variance, r->camera->width, r->camera->height);

@@ -68,8 +68,8 @@ static void print_json(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->count; i++) {
         const struct report_row *row = &report->rows[i];
         char text[3][NUMBER_ROOM + 1];
-        fprintf(out, "  {\"measure\": \"%s\", \"of\": \"%s\", \"value\": %s, \"low\": %s, \"high\": %s}%s\n", row->measure, row->of,
-                number(row->estimate.value, "null", text[0]), number(row->estimate.low, "null", text[1]),
+        fprintf(out, "  {\"measure\": \"%s\", \"of\": \"%s\", \"value\": %s, \"low\": %s, \"high\": %s}%s\n", row->measure,
+                row->of, number(row->estimate.value, "null", text[0]), number(row->estimate.low, "null", text[1]),
                 number(row->estimate.high, "null", text[2]), i + 1 < report->count ? "," : "");
     }
     fprintf(out, "]\n");
@@ -131,7 +131,8 @@ static void print_part(const struct report *report, const char *of, FILE *out)
         snprintf(interval, sizeof interval, "%.3g .. %.3g", rms.low, rms.high);
     print_cell(out, rms.value);
     fprintf(out, "%19s", interval);
-    static const char *const lights[] = {"bias", "mean", "p95", "p99", "worst"}, *const shares[] = {"too_bright", "too_dark", "unseen"};
+    static const char *const lights[] = {"bias", "mean", "p95", "p99", "worst"},
+        *const shares[] = {"too_bright", "too_dark", "unseen"};
     for (size_t i = 0; i < sizeof lights / sizeof *lights; i++)
         print_cell(out, light(report, lights[i], of).value);
     for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
@@ -144,7 +145,8 @@ static void print_leak(const struct report *report, FILE *out)
     if (isnan(value_of(report, "cells", "all")))
         return;
     const struct estimate volume = report_get(report, "leak_volume", "all"), bright = report_get(report, "leak_light", "all");
-    fprintf(out, "\nlight from probes that a point cannot see, over the free space of %.0f cells:\n", value_of(report, "cells", "all"));
+    fprintf(out, "\nlight from probes that a point cannot see, over the free space of %.0f cells:\n",
+            value_of(report, "cells", "all"));
     fprintf(out, "  share of weight         %8.3g %%  (%.3g .. %.3g)\n", 100 * volume.value, 100 * volume.low, 100 * volume.high);
     fprintf(out, "  share of light          %8.3g %%  (%.3g .. %.3g)\n", 100 * bright.value, 100 * bright.low, 100 * bright.high);
     fprintf(out, "  light that leaks, rms   %8.3g    in the mean %+.3g\n", light(report, "leaked_rms", "all").value,
@@ -179,7 +181,8 @@ static void print_table(const struct report *report, FILE *out)
 {
     const double mean = value_of(report, "irradiance", "all");
     fprintf(out, "irradiance in the mean: %.6g%s\n", mean, mean > 0 ? "; light below is in % of it" : ": there is no light; light below is as it is");
-    fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n", light(report, "noise_mean", "all").value, light(report, "noise", "all").value);
+    fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n", light(report, "noise_mean", "all").value,
+            light(report, "noise", "all").value);
     fprintf(out, "rms error: %.4g, known to +- %.2g (95 %%, these points); of colours %.4g\n", light(report, "rms", "all").value,
             1.96 * light(report, "rms_noise", "all").value, light(report, "rms_colour", "all").value);
     const double cut_off = light(report, "cut_off", "all").value, capture = light(report, "capture_noise", "all").value;
@@ -188,12 +191,13 @@ static void print_table(const struct report *report, FILE *out)
     if (!isnan(capture))
         fprintf(out, "  noise of the capture: %.3g\n", capture);
     fprintf(out, "\nerror of irradiance (in parentheses: 95 %% for other points), and shares in %%\n");
-    fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias", "mean", "95 %", "99 %", "worst", "bright",
-            "dark", "unseen");
+    fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias", "mean", "95 %", "99 %",
+            "worst", "bright", "dark", "unseen");
     for (size_t i = 0; i < report->count; i++)
         if (!strcmp(report->rows[i].measure, "points"))
             print_part(report, report->rows[i].of, out);
-    fprintf(out, "worst at %.6g %.6g %.6g\n", value_of(report, "worst_x", "all"), value_of(report, "worst_y", "all"), value_of(report, "worst_z", "all"));
+    fprintf(out, "worst at %.6g %.6g %.6g\n", value_of(report, "worst_x", "all"), value_of(report, "worst_y", "all"),
+            value_of(report, "worst_z", "all"));
     print_leak(report, out);
     print_change(report, out);
 }

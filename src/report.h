@@ -1,6 +1,7 @@
 /* report: named figures with their intervals, as a table for people, as lines for scripts, or as JSON.
  *
- * A figure has the name of a measure and of what it is a measure of ("rms", "dark"). The list is the report; the formats only show it.
+ * A figure has the name of a measure and of what it is a measure of ("rms", "dark"). The list is the report; the formats only
+ * show it.
  */
 #ifndef REPORT_H
 #define REPORT_H

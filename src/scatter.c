@@ -161,7 +161,8 @@ double scatter_spacing(const struct scatter *s)
 {
     double sum = 0;
     for (size_t i = 0; i < s->count; i++) {
-        struct ask a = {.scatter = s, .p = s->position + 3 * (size_t)s->probe[i], .square = INFINITY, .best = -1, .not = s->probe[i]};
+        struct ask a = {.scatter = s, .p = s->position + 3 * (size_t)s->probe[i], .square = INFINITY, .best = -1,
+                        .not = s->probe[i]};
         search(s, &a, try_nearest);
         sum += a.square < INFINITY ? sqrt(a.square) : 0;
     }

@@ -11,10 +11,11 @@
  * are made linear on reading. Every surface is Lambertian, opaque but for its cut-out, and scatters and emits on both
  * sides (scene_settings.emit_front_only confines emission to the front).
  *
- * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_import.c (which importer;
- * textures), scene_obj.cc (tinyobjloader), scene_gltf.cc and scene_gltf_file.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
- * scene_faces.c and polygon.c (polygons to triangles), scene_finish.c (what makes a scene legal), scene_shade.c (maps,
- * sky, lights), scene_surface.cc (faces joined where they meet), scene_openmesh.cc (closed pieces), scene_decimate.cc, image.c (stb_image, libwebp).
+ * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_import.c (which importer; textures),
+ * scene_obj.cc (tinyobjloader), scene_gltf.cc and scene_gltf_file.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
+ * scene_faces.c and polygon.c (polygons to triangles), scene_finish.c (what makes a scene legal), scene_shade.c (maps, sky,
+ * lights), scene_surface.cc (faces joined where they meet), scene_openmesh.cc (closed pieces), scene_decimate.cc, image.c
+ * (stb_image, libwebp).
  */
 #ifndef SCENE_H
 #define SCENE_H
@@ -249,12 +250,13 @@ struct scene_solids {
 struct error *scene_solids(const struct scene *scene, struct scene_solids *solids, struct warnings *warnings);
 void scene_solids_clear(struct scene_solids *solids);
 
-/* Takes triangles away until `share` of them is left (above 0; 1 leaves the scene as it is), those first that change the surface
- * least: quadric errors (Garland and Heckbert 1997), one order for all meshes that are placed once, which become one mesh in the
- * scene's coordinates; a mesh that is placed often is decimated by itself, to the same share. Vertices that stay are where
- * they were; closed pieces stay closed. Borders, changes of material and seams of a texture keep their course as the surface does. What stays
- * whatever the share: emissive triangles, branches of borders and seams, and borders along which other surfaces run. When more than
- * the share is left for that, it is a warning that says how much. The same scene gives the same triangles on every machine. */
+/* Takes triangles away until `share` of them is left (above 0; 1 leaves the scene as it is), those first that change the
+ * surface least: quadric errors (Garland and Heckbert 1997), one order for all meshes that are placed once, which become one
+ * mesh in the scene's coordinates; a mesh that is placed often is decimated by itself, to the same share. Vertices that stay
+ * are where they were; closed pieces stay closed. Borders, changes of material and seams of a texture keep their course as the
+ * surface does. What stays whatever the share: emissive triangles, branches of borders and seams, and borders along which other
+ * surfaces run. When more than the share is left for that, it is a warning that says how much. The same scene gives the same
+ * triangles on every machine. */
 struct error *scene_decimate(struct scene *scene, double share, struct warnings *warnings);
 
 #endif

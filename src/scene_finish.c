@@ -344,7 +344,8 @@ static struct error *finish_material(struct scene *scene, struct scene_material 
         err = check_map(scene, &m->alpha_map, m, warnings);
     if (err)
         return err;
-    m->textured = m->albedo_map.texture != SCENE_NONE || m->emission_map.texture != SCENE_NONE || m->alpha_map.texture != SCENE_NONE;
+    m->textured = m->albedo_map.texture != SCENE_NONE || m->emission_map.texture != SCENE_NONE ||
+        m->alpha_map.texture != SCENE_NONE;
     m->albedo = vec3f_scale((float)settings->albedo_scale, legal_colour(m->albedo, "an albedo", m, warnings));
     err = finish_emission(m, settings->light_scale, warnings);
     if (err)

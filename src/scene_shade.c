@@ -141,7 +141,8 @@ struct scene_texel scene_texel_draw(const struct scene *scene, const struct scen
         y = nearest(texture->height, t);
     } else {
         uint32_t across[2], down[2];
-        const float fx = between(texture->wrap_u, texture->width, s, across), fy = between(texture->wrap_v, texture->height, t, down);
+        const float fx = between(texture->wrap_u, texture->width, s, across),
+            fy = between(texture->wrap_v, texture->height, t, down);
         x = across[(float)(bits & 0xffff) < fx * 0x1p16f];
         y = down[(float)(bits >> 16) < fy * 0x1p16f];
     }

@@ -8,10 +8,10 @@
 
 #define PI 3.14159265358979323846
 
-/* Y_lm(x, y, z) = K_lm P_lm(z) {sqrt2 cos m phi, 1, sqrt2 sin |m| phi} as polynomials: with sin^m theta taken into
- * C_m + i S_m = (x + i y)^m, what is left is a polynomial in z. With its constant K_lm sqrt2 taken in, it starts as first[m] and
- * goes on as p_l = rise[m][l] z p_(l-1) - fall[m][l] p_(l-2), where
- * rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2 - m^2) / (4 (l - 1)^2 - 1)). */
+/* Y_lm(x, y, z) = K_lm P_lm(z) {sqrt2 cos m phi, 1, sqrt2 sin |m| phi} as polynomials: with sin^m theta taken into C_m + i S_m
+ * = (x + i y)^m, what is left is a polynomial in z. With its constant K_lm sqrt2 taken in, it starts as first[m] and goes on as
+ * p_l = rise[m][l] z p_(l-1) - fall[m][l] p_(l-2), where rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2
+ * - m^2) / (4 (l - 1)^2 - 1)). */
 static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292, 0.5462742152960396,
                                            0.5900435899266436, 0.6258357354491763, 0.6563820568401701};
 static const double rise[SH_ORDER_MAX][SH_ORDER_MAX] = {

@@ -1,8 +1,9 @@
 /* sh: real spherical harmonics, as radiance is stored in them.
  *
  * Real and orthonormal, in polynomial form without the Condon-Shortley sign, first-band constants positive (Ramamoorthi and
- * Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH 2001, eq. 3): Y00 = 0.282095, Y1-1 = 0.488603 y, Y10 = 0.488603 z,
- * Y11 = 0.488603 x, ... Index of (l, m): l(l+1)+m. *Order n* means bands 0 .. n-1, n*n coefficients.
+ * Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH 2001, eq. 3): Y00 = 0.282095, Y1-1 =
+ * 0.488603 y, Y10 = 0.488603 z, Y11 = 0.488603 x, ... Index of (l, m): l(l+1)+m. *Order n* means bands 0 .. n-1, n*n
+ * coefficients.
  *
  * RGB coefficients are coefficient-major, colour fastest: c[3 * i + channel].
  *

@@ -102,7 +102,8 @@ static double lightness(const struct picture *p, size_t i, const struct compare_
     return lab[0];
 }
 
-static struct error *show_difference(struct shot *shot, const struct picture *truth, const struct picture *test, const struct shot_settings *s)
+static struct error *show_difference(struct shot *shot, const struct picture *truth, const struct picture *test,
+                                     const struct shot_settings *s)
 {
     const struct compare_screen screen = {shot->exposure, s->tone};
     const size_t count = truth->width * truth->height;
@@ -169,7 +170,8 @@ static void label_two(const struct picture *p, double second, const struct shot_
 }
 
 /* The left half of one and the right half of the other. */
-static struct error *show_split(struct shot *shot, const struct picture *truth, const struct picture *test, const struct shot_settings *s)
+static struct error *show_split(struct shot *shot, const struct picture *truth, const struct picture *test,
+                                const struct shot_settings *s)
 {
     struct picture both = {0};
     struct error *err = picture_create(&both, truth->width, truth->height);
@@ -187,7 +189,8 @@ static struct error *show_split(struct shot *shot, const struct picture *truth, 
     return NULL;
 }
 
-static struct error *show_pair(struct shot *shot, const struct picture *truth, const struct picture *test, const struct shot_settings *s)
+static struct error *show_pair(struct shot *shot, const struct picture *truth, const struct picture *test,
+                               const struct shot_settings *s)
 {
     struct shot one = {.exposure = shot->exposure};
     struct error *err = picture_create(&shot->shown, 2 * truth->width, truth->height);
@@ -212,8 +215,8 @@ static struct error *show_pair(struct shot *shot, const struct picture *truth, c
     return err;
 }
 
-struct error *shot_compose(struct shot *shot, const struct picture *truth, const struct picture *variance, const struct picture *test,
-                           const struct shot_settings *s, int threads)
+struct error *shot_compose(struct shot *shot, const struct picture *truth, const struct picture *variance,
+                           const struct picture *test, const struct shot_settings *s, int threads)
 {
     float *map = NULL;
     shot->exposure = s->exposure;
@@ -246,7 +249,8 @@ static enum render_light light_of(enum shot_mode mode)
     return mode == SHOT_PROBES ? RENDER_PROBES : mode == SHOT_MIXED ? RENDER_MIXED : mode == SHOT_NONE ? RENDER_DIRECT : RENDER_TRUTH;
 }
 
-static struct error *take_one(struct shot *shot, const struct render *render, const struct shot_settings *s, struct progress *progress)
+static struct error *take_one(struct shot *shot, const struct render *render, const struct shot_settings *s,
+                              struct progress *progress)
 {
     struct picture picture = {0};
     struct error *err = render_picture(render, light_of(s->mode), &picture, NULL, progress);

@@ -1,7 +1,7 @@
 /* shot: a picture to look at: what is rendered, compared, laid out and written on it.
  *
- * Light is exposed, so that the 95th percentile of the truth's luminance (of the picture's, where no truth is taken) is 0.7 of white, or
- * as asked for; the same factor holds for all that is in the picture.
+ * Light is exposed, so that the 95th percentile of the truth's luminance (of the picture's, where no truth is taken) is 0.7 of
+ * white, or as asked for; the same factor holds for all that is in the picture.
  */
 #ifndef SHOT_H
 #define SHOT_H
@@ -27,7 +27,8 @@ enum shot_mode {
 
 struct shot_settings {
     enum shot_mode mode;
-    enum render_light test, truth; /* what is held against what where two are: RENDER_PROBES or RENDER_MIXED, RENDER_TRUTH or RENDER_DIRECT */
+    /* what is held against what where two are: RENDER_PROBES or RENDER_MIXED, RENDER_TRUTH or RENDER_DIRECT */
+    enum render_light test, truth;
     double exposure;               /* 0: automatic */
     enum display_tone tone;
     double scale;                       /* the difference that the colours' ends stand for; 0: automatic, of 1, 2 or 5 times a power of ten
@@ -51,11 +52,12 @@ bool shot_compares(enum shot_mode mode);
 int shot_pictures(const struct shot_settings *settings);
 
 /* Makes the shot; starts as {0}. */
-struct error *shot_take(struct shot *shot, const struct render *render, const struct shot_settings *settings, struct progress *progress);
+struct error *shot_take(struct shot *shot, const struct render *render, const struct shot_settings *settings,
+                        struct progress *progress);
 
 /* The same of two pictures that are there (variance: NULL, or of the truth); of the mode, those that compare. */
-struct error *shot_compose(struct shot *shot, const struct picture *truth, const struct picture *variance, const struct picture *test,
-                           const struct shot_settings *settings, int threads);
+struct error *shot_compose(struct shot *shot, const struct picture *truth, const struct picture *variance,
+                           const struct picture *test, const struct shot_settings *settings, int threads);
 
 void shot_clear(struct shot *shot);
 

@@ -18,7 +18,8 @@ const double sphere_direction[SPHERE_COUNT][3] = {
 #define I (25.0 / 840)
 #define O (27.0 / 840)
 
-const double sphere_weight[SPHERE_COUNT] = {I, I, I, I, I, I, I, I, I, I, I, I, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O};
+const double sphere_weight[SPHERE_COUNT] = {I, I, I, I, I, I, I, I, I, I, I, I, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O,
+                                            O, O, O, O};
 
 struct sphere_basis sphere_basis_make(int order, bool convolved)
 {

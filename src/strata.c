@@ -89,14 +89,15 @@ static void add_product(struct strata_sum *to, size_t fours, const double (*ligh
     *to = sum;
 }
 
-void strata_add(struct strata *s, struct strata_wave *wave, size_t fours, const struct vec3f *direction, const struct vec3f *light,
-                struct vec3f normal)
+void strata_add(struct strata *s, struct strata_wave *wave, size_t fours, const struct vec3f *direction,
+                const struct vec3f *light, struct vec3f normal)
 {
     set_samples(wave, fours, direction, light);
     set_functions(s, wave, fours, normal);
     for (int c = 0; c < s->channels; c++)
         for (int i = 0; i < s->functions; i++)
-            add_product(&s->of[c][i], fours, (const double(*)[STRATA_FOURS])wave->light[c], (const double(*)[STRATA_FOURS])wave->function[i]);
+            add_product(&s->of[c][i], fours, (const double(*)[STRATA_FOURS])wave->light[c],
+                        (const double(*)[STRATA_FOURS])wave->function[i]);
 }
 
 double strata_sum(const struct strata *s, int channel, int function)

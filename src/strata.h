@@ -44,10 +44,11 @@ void strata_start(struct strata *strata, int order, bool luminance);
 /* As strata_start, for the cosines to `count` unit normals (at most SH_COUNT_MAX), which outlive it. */
 void strata_start_normals(struct strata *strata, const double *normal, int count, bool luminance);
 
-/* Adds `fours` fours, at most STRATA_FOURS: corner k (row by row) of four f is sample k * fours + f. direction: unit; light: radiance times
- * the solid angle for which the sample stands; normal: a surface's. Leaves the functions of the samples in `wave`. */
-void strata_add(struct strata *strata, struct strata_wave *wave, size_t fours, const struct vec3f *direction, const struct vec3f *light,
-                struct vec3f normal);
+/* Adds `fours` fours, at most STRATA_FOURS: corner k (row by row) of four f is sample k * fours + f. direction: unit; light:
+ * radiance times the solid angle for which the sample stands; normal: a surface's. Leaves the functions of the samples in
+ * `wave`. */
+void strata_add(struct strata *strata, struct strata_wave *wave, size_t fours, const struct vec3f *direction,
+                const struct vec3f *light, struct vec3f normal);
 
 /* Function i of corner k of four f, as strata_add left it. */
 static inline double strata_function(const struct strata_wave *wave, int i, size_t k, size_t f)

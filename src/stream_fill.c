@@ -31,7 +31,8 @@ static bool is_of_light(const char *key)
     return false;
 }
 
-static struct error *fill_header(struct stream_header *to, const struct stream_header *from, const char *file, struct warnings *warnings)
+static struct error *fill_header(struct stream_header *to, const struct stream_header *from, const char *file,
+                                 struct warnings *warnings)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < from->provenance_count && !err; i++)
@@ -44,8 +45,8 @@ static struct error *fill_header(struct stream_header *to, const struct stream_h
         else if (strcmp(ours, theirs) && is_of_light(name))
             err = error_new("its light is not that of the probes to be filled: %s is %s, and theirs is %s", name, theirs, ours);
         else if (strcmp(ours, theirs))
-            warnings_add(warnings, "key differs", "%s: key %s is '%s', and '%s' in the stream to be filled: that stays", file, name, theirs,
-                         ours);
+            warnings_add(warnings, "key differs", "%s: key %s is '%s', and '%s' in the stream to be filled: that stays", file,
+                         name, theirs, ours);
     }
     return err;
 }
@@ -143,8 +144,8 @@ static struct error *fill_probes(struct table *to, const struct table *from, con
         if (!strcmp(theirs->name, "hull_normal") || !strcmp(theirs->name, "merged"))
             continue;
         if (ours && (ours->type != theirs->type || ours->width != theirs->width))
-            err = error_new("column %s is %s:%zu, and %s:%zu in the stream to be filled", theirs->name, column_type_name(theirs->type),
-                            theirs->width, column_type_name(ours->type), ours->width);
+            err = error_new("column %s is %s:%zu, and %s:%zu in the stream to be filled", theirs->name,
+                            column_type_name(theirs->type), theirs->width, column_type_name(ours->type), ours->width);
         if (added)
             err = table_add_column(to, theirs->name, theirs->type, theirs->width, &ours);
         if (!err)

@@ -16,7 +16,8 @@ static struct error *sort_error(struct error *err, struct error **damage)
 }
 
 /* Reads one table as far as it goes. *within: the damage is in its rows. */
-static struct error *read_table(struct stream_reader *reader, struct stream *stream, bool *more, bool *within, struct error **damage)
+static struct error *read_table(struct stream_reader *reader, struct stream *stream, bool *more, bool *within,
+                                struct error **damage)
 {
     struct table schema, *table = NULL;
     struct error *err = sort_error(stream_reader_next_table(reader, &schema, more), damage);

@@ -95,9 +95,9 @@ static RTCScene new_scene(const struct tracer *t)
     return scene;
 }
 
-/* Embree 3.13.5 takes the radius of a point query into an instance as it is where it should grow: where the instance is
- * smaller than its mesh. So trace_distance searches as far as the smallest instance needs: 1 / its least singular value times as far, at
- * most |M|^2 / (2 |det M|), Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
+/* Embree 3.13.5 takes the radius of a point query into an instance as it is where it should grow: where the instance is smaller
+ * than its mesh. So trace_distance searches as far as the smallest instance needs: 1 / its least singular value times as far,
+ * at most |M|^2 / (2 |det M|), Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
 static double instance_reach(const double m[12])
 {
     double square = 0;
@@ -327,8 +327,9 @@ static double largest(struct vec3 a)
     return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
 }
 
-/* How far an eye keeps off a surface, of the largest coordinate. trace_leave's 4 suffices for the rays of the eye itself; beside an edge
- * the points that they meet need room as well: of the light in the corner of a box 0.6 % is lost at 4, 0.2 % at 16, 0.1 % at 32. */
+/* How far an eye keeps off a surface, of the largest coordinate. trace_leave's 4 suffices for the rays of the eye itself;
+ * beside an edge the points that they meet need room as well: of the light in the corner of a box 0.6 % is lost at 4, 0.2 % at
+ * 16, 0.1 % at 32. */
 static const double eye_gap = 32 * (double)FLT_EPSILON;
 
 /* Corners of the mesh's triangle, local, in double. */
@@ -365,7 +366,8 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
     const double height = vec3_dot(n, vec3_sub(eye->place, corner[0]));
     if (fabs(height) >= gap)
         return;
-    const double facing = vec3_dot(n, eye->normal); /* a smoothed normal is still on the surface's side; walls beside it have theirs */
+    /* a smoothed normal is still on the surface's side; walls beside it have theirs */
+    const double facing = vec3_dot(n, eye->normal);
     if (fabs(facing) > 0.5 ? facing < 0 : height < -eye->rounding)
         n = vec3_scale(-1, n);
     const double now = vec3_dot(n, vec3_sub(eye->start, corner[0]));
@@ -438,7 +440,8 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
     if (!(distance < n->distance))
         return false;
     n->distance = distance;
-    args->query->radius = (float)(n->tracer->reach * (distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place)))); /* no less than rounding hides */
+    /* no less than rounding hides */
+    args->query->radius = (float)(n->tracer->reach * (distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place))));
     return true;
 }
 
@@ -528,7 +531,8 @@ static void shade_points(const struct tracer *t, size_t count, struct trace_poin
     for (size_t i = 0; i < count; i++) {
         if (!points->hit[i])
             continue;
-        struct trace_point p = {.instance = points->instance[i], .triangle = points->triangle[i], .b = points->b[i], .c = points->c[i]};
+        struct trace_point p = {.instance = points->instance[i], .triangle = points->triangle[i], .b = points->b[i],
+                                .c = points->c[i]};
         trace_point_shade(t, &p);
         points->material[i] = p.material;
         points->u[i] = p.u;
@@ -536,7 +540,8 @@ static void shade_points(const struct tracer *t, size_t count, struct trace_poin
     }
 }
 
-TRACE_VECTORS void trace_rays_nearest(const struct tracer *t, size_t count, const struct trace_rays *rays, struct trace_points *points)
+TRACE_VECTORS void trace_rays_nearest(const struct tracer *t, size_t count, const struct trace_rays *rays,
+                                      struct trace_points *points)
 {
     struct trace_query query = start_query(t, 0, NAN);
     for (size_t i = 0; i < count; i++) {

@@ -80,8 +80,8 @@ static inline void trace_point_shade(const struct tracer *tracer, struct trace_p
 /* Rays that go together: component by component, so that one instruction works on several of them. */
 enum { TRACE_WAVE = 64 };
 
-/* Of functions that loop over a wave. Embree runs nowhere without AVX; without fused operations, which these are not, its results are
- * the same bits as any other instruction's. */
+/* Of functions that loop over a wave. Embree runs nowhere without AVX; without fused operations, which these are not, its
+ * results are the same bits as any other instruction's. */
 #define TRACE_VECTORS __attribute__((target("avx")))
 
 struct wave_vec {
@@ -98,7 +98,8 @@ static inline void wave_put(struct wave_vec *v, size_t i, struct vec3f a)
     v->x[i] = a.x, v->y[i] = a.y, v->z[i] = a.z;
 }
 
-/* As trace_ray and trace_point, but that a point may be none: hit is 1 or 0, and then distance is INFINITY and the rest has no meaning. */
+/* As trace_ray and trace_point, but that a point may be none: hit is 1 or 0, and then distance is INFINITY and the rest has no
+ * meaning. */
 struct trace_rays {
     struct wave_vec origin, direction;
     float most[TRACE_WAVE];
@@ -130,16 +131,18 @@ struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
 void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle, struct vec3f corner[3]);
 
 /* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2, of the mesh. Sets all but distance and front, shaded. */
-void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point);
+void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c,
+                    struct trace_point *point);
 
 /* Whether anything is on the way of the ray. Blended surfaces let it through with probability 1 - alpha. */
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray);
 
-/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it: on p's side; before its
- * front, where p is on it; on the side of `normal`, where that is given (unit; zero: none) and the surface's own. */
+/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it: on p's side;
+ * before its front, where p is on it; on the side of `normal`, where that is given (unit; zero: none) and the surface's own. */
 struct vec3f trace_start(const struct tracer *tracer, const double p[3], struct vec3f normal);
 
-/* Where a ray starts that leaves a surface's point, met at `distance`, to the side of `normal` (unit; either sign of the surface's). */
+/* Where a ray starts that leaves a surface's point, met at `distance`, to the side of `normal` (unit; either sign of the
+ * surface's). */
 static inline struct vec3f trace_leave(struct vec3f position, float distance, struct vec3f normal)
 {
     const float size = float_most(float_most(fabsf(position.x), fabsf(position.y)), float_most(fabsf(position.z), distance));

@@ -28,7 +28,8 @@ enum { FOR_POINT = 1, FOR_PATH };
 
 struct truth_settings truth_settings_default(void)
 {
-    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 4096, .rays_most = 65536, .bounces = -1};
+    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 4096, .rays_most = 65536,
+                                   .bounces = -1};
 }
 
 /* -- header ----------------------------------------------------------------------------------- */
@@ -84,7 +85,8 @@ static struct error *describe(struct stream_header *header, const struct stage *
     return err;
 }
 
-static struct error *check_described(const struct stream_header *is, const struct stream_header *wanted, const struct truth_settings *s)
+static struct error *check_described(const struct stream_header *is, const struct stream_header *wanted,
+                                     const struct truth_settings *s)
 {
     const struct {
         const char *key;
@@ -130,8 +132,8 @@ static void free_candidate(const struct truth_settings *s, const double bounds[6
 }
 
 /* The first candidates of the box that are not inside solids. */
-static struct error *place_free(struct place *place, const struct stage *stage, const struct truth_settings *s, const double bounds[6],
-                                int threads, struct warnings *warnings)
+static struct error *place_free(struct place *place, const struct stage *stage, const struct truth_settings *s,
+                                const double bounds[6], int threads, struct warnings *warnings)
 {
     const size_t wanted = (size_t)s->points;
     struct place_inside_settings inside_settings = place_inside_default();
@@ -182,8 +184,8 @@ static int free_steps(const struct stage *stage, const double bounds[6], const d
 }
 
 /* Appends one straight path from a point on; of the directions tried, that with the longest way. Returns its steps. */
-static struct error *place_random_path(struct place *place, const struct stage *stage, const struct truth_settings *s, const double bounds[6],
-                                       const double start[3], size_t number, double step, size_t *rows)
+static struct error *place_random_path(struct place *place, const struct stage *stage, const struct truth_settings *s,
+                                       const double bounds[6], const double start[3], size_t number, double step, size_t *rows)
 {
     struct random r = random_start((uint64_t)s->seed, FOR_PATH, (uint32_t)number);
     double best[3] = {0};
@@ -205,7 +207,8 @@ static struct error *place_random_path(struct place *place, const struct stage *
 }
 
 /* The positions of points, and behind them those of paths; path[i] the number of the path. */
-static struct error *place_all(struct place *place, int32_t **path, size_t *points, const struct stage *stage, const struct truth_settings *s,
+static struct error *place_all(struct place *place, int32_t **path, size_t *points, const struct stage *stage,
+                               const struct truth_settings *s,
                                const double bounds[6], double step, int threads, struct warnings *warnings)
 {
     *path = NULL;
@@ -365,7 +368,8 @@ struct error *truth_trace(struct truth *truth, const struct stage *stage, const 
         const int rays = (int)((s->rays + 1) / 2);
         struct job job = {.path_tracer = &tracer, .tracer = stage->tracer, .position = place.position, .seed = s->seed,
                           .progress = progress, .surface = column_f32(table_column(table, "surface")),
-                          .half = {column_f32(table_column(table, "irradiance_1")), column_f32(table_column(table, "irradiance_2"))},
+                          .half = {column_f32(table_column(table, "irradiance_1")),
+                                   column_f32(table_column(table, "irradiance_2"))},
                           .settings = stage->capture_settings};
         job.settings.rays = rays;
         job.settings.error = s->error;

@@ -6,16 +6,16 @@
  *
  *     E (s - T1)(s - T2) = (s - truth)^2
  *
- * exactly, whatever the noise: so a mean square error needs no estimate of a variance. Irradiance is summed from the rays of the whole
- * sphere, each by its cosine (capture.h), so nothing is cut off.
+ * exactly, whatever the noise: so a mean square error needs no estimate of a variance. Irradiance is summed from the rays of
+ * the whole sphere, each by its cosine (capture.h), so nothing is cut off.
  *
  * It is kept as a probe stream, with the scene's key and light in its header, and serves any stream that was captured
  * in that scene and light. Table probe:
  *
  *     position:f64:3 path:i32:1 surface:f32:1 irradiance_1:f32:96 irradiance_2:f32:96
  *
- * path: -1 for a point, else the number of a path, whose rows are its steps in order; surface: distance to the nearest one, missing where
- * there is none; irradiance_*: RGB for each direction.
+ * path: -1 for a point, else the number of a path, whose rows are its steps in order; surface: distance to the nearest one,
+ * missing where there is none; irradiance_*: RGB for each direction.
  */
 #ifndef TRUTH_H
 #define TRUTH_H

@@ -114,7 +114,8 @@ static struct error *look_from_cell(void *context, size_t cell, int thread)
     return NULL;
 }
 
-/* Finds out which of the blind points are free. As many that see are asked with them: place_inside judges the scene's faces by what all see. */
+/* Finds out which of the blind points are free. As many that see are asked with them: place_inside judges the scene's faces by
+ * what all see. */
 static struct error *judge_blind(const struct job *job, size_t count, int threads)
 {
     struct place place = {0};
@@ -152,7 +153,8 @@ static struct error *judge_blind(const struct job *job, size_t count, int thread
 static double volume_of(const struct baked *b, size_t cell)
 {
     const struct vec3 p = corner(b, cell, 0);
-    return fabs(vec3_dot(vec3_sub(corner(b, cell, 1), p), vec3_cross(vec3_sub(corner(b, cell, 2), p), vec3_sub(corner(b, cell, 3), p)))) / 6;
+    return fabs(vec3_dot(vec3_sub(corner(b, cell, 1), p),
+                         vec3_cross(vec3_sub(corner(b, cell, 2), p), vec3_sub(corner(b, cell, 3), p)))) / 6;
 }
 
 /* The ratio of two means over free space, by volume, with its interval. which: 0 weight over 1, 1 light over bright. */
@@ -225,8 +227,8 @@ static struct error *check_light(const struct baked *b)
     return NULL;
 }
 
-struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples, uint64_t seed,
-                           int threads)
+struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples,
+                           uint64_t seed, int threads)
 {
     struct job job = {.tracer = tracer, .baked = baked, .samples = samples, .seed = seed,
                       .basis = sphere_basis_make(baked->order, baked->convolved)};

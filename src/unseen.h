@@ -1,8 +1,9 @@
 /* unseen: how much of the light that a point takes from probes comes from those that it cannot see.
  *
- * A point p takes light from probes i with weights w_i that sum to 1; v_i is the share of light that gets from p to probe i (1: seen,
- * 0: behind a wall). The share of weight that comes from unseen probes is u(p) = sum w_i (1 - v_i); of light, with b_i
- * the brightness of a probe (its mean irradiance), sum w_i (1 - v_i) b_i / sum w_i b_i. What leaks is the difference that they make:
+ * A point p takes light from probes i with weights w_i that sum to 1; v_i is the share of light that gets from p to probe i (1:
+ * seen, 0: behind a wall). The share of weight that comes from unseen probes is u(p) = sum w_i (1 - v_i); of light, with b_i
+ * the brightness of a probe (its mean irradiance), sum w_i (1 - v_i) b_i / sum w_i b_i. What leaks is the difference that they
+ * make:
  *
  *     E_leak(n) = sum w_i E_i(n) - sum w_i v_i E_i(n) / sum w_i v_i
  *
@@ -10,9 +11,9 @@
  *
  * The weights are the barycentric ones of the cell around p, whatever way light is interpolated.
  *
- * Over cells these are means over free space: random points, spread evenly over each cell, that are not inside solids. What sees a probe is
- * in free space, since probes are; the rest is asked of place_inside. Each cell is a stratum: the errors of the totals
- * are those of stratified ratios (Cochran, "Sampling techniques", 1977, sec. 6.11).
+ * Over cells these are means over free space: random points, spread evenly over each cell, that are not inside solids. What
+ * sees a probe is in free space, since probes are; the rest is asked of place_inside. Each cell is a stratum: the errors of the
+ * totals are those of stratified ratios (Cochran, "Sampling techniques", 1977, sec. 6.11).
  */
 #ifndef UNSEEN_H
 #define UNSEEN_H
@@ -52,9 +53,10 @@ struct unseen_cells {
     double free_volume;
 };
 
-/* Looks from `samples` (2 or more) points of each cell, which are tetrahedra (error: they are not). The result does not depend on the threads. */
-struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples, uint64_t seed,
-                           int threads);
+/* Looks from `samples` (2 or more) points of each cell, which are tetrahedra (error: they are not). The result does not depend
+ * on the threads. */
+struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples,
+                           uint64_t seed, int threads);
 void unseen_cells_clear(struct unseen_cells *cells);
 
 /* Adds their figures; light also relative to the mean irradiance, where the report has that already. */

@@ -22,7 +22,8 @@ static inline struct vec3 vec3_add(struct vec3 a, struct vec3 b) { return (struc
 static inline struct vec3 vec3_sub(struct vec3 a, struct vec3 b) { return (struct vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
 static inline struct vec3 vec3_scale(double s, struct vec3 a) { return (struct vec3){s * a.x, s * a.y, s * a.z}; }
 /* a + s b */
-static inline struct vec3 vec3_fma(struct vec3 a, double s, struct vec3 b) { return (struct vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
+static inline struct vec3 vec3_fma(struct vec3 a, double s,
+                                   struct vec3 b) { return (struct vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
 static inline double vec3_dot(struct vec3 a, struct vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline struct vec3 vec3_cross(struct vec3 a, struct vec3 b)
 {
@@ -40,7 +41,8 @@ static inline struct vec3f vec3f_add(struct vec3f a, struct vec3f b) { return (s
 static inline struct vec3f vec3f_sub(struct vec3f a, struct vec3f b) { return (struct vec3f){a.x - b.x, a.y - b.y, a.z - b.z}; }
 static inline struct vec3f vec3f_scale(float s, struct vec3f a) { return (struct vec3f){s * a.x, s * a.y, s * a.z}; }
 /* a + s b */
-static inline struct vec3f vec3f_fma(struct vec3f a, float s, struct vec3f b) { return (struct vec3f){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
+static inline struct vec3f vec3f_fma(struct vec3f a, float s,
+                                     struct vec3f b) { return (struct vec3f){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
 /* Component by component: a colour through a filter. */
 static inline struct vec3f vec3f_mul(struct vec3f a, struct vec3f b) { return (struct vec3f){a.x * b.x, a.y * b.y, a.z * b.z}; }
 static inline float vec3f_dot(struct vec3f a, struct vec3f b) { return a.x * b.x + a.y * b.y + a.z * b.z; }

@@ -33,7 +33,8 @@ static double angle_between(struct vec3 a, struct vec3 b)
 }
 
 /* The three corners of a triangle; returns false where it has no area in the scene. */
-static bool make_corners(const struct scene_mesh *mesh, const struct scene_instance *instance, size_t triangle, struct corner corner[3])
+static bool make_corners(const struct scene_mesh *mesh, const struct scene_instance *instance, size_t triangle,
+                         struct corner corner[3])
 {
     struct vec3 p[3];
     for (size_t c = 0; c < 3; c++)
@@ -145,7 +146,8 @@ static struct error *split_place(struct corner *corner, size_t count, double cos
 
 struct error *vertices_find(const struct scene *scene, double crease, struct vertices *vertices)
 {
-    const double rounding = 1e-9, cosine = angle_cos(crease * (ANGLE_PI / 180)) - rounding; /* a crease of just that angle is smooth */
+    /* a crease of just that angle is smooth */
+    const double rounding = 1e-9, cosine = angle_cos(crease * (ANGLE_PI / 180)) - rounding;
     struct corner *corners = NULL;
     size_t count = 0;
     struct error *err = collect(scene, &corners, &count);

@@ -107,8 +107,8 @@ static double count_seen(const struct choice *c, size_t eye, const struct camera
 {
     double count = 0, x, y, depth;
     for (size_t i = 0; i < c->seen; i++)
-        count += c->sees[eye * c->seen + i] && camera_project(camera, c->place[i].position, &x, &y, &depth) && depth > c->spacing && x > 0 &&
-                 x < (double)camera->width && y > 0 && y < (double)camera->height;
+        count += c->sees[eye * c->seen + i] && camera_project(camera, c->place[i].position, &x, &y, &depth) &&
+                 depth > c->spacing && x > 0 && x < (double)camera->width && y > 0 && y < (double)camera->height;
     return count;
 }
 
@@ -143,7 +143,8 @@ static struct error *try_eye(struct choice *c, size_t eye)
         struct camera camera;
         err = aim(c, &candidate, &camera);
         const double seen = err ? 0 : count_seen(c, eye, &camera) * (1 - 0.5 * candidate.forward.y * candidate.forward.y);
-        candidate.score = outside && c->seen ? seen * seen / (double)c->seen : seen; /* from outside, all is to be seen or it is no view */
+        /* from outside, all is to be seen or it is no view */
+        candidate.score = outside && c->seen ? seen * seen / (double)c->seen : seen;
         if (candidate.score > best[0].score) {
             best[1] = best[0];
             best[0] = candidate;
@@ -157,8 +158,8 @@ static struct error *try_eye(struct choice *c, size_t eye)
     return err;
 }
 
-/* What a finalist's picture shows. Its worth is 1 where it is full of fronts; sky counts a little, backs count against it, and so does
- * what is close to the eye. */
+/* What a finalist's picture shows. Its worth is 1 where it is full of fronts; sky counts a little, backs count against it, and
+ * so does what is close to the eye. */
 static struct error *look_around(const struct choice *c, struct candidate *finalist, size_t number)
 {
     struct camera camera;

@@ -52,7 +52,8 @@ static void test_functions(void)
         cube[i] = (float)(i + 1);
     double rgb[3];
     basis_irradiance(BASIS_CUBE, cube, (const double[3]){0.36, -0.48, 0.8}, rgb);
-    ok(fabs(rgb[1] - (0.1296 * 2 + 0.2304 * 11 + 0.64 * 14)) < 1e-12, "cube: the three sides that a normal meets, by its squares");
+    ok(fabs(rgb[1] - (0.1296 * 2 + 0.2304 * 11 + 0.64 * 14)) < 1e-12,
+       "cube: the three sides that a normal meets, by its squares");
     /* At a corner v: 0.35 + 0.25 of its own, and of its five neighbours, v . w = 1 / sqrt(5), 0.35 / 5 + 0.25 / 25. */
     float dice[36] = {0};
     const double corner[3] = {0, -0.8506508083520399, 0.5257311121191336}; /* 4 g + 2 a + b = 4 + 2 + 0 */
@@ -108,7 +109,8 @@ static void test_cubic(void)
         derivative = fmax(derivative, fabs(slope(c, n, u, 1e-6) - (double)c[9 * i + 3]));
         derivative = fmax(derivative, fabs(slope(c, n, v, 1e-6) - (double)c[9 * i + 6]));
     }
-    ok(value < 1e-12 && derivative < 1e-4, "dice-cubic: the corners' values and derivatives are kept (%.1e, %.1e)", value, derivative);
+    ok(value < 1e-12 && derivative < 1e-4, "dice-cubic: the corners' values and derivatives are kept (%.1e, %.1e)", value,
+       derivative);
 
     /* Along circles: no jump of value or slope, over all edges. */
     double jump = 0, kink = 0;
@@ -184,7 +186,8 @@ static void test_fits(void)
                 other[i] = (float)(draw() - 0.5);
             worst = fmax(worst, fabs(left_out(basis, order, sh, c, other, order % 3)));
         }
-        ok(worst < 3e-4, "%s: what is left out is orthogonal to whatever the basis can hold: least squares (%.1e)", basis_name(basis), worst);
+        ok(worst < 3e-4, "%s: what is left out is orthogonal to whatever the basis can hold: least squares (%.1e)",
+           basis_name(basis), worst);
     }
     /* Y20 and Y22 are combinations of squares, which the cube holds. */
     float even[27] = {[0] = 2, [18] = 0.3f, [24] = -0.2f}, cube[18];
@@ -193,7 +196,8 @@ static void test_fits(void)
     /* x alone: 1.25 x |x| is the best. */
     float x[12] = {[9] = (float)(1 / (2 * PI / 3 * 0.48860251190292))};
     fit(BASIS_CUBE, 2, x, cube);
-    ok(fabsf(cube[0] - 1.25f) < 1e-5f && fabsf(cube[3] + 1.25f) < 1e-5f && fabsf(cube[6]) < 1e-5f, "cube: E = x becomes 5/4 x |x|");
+    ok(fabsf(cube[0] - 1.25f) < 1e-5f && fabsf(cube[3] + 1.25f) < 1e-5f &&
+       fabsf(cube[6]) < 1e-5f, "cube: E = x becomes 5/4 x |x|");
     for (enum basis basis = BASIS_CUBE; basis < BASIS_COUNT; basis++) {
         float sky[3 * SH_COUNT_MAX] = {0}, c[BASIS_WIDTH_MOST];
         double worst = 0;
@@ -213,7 +217,8 @@ static void test_fits(void)
 
 /* -- ahd ------------------------------------------------------------------------------------------ */
 
-/* A sky and one delta: the direction is the delta's, and the two colours follow from <E, c> = pi A + H sum of A_l^2 (2l + 1) / 4 pi. */
+/* A sky and one delta: the direction is the delta's, and the two colours follow from <E, c> = pi A + H sum of A_l^2 (2l + 1) /
+ * 4 pi. */
 static void test_highlight(void)
 {
     double turned = 0, worst = 0;
@@ -236,7 +241,8 @@ static void test_highlight(void)
             turned = fmax(turned, fabs((double)c[6 + k] - d[k]));
         }
     }
-    ok(turned < 1e-5 && worst < 1e-5, "ahd: a lamp and a sky are its closed form (direction off by %.1e, colours by %.1e)", turned, worst);
+    ok(turned < 1e-5 && worst < 1e-5, "ahd: a lamp and a sky are its closed form (direction off by %.1e, colours by %.1e)",
+       turned, worst);
 
     int better = 0, negative = 0;
     for (int turn = 0; turn < 6; turn++) { /* no other direction, with colours of its own or changed ones, does better */
@@ -268,7 +274,8 @@ static void test_highlight(void)
     ok(!better && !negative, "ahd: nothing near or far is closer, no colour below 0 (%d, %d)", better, negative);
     float dark[27] = {0}, c[9];
     fit(BASIS_AHD, 3, dark, c);
-    ok(!c[0] && !c[3] && fabsf(c[6] * c[6] + c[7] * c[7] + c[8] * c[8] - 1) < 1e-6f, "ahd: darkness is dark, with a unit direction");
+    ok(!c[0] && !c[3] && fabsf(c[6] * c[6] + c[7] * c[7] + c[8] * c[8] - 1) < 1e-6f,
+       "ahd: darkness is dark, with a unit direction");
 }
 
 /* -- tables --------------------------------------------------------------------------------------- */
@@ -303,7 +310,8 @@ static void test_table(void)
             }
             square += one / (mean * mean) / (ROWS - 1);
         }
-        ok(error.probes == ROWS - 1 && fabs(error.rms / sqrt(square) - 1) < 0.02 && isnan(c[(ROWS - 1) * width]) && error.worst >= error.rms,
+        ok(error.probes == ROWS - 1 && fabs(error.rms / sqrt(square) - 1) < 0.02 && isnan(c[(ROWS - 1) * width]) &&
+           error.worst >= error.rms,
            "%s: the stated error is that over 40000 directions (%.4f, %.4f); a probe without light has none", basis_name(basis), error.rms,
            sqrt(square));
         /* Convolved coefficients give the same, but for their rounding. */

@@ -2,10 +2,11 @@
  *
  *     bench_bases PROBES TRUTH
  *
- * PROBES: a stream of points with sh of order 6 and the columns of all bases, made of it. TRUTH: surface probes with their irradiance, as many
- * for each of PROBES, one point after the other. Prints one line of JSON for each way to store a probe: bytes, and the RMS, the 95th
- * percentile and the worst of what irradiance in luminance is off, of all directions of all probes, against the probe's mean or, where that is
- * less, a quarter of all probes' mean; the share of directions in which it is below 0. */
+ * PROBES: a stream of points with sh of order 6 and the columns of all bases, made of it. TRUTH: surface probes with their
+ * irradiance, as many for each of PROBES, one point after the other. Prints one line of JSON for each way to store a probe:
+ * bytes, and the RMS, the 95th percentile and the worst of what irradiance in luminance is off, of all directions of all
+ * probes, against the probe's mean or, where that is less, a quarter of all probes' mean; the share of directions in which it
+ * is below 0. */
 #include "array.h"
 #include "basis.h"
 #include "dering.h"
@@ -44,7 +45,8 @@ struct way {
     enum basis basis;
 };
 
-static void evaluate(const struct bench *b, const struct way *way, size_t probe, const double n[3], const float *sh, double rgb[3])
+static void evaluate(const struct bench *b, const struct way *way, size_t probe, const double n[3], const float *sh,
+                     double rgb[3])
 {
     if (way->order) {
         sh_irradiance(way->order, sh, 0, n, rgb);
@@ -73,7 +75,8 @@ static void measure(const struct bench *b, const struct way *way)
         for (size_t k = 0; k < b->directions; k++) {
             const size_t i = probe * b->directions + k;
             double rgb[3];
-            evaluate(b, way, probe, (const double[3]){(double)b->normal[3 * i], (double)b->normal[3 * i + 1], (double)b->normal[3 * i + 2]}, sh, rgb);
+            evaluate(b, way, probe, (const double[3]){(double)b->normal[3 * i], (double)b->normal[3 * i + 1],
+                                                      (double)b->normal[3 * i + 2]}, sh, rgb);
             b->off[i] = fabs(luminance(rgb) - true_light(b, i)) / b->mean[probe];
             square += b->off[i] * b->off[i];
             negative += luminance(rgb) < 0;

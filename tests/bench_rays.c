@@ -5,9 +5,8 @@
  *
  * Captures the stream's probes again, on one thread, with the settings in its header, and remembers every ray that Embree is
  * asked for; then hands the same rays to Embree in a bare loop, in the same order. Both take turns; the medians, the rates and
- * their ratio are printed as one line of JSON, for scripts/bench. --render: takes a picture of the truth in turn with capture instead, and
- * counts the rays of both. The linker puts the functions below between capture and
- * Embree (--wrap).
+ * their ratio are printed as one line of JSON, for scripts/bench. --render: takes a picture of the truth in turn with capture
+ * instead, and counts the rays of both. The linker puts the functions below between capture and Embree (--wrap).
  */
 #include "array.h"
 #include "camera.h"
@@ -126,7 +125,8 @@ static double render_truth(const struct path_tracer *path, const struct camera *
 enum { RUNS_MOST = 99 };
 
 /* A picture and a capture in turn. */
-static void compare_render(const struct path_tracer *path, const struct capture_settings *settings, struct table *probes, int runs)
+static void compare_render(const struct path_tracer *path, const struct capture_settings *settings, struct table *probes,
+                           int runs)
 {
     struct vec3 eye, look_at;
     struct camera camera;
@@ -192,7 +192,8 @@ int main(int argc, char **argv)
     const double c = median(capture, (size_t)runs), b = median(bare, (size_t)runs);
     printf("{\"probes\": %zu, \"rays\": %zu, \"capture_s\": %.4f, \"bare_s\": %.4f, \"capture_mrays\": %.3f, \"bare_mrays\": %.3f, "
            "\"ratio\": %.3f, \"triangles\": %zu, \"decimate_s\": %.4f, \"build_s\": %.4f}\n", probes->rows, ray_count, c, b,
-           (double)ray_count / c / 1e6, (double)ray_count / b / 1e6, b / c, scene_triangle_count(scene), build_start - decimate_start,
+           (double)ray_count / c / 1e6, (double)ray_count / b / 1e6, b / c, scene_triangle_count(scene),
+               build_start - decimate_start,
            build_end - build_start);
     path_clear(&path);
     trace_destroy(tracer);

@@ -41,7 +41,8 @@ static void test_rays(void)
     bench_finish(&b, 4);
     const struct capture_settings s = capture_settings_default();
     const struct capture_probe p = capture(&b, &s, 0.3, -0.4, 0.2);
-    ok(p.sky == 0 && p.validity == 1 && p.depth > 2 && p.depth < 2 * sqrt(3), "closed: no ray escapes, depth %.3f", (double)p.depth);
+    ok(p.sky == 0 && p.validity == 1 && p.depth > 2 &&
+       p.depth < 2 * sqrt(3), "closed: no ray escapes, depth %.3f", (double)p.depth);
     bench_clear(&b);
 }
 
@@ -105,8 +106,8 @@ static void test_coverage(void)
             }
         }
     }
-    /* Colours and coefficients of one capture are correlated: as if there were PROBES * SEEDS independent ones, 95 % is met within
-     * 4 * sqrt(.95 * .05 / 720) = 3.2 %. */
+    /* Colours and coefficients of one capture are correlated: as if there were PROBES * SEEDS independent ones, 95 % is met
+     * within 4 * sqrt(.95 * .05 / 720) = 3.2 %. */
     const double share = (double)within / (double)all;
     ok(share > 0.918 && share < 0.982, "the truth lies within 1.96 sh_error in %.1f %% of %zu cases", 100 * share, all);
     bench_clear(&b);
@@ -168,11 +169,13 @@ static void test_instances(void)
 
 static void test_header(void)
 {
-    struct capture_settings s = {.order = 5, .rays = 77, .bounces = 3, .light = CAPTURE_INDIRECT, .seed = (uint64_t)1 << 52, .decimate = 0.3}, back = capture_settings_default();
+    struct capture_settings s = {.order = 5, .rays = 77, .bounces = 3, .light = CAPTURE_INDIRECT, .seed = (uint64_t)1 << 52,
+                                 .decimate = 0.3}, back = capture_settings_default();
     struct stream_header h = {0};
     must(capture_settings_to_header(&s, &h));
     must(capture_settings_from_header(&back, &h));
-    ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT && back.seed == s.seed && back.decimate == s.decimate, "settings come back from a header");
+    ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT && back.seed == s.seed &&
+       back.decimate == s.decimate, "settings come back from a header");
     must(header_set_key(&h, "capture-rays", "many"));
     struct error *err = capture_settings_from_header(&back, &h);
     ok(err && strstr(error_message(err), "capture-rays"), "refused: %s", err ? error_message(err) : "");

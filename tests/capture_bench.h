@@ -75,7 +75,8 @@ static inline struct capture_probe capture(const struct bench *b, const struct c
 static inline struct scene_material material(float albedo, float emission)
 {
     static char name[] = "m";
-    return (struct scene_material){.name = name, .albedo = {albedo, albedo / 2, albedo / 4}, .emission = {emission, 2 * emission, emission / 2},
+    return (struct scene_material){.name = name, .albedo = {albedo, albedo / 2, albedo / 4},
+                                   .emission = {emission, 2 * emission, emission / 2},
                                    .albedo_map = {.texture = SCENE_NONE}, .emission_map = {.texture = SCENE_NONE},
                                    .alpha_map = {.texture = SCENE_NONE}, .opacity = 1, .cutoff = 0.5f};
 }
@@ -190,7 +191,8 @@ static inline void sphere_split(struct shape *s, struct vec3 a, struct vec3 b, s
         ++*next;
         return;
     }
-    const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)), ca = vec3_normalize(vec3_add(c, a));
+    const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)),
+        ca = vec3_normalize(vec3_add(c, a));
     sphere_split(s, a, ab, ca, levels - 1, next);
     sphere_split(s, ab, b, bc, levels - 1, next);
     sphere_split(s, ca, bc, c, levels - 1, next);
@@ -215,7 +217,8 @@ static inline struct shape shape_sphere(double radius, int levels)
     return s;
 }
 
-/* Takes the triangles out of s whose middle, seen from the origin, lies within the cone about the unit `axis`, and returns them. */
+/* Takes the triangles out of s whose middle, seen from the origin, lies within the cone about the unit `axis`, and returns
+ * them. */
 static inline struct shape shape_cut(struct shape *s, struct vec3 axis, double cosine)
 {
     struct shape cut = shape_create(s->vertex_count, s->triangle_count);

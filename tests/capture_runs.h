@@ -8,9 +8,9 @@
  *     runs_irradiance_t the irradiance on 14 normals from orders 1 .. 6, its standard error from the spread
  *
  * The largest of 108 |z| passes RUNS_Z_MOST by luck once in 16000 checks; |t| with 31 or more degrees of freedom passes
- * RUNS_T_MOST once in 8e5 (Bonferroni: one check of 252 irradiances once in 3000). Seeds are fixed: luck does not change from day to day.
- * runs_check asks besides that the standard error of the bias be below RUNS_RESOLUTION: a test that could not see
- * 2 % fails.
+ * RUNS_T_MOST once in 8e5 (Bonferroni: one check of 252 irradiances once in 3000). Seeds are fixed: luck does not change from
+ * day to day. runs_check asks besides that the standard error of the bias be below RUNS_RESOLUTION: a test that could not see 2
+ * % fails.
  */
 #ifndef CAPTURE_RUNS_H
 #define CAPTURE_RUNS_H
@@ -35,7 +35,8 @@ static inline int runs_values(const struct runs *r)
 }
 
 /* Captures the probe at p with the seeds settings.seed, ... + count - 1. */
-static inline void runs_take(struct runs *r, const struct bench *b, struct capture_settings settings, const double p[3], int count)
+static inline void runs_take(struct runs *r, const struct bench *b, struct capture_settings settings, const double p[3],
+                             int count)
 {
     *r = (struct runs){.order = settings.order, .count = count};
     for (int i = 0; i < count; i++, settings.seed++) {
@@ -82,8 +83,8 @@ static inline double largest(const double *x, int count)
     return most;
 }
 
-/* How many standard errors off. 1e-5 of the largest value is float's own, and what multiple importance sampling leaves to rays that
- * meet a small emitter by themselves, which none of them may do. */
+/* How many standard errors off. 1e-5 of the largest value is float's own, and what multiple importance sampling leaves to rays
+ * that meet a small emitter by themselves, which none of them may do. */
 static inline double deviation(double off, double error, double most)
 {
     return fabs(off) / (error + 1e-5 * most + 1e-300);
@@ -155,7 +156,8 @@ static inline double runs_irradiance_t(const struct runs *r, const double *truth
 }
 
 /* Says whether runs agree with the truth, in the three ways. */
-__attribute__((format(printf, 3, 4), unused)) static void runs_check(const struct runs *r, const double *truth, const char *format, ...)
+__attribute__((format(printf, 3, 4), unused)) static void runs_check(const struct runs *r, const double *truth,
+                                                                     const char *format, ...)
 {
     char name[160];
     va_list args;

@@ -1,15 +1,13 @@
 /* capture_truth: what a probe's coefficients have to be, from closed forms and from quadrature of closed forms.
  *
- * A truth is 3 * order^2 doubles, laid out as the coefficients are; the functions add to it. The quadrature is Gauss and Legendre's
- * over pieces on which the integrand is smooth, so its error is far below any that sampling could show.
+ * A truth is 3 * order^2 doubles, laid out as the coefficients are; the functions add to it. The quadrature is Gauss and
+ * Legendre's over pieces on which the integrand is smooth, so its error is far below any that sampling could show.
  *
- * Based on:
- * Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964: 25.4.29 (Gauss-Legendre), 8.14.1 (integrals of P_l).
- * Duffy, "Quadrature over a pyramid or cube of integrands with a singularity at a vertex", SIAM J. Numer. Anal. 19, 1982: the square
- * that is folded to a triangle.
- * Ramamoorthi and Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH 2001, eq. 5: rotation of a zonal function.
- * Lambert, "Photometria", 1760: the irradiance from a polygon.
- * Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983, eq. 8.
+ * Based on: Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964: 25.4.29 (Gauss-Legendre), 8.14.1 (integrals of
+ * P_l). Duffy, "Quadrature over a pyramid or cube of integrands with a singularity at a vertex", SIAM J. Numer. Anal. 19, 1982:
+ * the square that is folded to a triangle. Ramamoorthi and Hanrahan, "An efficient representation for irradiance environment
+ * maps", SIGGRAPH 2001, eq. 5: rotation of a zonal function. Lambert, "Photometria", 1760: the irradiance from a polygon. Van
+ * Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983, eq. 8.
  */
 #ifndef CAPTURE_TRUTH_H
 #define CAPTURE_TRUTH_H
@@ -63,8 +61,8 @@ static inline struct gauss gauss_rule(int n)
 
 /* -- caps ------------------------------------------------------------------------------------- */
 
-/* A cone of directions about the unit `axis`: zonal coefficients
- * 2 pi integral of Y_l0 from `cosine` to 1 = sqrt(pi / (2l+1)) (P_(l-1)(cosine) - P_(l+1)(cosine)), turned to the axis. */
+/* A cone of directions about the unit `axis`: zonal coefficients 2 pi integral of Y_l0 from `cosine` to 1 = sqrt(pi / (2l+1))
+ * (P_(l-1)(cosine) - P_(l+1)(cosine)), turned to the axis. */
 static inline void add_cap(double *truth, const double axis[3], double cosine, const double rgb[3])
 {
     double y[SH_COUNT_MAX], before = 1, p = 1; /* P_(l-1), where P_(-1) = 1, and P_l */
@@ -83,7 +81,8 @@ static inline void add_cap(double *truth, const double axis[3], double cosine, c
 /* -- triangles -------------------------------------------------------------------------------- */
 
 /* A triangle as seen from the origin, with n * n points. */
-static inline void add_triangle(double *truth, struct vec3 a, struct vec3 b, struct vec3 c, const struct gauss *g, const double rgb[3])
+static inline void add_triangle(double *truth, struct vec3 a, struct vec3 b, struct vec3 c, const struct gauss *g,
+                                const double rgb[3])
 {
     const struct vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), cross = vec3_cross(ab, bc);
     for (int i = 0; i < g->n; i++) {
@@ -110,7 +109,8 @@ static inline void add_facing(double *truth, const struct shape *s, struct vec3 
 }
 
 /* A parallelogram, corner + u * [0, 1] + v * [0, 1], as seen from the origin. */
-static inline void add_parallelogram(double *truth, struct vec3 corner, struct vec3 u, struct vec3 v, const struct gauss *g, const double rgb[3])
+static inline void add_parallelogram(double *truth, struct vec3 corner, struct vec3 u, struct vec3 v, const struct gauss *g,
+                                     const double rgb[3])
 {
     const struct vec3 cross = vec3_cross(u, v);
     for (int i = 0; i < g->n; i++) {
@@ -148,7 +148,8 @@ static inline double lambert_irradiance(const struct vec3 *corner, int count, st
 
 typedef void truth_field(const void *context, const double d[3], double rgb[3]);
 
-/* A field of directions, smooth on each of columns * rows pieces of equal azimuth (from +X towards +Z) and height above the plane y = 0. */
+/* A field of directions, smooth on each of columns * rows pieces of equal azimuth (from +X towards +Z) and height above the
+ * plane y = 0. */
 static inline void add_field(double *truth, int columns, int rows, truth_field *field, const void *context)
 {
     const struct gauss g = gauss_rule(6);
@@ -165,8 +166,8 @@ static inline void add_field(double *truth, int columns, int rows, truth_field *
     }
 }
 
-/* The matrix that turns coefficients as `rows` (3x3, a rotation) turns directions: M_ij = integral of Y_i(d) Y_j(R^T d). 12 heights and 24
- * azimuths integrate polynomials up to degree 22 exactly. */
+/* The matrix that turns coefficients as `rows` (3x3, a rotation) turns directions: M_ij = integral of Y_i(d) Y_j(R^T d). 12
+ * heights and 24 azimuths integrate polynomials up to degree 22 exactly. */
 static inline void rotation_matrix(const double rows[9], double matrix[SH_COUNT_MAX][SH_COUNT_MAX])
 {
     const struct gauss g = gauss_rule(12);

@@ -1,5 +1,5 @@
-/* Radiance and irradiance: both kinds of coefficients against closed forms, orders 1 to 6, with their error and gradient; and what can
- * be turned into which. */
+/* Radiance and irradiance: both kinds of coefficients against closed forms, orders 1 to 6, with their error and gradient; and
+ * what can be turned into which. */
 #include "capture_runs.h"
 #include "content.h"
 #include "order.h"
@@ -27,7 +27,8 @@ static void test_sun(void)
     const double travel[3] = {0.36, -0.8, -0.48}, rgb[3] = {10, 20, 5};
     struct bench b;
     bench_start(&b);
-    add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {travel[0], travel[1], travel[2]}, .intensity = {rgb[0], rgb[1], rgb[2]}});
+    add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {travel[0], travel[1], travel[2]},
+                                       .intensity = {rgb[0], rgb[1], rgb[2]}});
     bench_finish(&b, 1);
     double worst = 0, band3 = 0;
     for (int order = 1; order <= SH_ORDER_MAX; order++) {
@@ -140,7 +141,8 @@ static void test_conversion(void)
             must(err);
             for (size_t column = 0; column < 3; column++)
                 for (size_t k = 0; k < 2 * t.columns[column].width; k++) {
-                    const double is = (double)column_f32(&t.columns[column])[k], expected = (double)column_f32(&was.columns[column])[k];
+                    const double is = (double)column_f32(&t.columns[column])[k],
+                        expected = (double)column_f32(&was.columns[column])[k];
                     back = back && fabs(is - expected) < 2e-7 * fabs(expected);
                 }
         }

@@ -1,5 +1,6 @@
-/* Decimated scenes: flat surfaces lose their triangles and nothing else, round ones keep their area and volume, textures stay where they
- * were, materials and lamps keep their shape, what was closed stays closed, and whatever a file may hold is survived. */
+/* Decimated scenes: flat surfaces lose their triangles and nothing else, round ones keep their area and volume, textures stay
+ * where they were, materials and lamps keep their shape, what was closed stays closed, and whatever a file may hold is
+ * survived. */
 #include "capture_bench.h"
 #include "random.h"
 #include "warning.h"
@@ -61,8 +62,8 @@ static void test_flat(void)
     shape_clear(&grid);
     finish(&b);
     decimate(&b, 2.0 / 2048);
-    ok(scene_triangle_count(b.scene) == 2 && fabs(mesh_area(b.scene, SCENE_NONE) - 4) < 1e-12, "a square of 2048 triangles becomes one of 2: %zu",
-       scene_triangle_count(b.scene));
+    ok(scene_triangle_count(b.scene) == 2 && fabs(mesh_area(b.scene, SCENE_NONE) - 4) < 1e-12,
+       "a square of 2048 triangles becomes one of 2: %zu", scene_triangle_count(b.scene));
     bench_clear(&b);
 
     bench_start(&b);
@@ -77,8 +78,8 @@ static void test_flat(void)
     decimate(&b, 12.0 / 768);
     solids = solids_of(b.scene);
     ok(scene_triangle_count(b.scene) == 12 && b.scene->meshes[0].vertex_count == 8, "768 triangles become 12, on 8 vertices");
-    ok(solids.count == 1 && solids.closed_count == 1 && fabs(solids.volume[0] - 8) < 1e-12 && fabs(mesh_area(b.scene, SCENE_NONE) - 24) < 1e-12,
-       "which are the same box");
+    ok(solids.count == 1 && solids.closed_count == 1 && fabs(solids.volume[0] - 8) < 1e-12 &&
+       fabs(mesh_area(b.scene, SCENE_NONE) - 24) < 1e-12, "which are the same box");
     scene_solids_clear(&solids);
     bench_clear(&b);
 }
@@ -109,14 +110,15 @@ static void test_round(void)
         volume = fmax(volume, solids.volume[i]);
     ok(solids.closed_count == 2 && box == 12, "of which the box has %zu still", box);
     const double area = mesh_area(b.scene, SCENE_NONE) - 24 * 0.04;
-    ok(volume > coarse_volume && volume < 4 * PI / 3, "the sphere's volume, %.4f, is between an icosphere's of 320 triangles, %.4f, and the ball's",
-       volume, coarse_volume);
+    ok(volume > coarse_volume && volume < 4 * PI / 3,
+       "the sphere's volume, %.4f, is between an icosphere's of 320 triangles, %.4f, and the ball's", volume, coarse_volume);
     ok(area > coarse_area && area < 4 * PI, "and so is its area: %.4f, %.4f", area, coarse_area);
     scene_solids_clear(&solids);
     bench_clear(&b);
 }
 
-/* The texture coordinates of the chart in test_texture, which has a seam along z = 0.25, and along x = 0 a fold, where u turns back. */
+/* The texture coordinates of the chart in test_texture, which has a seam along z = 0.25, and along x = 0 a fold, where u turns
+ * back. */
 static void chart(double x, double z, bool beyond, double uv[2])
 {
     uv[0] = 0.75 * fabs(x) + 0.125 * z + (beyond ? 3 : 0);
@@ -163,7 +165,8 @@ static void test_texture(void)
         off = fmax(off, fmax(fabs(uv[0] - mean[0]), fabs(uv[1] - mean[1])));
         span = fmax(span, fmax(fmax(p[0].z, p[1].z), p[2].z) - fmin(fmin(p[0].z, p[1].z), p[2].z));
     }
-    ok(mesh->triangle_count <= 12 && span >= 0.75, "a chart with a seam and a fold loses its triangles: %zu of 512", mesh->triangle_count);
+    ok(mesh->triangle_count <= 12 && span >= 0.75, "a chart with a seam and a fold loses its triangles: %zu of 512",
+       mesh->triangle_count);
     ok(off < 1e-6, "and its texture stays where it was, to %.1g", off);
     ok(fabs(mesh_area(b.scene, SCENE_NONE) - 4) < 1e-12, "with its area");
     bench_clear(&b);
@@ -191,14 +194,17 @@ static void test_borders(void)
     struct shape grid = shape_grid(1, 16);
     add_shape(&b, &grid, material(0.5f, 0));
     int32_t other = 0, lamp = 0;
-    must(scene_push_material(b.scene, (struct scene_material){.albedo_map = {.texture = SCENE_NONE}, .emission_map = {.texture = SCENE_NONE},
+    must(scene_push_material(b.scene, (struct scene_material){.albedo_map = {.texture = SCENE_NONE},
+                                                              .emission_map = {.texture = SCENE_NONE},
                              .alpha_map = {.texture = SCENE_NONE}, .opacity = 1}, &other));
-    must(scene_push_material(b.scene, (struct scene_material){.albedo_map = {.texture = SCENE_NONE}, .emission_map = {.texture = SCENE_NONE},
+    must(scene_push_material(b.scene, (struct scene_material){.albedo_map = {.texture = SCENE_NONE},
+                                                              .emission_map = {.texture = SCENE_NONE},
                              .alpha_map = {.texture = SCENE_NONE}, .opacity = 1, .emission = {1, 1, 1}}, &lamp));
     struct scene_mesh *mesh = &b.scene->meshes[0];
     size_t lit = 0;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
-        const struct vec3 c = vec3_scale(1.0 / 3, vec3_add(shape_corner(&grid, t, 0), vec3_add(shape_corner(&grid, t, 1), shape_corner(&grid, t, 2))));
+        const struct vec3 c = vec3_scale(1.0 / 3, vec3_add(shape_corner(&grid, t, 0),
+                                                           vec3_add(shape_corner(&grid, t, 1), shape_corner(&grid, t, 2))));
         const bool lamps = fabs(c.x - 0.5) < 0.25 && fabs(c.z - 0.5) < 0.25;
         mesh->material[t] = lamps ? lamp : c.x > 0 && c.z < 0 ? other : 0;
         lit += lamps;
@@ -211,13 +217,14 @@ static void test_borders(void)
     for (size_t t = 0; t < mesh->triangle_count; t++)
         still += mesh->material[t] == lamp;
     ok(lit == 32 && still == 32 && fabs(mesh_area(b.scene, lamp) - 0.25) < 1e-12, "emissive triangles stay: %zu", still);
-    ok(fabs(mesh_area(b.scene, other) - 1) < 1e-12, "a patch of another material keeps its area: %.17g", mesh_area(b.scene, other));
+    ok(fabs(mesh_area(b.scene, other) - 1) < 1e-12, "a patch of another material keeps its area: %.17g",
+       mesh_area(b.scene, other));
     ok(fabs(mesh_area(b.scene, 0) - 2.75) < 1e-12, "and so does what is around: %.17g", mesh_area(b.scene, 0));
     ok(mesh->triangle_count <= 60, "of 512 triangles %zu are left", mesh->triangle_count);
     struct warnings warnings = {0};
     must(scene_decimate(b.scene, 0.1, &warnings));
-    ok(mesh->triangle_count >= 32 && warnings_of_kind(&warnings, "decimated") == 1, "no more than what is held can be left, with a warning: %zu",
-       mesh->triangle_count);
+    ok(mesh->triangle_count >= 32 && warnings_of_kind(&warnings, "decimated") == 1,
+       "no more than what is held can be left, with a warning: %zu", mesh->triangle_count);
     warnings_clear(&warnings);
     bench_clear(&b);
 
@@ -234,8 +241,8 @@ static void test_borders(void)
     finish(&b);
     decimate(&b, 40.0 / 384);
     ok(junction(b.scene, 8) == 9, "sheets that meet on an edge by threes keep all its vertices: %zu", junction(b.scene, 8));
-    ok(scene_triangle_count(b.scene) <= 40 && fabs(mesh_area(b.scene, SCENE_NONE) - 12) < 1e-12, "and lose the others: %zu triangles of 384",
-       scene_triangle_count(b.scene));
+    ok(scene_triangle_count(b.scene) <= 40 && fabs(mesh_area(b.scene, SCENE_NONE) - 12) < 1e-12,
+       "and lose the others: %zu triangles of 384", scene_triangle_count(b.scene));
     bench_clear(&b);
 }
 
@@ -273,12 +280,14 @@ static void test_instances(void)
     const uint64_t key = scene_key(b.scene);
     decimate(&b, 0.25);
     struct scene_solids solids = solids_of(b.scene);
-    ok(b.scene->mesh_count == 2 && b.scene->instance_count == 3 && b.scene->meshes[0].triangle_count == 320 && b.scene->meshes[1].triangle_count == 320,
+    ok(b.scene->mesh_count == 2 && b.scene->instance_count == 3 && b.scene->meshes[0].triangle_count == 320 &&
+       b.scene->meshes[1].triangle_count == 320,
        "what is placed once and what is placed twice: 1280 triangles become %zu and %zu", b.scene->meshes[0].triangle_count,
        b.scene->meshes[1].triangle_count);
-    ok(!memcmp(b.scene->instances[0].transform, scene_identity, sizeof scene_identity) && !memcmp(b.scene->instances[2].transform, away, sizeof away),
-       "the one stands where it was placed, the other is placed");
-    ok(solids.closed_count == 3 && solids.volume[solids.piece_of[0]] > 3.9 && solids.volume[solids.piece_of[solids.offset[2]]] > 7.8,
+    ok(!memcmp(b.scene->instances[0].transform, scene_identity, sizeof scene_identity) &&
+       !memcmp(b.scene->instances[2].transform, away, sizeof away), "the one stands where it was placed, the other is placed");
+    ok(solids.closed_count == 3 && solids.volume[solids.piece_of[0]] > 3.9 &&
+       solids.volume[solids.piece_of[solids.offset[2]]] > 7.8,
        "a mirrored one looks outward still: volume %.3f", solids.volume[solids.piece_of[0]]);
     ok(scene_key(b.scene) == key, "the key is the whole scene's");
     ok(fabs(b.scene->box_min.x - -1) < 0.02 && fabs(b.scene->box_max.x - 10) < 0.02, "the box is around them");
@@ -295,7 +304,8 @@ static void test_share(void)
     finish(&b);
     const double *const before = b.scene->meshes[0].position;
     decimate(&b, 1);
-    ok(b.scene->meshes[0].position == before && b.scene->meshes[0].triangle_count == 320 && !b.scene->decimated, "a share of 1 touches nothing");
+    ok(b.scene->meshes[0].position == before && b.scene->meshes[0].triangle_count == 320 &&
+       !b.scene->decimated, "a share of 1 touches nothing");
     static const double bad[] = {0, -1, 1.5, (double)NAN};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct error *err = scene_decimate(b.scene, bad[i], NULL);
@@ -413,7 +423,8 @@ static void test_light(void)
     const size_t triangles = scene_triangle_count(whole);
     split(fewer, 3);
     must(scene_decimate(fewer, 0.0825, NULL));
-    ok(scene_triangle_count(fewer) < 2 * triangles + 128, "the Cornell box, of %zu triangles, split into %zu and decimated to %zu", triangles,
+    ok(scene_triangle_count(fewer) < 2 * triangles + 128,
+       "the Cornell box, of %zu triangles, split into %zu and decimated to %zu", triangles,
        64 * triangles, scene_triangle_count(fewer));
     ok(fabs(mesh_area(fewer, SCENE_NONE) / mesh_area(whole, SCENE_NONE) - 1) < 1e-12, "has its area");
     struct capture_settings settings = capture_settings_default();
@@ -438,7 +449,8 @@ static void test_light(void)
             sum += off * off / (error * error);
         }
     }
-    ok(worst < 4 && sum / 81 < 1.6, "and its light: off by %.2f standard errors in the RMS of 81 coefficients, %.1f at most", sqrt(sum / 81), worst);
+    ok(worst < 4 && sum / 81 < 1.6, "and its light: off by %.2f standard errors in the RMS of 81 coefficients, %.1f at most",
+       sqrt(sum / 81), worst);
     scene_destroy(whole);
     scene_destroy(fewer);
 }
@@ -463,7 +475,8 @@ static void test_closed(void)
         ok(before.closed_count == after.closed_count && before.count == after.count && scene_triangle_count(s) < triangles,
            "%s, %zu triangles decimated to %zu: %zu of %zu pieces are closed, as before", names[i], triangles, scene_triangle_count(s),
            after.closed_count, after.count);
-        ok(fabs(volume[0] - volume[1]) <= 1e-9 * fabs(volume[0]), "%s: they have their volume: %g, %g", names[i], volume[0], volume[1]);
+        ok(fabs(volume[0] - volume[1]) <= 1e-9 * fabs(volume[0]), "%s: they have their volume: %g, %g", names[i], volume[0],
+           volume[1]);
         scene_solids_clear(&before);
         scene_solids_clear(&after);
         scene_destroy(s);

@@ -1,4 +1,5 @@
-/* De-ringing: windows whose least r is known in closed form; what no window may do; the minimum over the sphere against many samples. */
+/* De-ringing: windows whose least r is known in closed form; what no window may do; the minimum over the sphere against many
+ * samples. */
 #include "dering.h"
 #include "content.h"
 #include "error.h"
@@ -16,8 +17,8 @@ static void add_uniform(float *sh, double radiance)
 
 /* -- closed forms --------------------------------------------------------------------------------- */
 
-/* A delta's minimum over directions, as a share of the mean, falls as r rises; r_at inverts it. The window's r lies between those of
- * the floor plus the tolerance and plus half of it. */
+/* A delta's minimum over directions, as a share of the mean, falls as r rises; r_at inverts it. The window's r lies between
+ * those of the floor plus the tolerance and plus half of it. */
 static void check_delta(enum dering_target target, int order, double floor, double (*r_at)(double least), const char *form)
 {
     const struct dering_settings settings = {.target = target, .floor = floor};
@@ -216,10 +217,12 @@ static void test_properties(void)
 
 static void test_untouched(void)
 {
-    const struct dering_settings settings = {.target = DERING_RADIANCE}, high = {.target = DERING_RADIANCE, .floor = DERING_FLOOR_MOST};
+    const struct dering_settings settings = {.target = DERING_RADIANCE},
+        high = {.target = DERING_RADIANCE, .floor = DERING_FLOOR_MOST};
     float sky[27] = {0}, dark[27] = {0}, negative[27] = {-1, 1, 1}, bare[27] = {[3] = 1};
     add_uniform(sky, 3);
-    ok(dering_window(&settings, 3, false, sky) == 1 && dering_window(&high, 3, false, sky) == 1, "a uniform sky does not ring, for any floor");
+    ok(dering_window(&settings, 3, false, sky) == 1 &&
+       dering_window(&high, 3, false, sky) == 1, "a uniform sky does not ring, for any floor");
     ok(dering_window(&settings, 3, false, dark) == 1, "nor does darkness");
     ok(dering_window(&settings, 3, false, negative) < 0 && dering_window(&settings, 3, false, bare) < 0,
        "a mean below 0, or of 0 beside light: no window helps, and none is claimed to");
@@ -262,13 +265,15 @@ static void test_table(void)
     ok(count.probes == 3 && count.changed == 1 && count.hopeless == 1 && count.least == (double)r && r > 0.86f && r < 0.865f,
        "of four probes three have light, one rings, one is beyond help (r = %.4f)", (double)r);
     dering_count_add(&counted, &t);
-    ok(counted.probes == 3 && counted.changed == 1 && counted.least == (double)r && window[1] == 1 && isnan(window[2]) && window[3] == 1,
-       "sh_window says so of each");
+    ok(counted.probes == 3 && counted.changed == 1 && counted.least == (double)r && window[1] == 1 && isnan(window[2]) &&
+       window[3] == 1, "sh_window says so of each");
     const float square = (float)((double)r * (double)r);
-    ok(sh[0] == sh_was[0] && sh[3] == (float)((double)r * (double)sh_was[3]) && error[3] == r && fabsf(error[12] - square) < 1e-6f &&
+    ok(sh[0] == sh_was[0] && sh[3] == (float)((double)r * (double)sh_was[3]) && error[3] == r &&
+       fabsf(error[12] - square) < 1e-6f &&
            gradient[0] == -2 && gradient[3] == -2 * r && gradient[27 + 3] == -2 * r && gradient[54 + 3] == -2 * r,
        "error and gradient go along, band by band");
-    ok(!memcmp(sh + 27, sh_was + 27, 27 * sizeof *sh) && !memcmp(sh + 81, sh_was + 81, 27 * sizeof *sh), "the others keep every bit");
+    ok(!memcmp(sh + 27, sh_was + 27, 27 * sizeof *sh) &&
+       !memcmp(sh + 81, sh_was + 81, 27 * sizeof *sh), "the others keep every bit");
     must(dering_table(&t, &settings, false, 1, &count));
     ok(!count.changed && window[0] == r, "and so do all in a second pass");
     table_clear(&t);

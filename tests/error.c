@@ -1,5 +1,5 @@
-/* What probe-error measures is what there is: against light whose error, leaks and change are known in closed form. Checks of chance are
- * held within 4.5 standard errors (7e-6 by luck) unless they say otherwise; seeds are fixed. */
+/* What probe-error measures is what there is: against light whose error, leaks and change are known in closed form. Checks of
+ * chance are held within 4.5 standard errors (7e-6 by luck) unless they say otherwise; seeds are fixed. */
 #include "baked.h"
 #include "bootstrap.h"
 #include "capture_truth.h"
@@ -54,7 +54,8 @@ static void test_sphere(void)
         }
     }
     ok(fabs(weight - 1) < 1e-15 && length < 1e-15, "32 directions of length 1, weights sum to 1");
-    ok(worst < 1e-15 && beyond > 1e-5, "the mean of x^a y^b z^c is exact up to degree 9 (%.1g), and not beyond (%.1g)", worst, beyond);
+    ok(worst < 1e-15 && beyond > 1e-5, "the mean of x^a y^b z^c is exact up to degree 9 (%.1g), and not beyond (%.1g)", worst,
+       beyond);
     /* Irradiance of each basis function along the set is sh_irradiance's. */
     double off = 0;
     for (int convolved = 0; convolved < 2; convolved++) {
@@ -113,7 +114,8 @@ static void test_normals(void)
         mean += (double)p.sh[3 * d + 1] / SPHERE_COUNT;
         noise += (double)p.sh_error[3 * d + 1] * (double)p.sh_error[3 * d + 1] / SPHERE_COUNT;
     }
-    ok(sqrt(noise) < 0.0015 * mean && p.rays > 64 && p.rays < 1 << 20, "an error of 0.1 %% is met with %d rays: %.2g", p.rays, sqrt(noise) / mean);
+    ok(sqrt(noise) < 0.0015 * mean && p.rays > 64 &&
+       p.rays < 1 << 20, "an error of 0.1 %% is met with %d rays: %.2g", p.rays, sqrt(noise) / mean);
     bench_clear(&b);
 
     /* A lamp, in a room with bounces: each direction as the surface's capture has it, which draws its rays otherwise. */
@@ -190,13 +192,15 @@ static void test_distance(void)
     size_t nearest[64] = {0};
     for (int i = 0; i < 80; i++) {
         struct vec3 p = scene->box_min;
-        p = vec3_add(p, (struct vec3){(1.4 * random_double(&r) - 0.2) * size.x, (1.4 * random_double(&r) - 0.2) * size.y, (1.4 * random_double(&r) - 0.2) * size.z});
+        p = vec3_add(p, (struct vec3){(1.4 * random_double(&r) - 0.2) * size.x, (1.4 * random_double(&r) - 0.2) * size.y,
+                                      (1.4 * random_double(&r) - 0.2) * size.z});
         double at[3], best = INFINITY;
         size_t which = 0;
         vec3_store(at, p);
         for (size_t n = 0; n < scene->instance_count; n++) {
             for (size_t t = 0; t < scene->meshes[scene->instances[n].mesh].triangle_count; t++) {
-                const double d = distance_by_search(p, placed_corner(scene, n, t, 0), placed_corner(scene, n, t, 1), placed_corner(scene, n, t, 2));
+                const double d = distance_by_search(p, placed_corner(scene, n, t, 0), placed_corner(scene, n, t, 1),
+                                                    placed_corner(scene, n, t, 2));
                 which = d < best ? n : which;
                 best = fmin(best, d);
             }
@@ -207,7 +211,8 @@ static void test_distance(void)
     size_t met = 0;
     for (int i = 0; i < 64; i++)
         met += nearest[i] > 0;
-    ok(worst < 1e-6 && met >= 4, "distance to the nearest surface, of %zu meshes and instances, is that of a search (%.1g)", met, worst);
+    ok(worst < 1e-6 && met >= 4, "distance to the nearest surface, of %zu meshes and instances, is that of a search (%.1g)",
+       met, worst);
     trace_destroy(tracer);
     scene_destroy(scene);
     struct bench b;
@@ -338,8 +343,10 @@ static void test_linear(void)
     hand_start(&h, unit_cell, linear_probes);
     hand_truth_start(&t, 2000, linear, 0, 1);
     struct report r = measured(&h, &t.truth);
-    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "worst_relative", "all") < 2e-6, "a linear field: no error (%.1g)", got(&r, "rms_relative", "all"));
-    ok(fabs(got(&r, "irradiance", "all") / (unit_light() * (2 + 3.5 / 4)) - 1) < 0.02, "and its mean is that of the cell's corners");
+    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "worst_relative", "all") < 2e-6, "a linear field: no error (%.1g)",
+       got(&r, "rms_relative", "all"));
+    ok(fabs(got(&r, "irradiance", "all") / (unit_light() * (2 + 3.5 / 4)) - 1) < 0.02,
+       "and its mean is that of the cell's corners");
     report_clear(&r);
     hand_end(&h);
 
@@ -391,19 +398,23 @@ static void test_kinds(void)
         column_f32(gradient)[i] = i % 27 < 3 ? (float)slope[i % 81 / 27] : 0;
     hand_truth_start(&t, N, linear, 0, 6);
     for (int kind = INTERPOLATE_BARYCENTRIC; kind <= INTERPOLATE_SHEPARD; kind++) {
-        const struct interpolate_settings how = {.kind = (enum interpolate_kind)kind, .falloff = INTERPOLATE_FALL_QUADRATIC, .radius = 1.5};
+        const struct interpolate_settings how = {.kind = (enum interpolate_kind)kind, .falloff = INTERPOLATE_FALL_QUADRATIC,
+                                                 .radius = 1.5};
         must(baked_open(&h.baked, h.stream, &how));
         struct report r = measured(&h, &t.truth);
         if (kind <= INTERPOLATE_CUBIC) {
-            ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a linear field (%.1g)", names[kind], got(&r, "rms_relative", "all"));
+            ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a linear field (%.1g)", names[kind],
+               got(&r, "rms_relative", "all"));
         } else {
             double square = 0;
             for (size_t i = 0; i < N; i++)
                 square += pow(by_formula(how.kind, how.radius, t.position + 3 * i) - linear(t.position + 3 * i), 2) / N;
             const double rms = unit_light() * sqrt(square);
-            ok(rms > 0.1 && fabs(got(&r, "rms", "all") / rms - 1) < 1e-5, "%s: the error in a linear field is that of its formula, %.4f", names[kind], rms);
+            ok(rms > 0.1 && fabs(got(&r, "rms", "all") / rms - 1) < 1e-5,
+               "%s: the error in a linear field is that of its formula, %.4f", names[kind], rms);
         }
-        ok(got(&r, "points", "inside-hull") == N && got(&r, "points", "all-seen") == N, "%s: hull and sight are those of the cells", names[kind]);
+        ok(got(&r, "points", "inside-hull") == N &&
+           got(&r, "points", "all-seen") == N, "%s: hull and sight are those of the cells", names[kind]);
         report_clear(&r);
         baked_close(&h.baked);
     }
@@ -444,8 +455,8 @@ static void test_grid(void)
     hand_truth_start(&t, 500, linear, 0, 7);
     must(baked_open(&h.baked, h.stream, &(struct interpolate_settings){.kind = INTERPOLATE_TRILINEAR}));
     struct report r = measured(&h, &t.truth);
-    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "points", "inside-hull") == 500, "trilinear, without cells: no error in a linear field (%.1g)",
-       got(&r, "rms_relative", "all"));
+    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "points", "inside-hull") == 500,
+       "trilinear, without cells: no error in a linear field (%.1g)", got(&r, "rms_relative", "all"));
     ok(isnan(got(&r, "unseen", "all")) && isnan(got(&r, "points", "all-seen")) && isnan(got(&r, "capture_noise", "all")),
        "what takes cells to know is not reported");
     report_clear(&r);
@@ -473,12 +484,14 @@ static void test_flat(int corners)
     hand_truth_start(&t, 500, fields[corners], 0, 8);
     must(baked_open(&h.baked, h.stream, NULL));
     struct report r = measured(&h, &t.truth);
-    ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a field that it spans (%.1g)", tables[corners], got(&r, "rms_relative", "all"));
+    ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a field that it spans (%.1g)", tables[corners],
+       got(&r, "rms_relative", "all"));
     report_clear(&r);
     hand_truth_end(&t);
     hand_truth_start(&t, 500, linear, 0, 8);
     r = measured(&h, &t.truth);
-    ok(got(&r, "rms", "all") > 0.1 && got(&r, "unseen", "all") == 0, "%s: and one in a field that it does not; its probes are seen", tables[corners]);
+    ok(got(&r, "rms", "all") > 0.1 && got(&r, "unseen", "all") == 0,
+       "%s: and one in a field that it does not; its probes are seen", tables[corners]);
     report_clear(&r);
     hand_truth_end(&t);
     struct error *err = unseen_cells(&cells, nothing.tracer, &h.baked, 8, 1, 1);
@@ -502,15 +515,21 @@ static void test_wrong_probe(void)
     /* Standard errors from the moments E w^2 = 1/10, E w^4 = 1/35, and of a quantile sqrt(q (1 - q) / N) / density. */
     const double mean_error = sqrt((0.1 - 0.0625) / N), rms_error = sqrt((1.0 / 35 - 0.01) / N) / (2 * sqrt(0.1));
     const double p95 = 1 - cbrt(0.05), p99 = 1 - cbrt(0.01);
-    const double p95_error = sqrt(0.05 * 0.95 / N) / (3 * cbrt(0.05) * cbrt(0.05)), p99_error = sqrt(0.01 * 0.99 / N) / (3 * cbrt(0.01) * cbrt(0.01));
-    const double z[5] = {(got(&r, "rms", "all") / unit - sqrt(0.1)) / rms_error, (got(&r, "bias", "all") / unit - 0.25) / mean_error,
+    const double p95_error = sqrt(0.05 * 0.95 / N) / (3 * cbrt(0.05) * cbrt(0.05)),
+        p99_error = sqrt(0.01 * 0.99 / N) / (3 * cbrt(0.01) * cbrt(0.01));
+    const double z[5] = {(got(&r, "rms", "all") / unit - sqrt(0.1)) / rms_error,
+                         (got(&r, "bias", "all") / unit - 0.25) / mean_error,
                          (got(&r, "mean", "all") / unit - 0.25) / mean_error, (got(&r, "p95", "all") / unit - p95) / p95_error,
                          (got(&r, "p99", "all") / unit - p99) / p99_error};
     for (int i = 0; i < 5; i++)
-        ok(fabs(z[i]) < 4.5, "one wrong probe: %s as its weight has it (z = %.2f)", ((const char *[]){"rms", "bias", "mean", "95 %", "99 %"})[i], z[i]);
-    const double share = pow(1 - 0.05 * 3, 3); /* weight > tolerance * 3, but for the light that the probe adds to the stream alone */
-    ok(fabs(got(&r, "too_bright", "all") - share) < 4.5 * sqrt(share * (1 - share) / N), "and is too bright where that is more than the tolerance");
-    ok(got(&r, "worst", "all") / unit > 0.9 && got(&r, "worst", "all") / unit < 1 && got(&r, "worst_y", "all") > 0.9, "worst beside it");
+        ok(fabs(z[i]) < 4.5, "one wrong probe: %s as its weight has it (z = %.2f)",
+           ((const char *[]){"rms", "bias", "mean", "95 %", "99 %"})[i], z[i]);
+    /* weight > tolerance * 3, but for the light that the probe adds to the stream alone */
+    const double share = pow(1 - 0.05 * 3, 3);
+    ok(fabs(got(&r, "too_bright", "all") - share) < 4.5 * sqrt(share * (1 - share) / N),
+       "and is too bright where that is more than the tolerance");
+    ok(got(&r, "worst", "all") / unit > 0.9 && got(&r, "worst", "all") / unit < 1 &&
+       got(&r, "worst_y", "all") > 0.9, "worst beside it");
     /* Quarters by `surface`, which is x here. */
     double points = 0, square = 0;
     for (int q = 1; q <= 4; q++) {
@@ -520,7 +539,8 @@ static void test_wrong_probe(void)
         square += got(&r, "points", of) * pow(got(&r, "rms", of), 2);
         ok(fabs(got(&r, "points", of) - N / 4.0) <= 1, "quarter %d holds %.0f points", q, got(&r, "points", of));
     }
-    ok(points == N && fabs(sqrt(square / N) / got(&r, "rms", "all") - 1) < 1e-9, "mean squares of the quarters add up to that of all");
+    ok(points == N && fabs(sqrt(square / N) / got(&r, "rms", "all") - 1) < 1e-9,
+       "mean squares of the quarters add up to that of all");
     report_clear(&r);
     hand_end(&h);
     hand_truth_end(&t);
@@ -545,10 +565,11 @@ static void test_parts(void)
             t.position[3 * i + 2] += 5;
     }
     struct report r = measured(&h, &t.truth);
-    ok(got(&r, "points", "inside-hull") == 2000 && got(&r, "points", "outside-hull") == 1000, "points inside and outside of the hull are told apart");
+    ok(got(&r, "points", "inside-hull") == 2000 && got(&r, "points", "outside-hull") == 1000,
+       "points inside and outside of the hull are told apart");
     ok(got(&r, "points", "dark") == (double)dim && got(&r, "points", "lit") == 3000 - (double)dim, "lit and dark");
-    ok(got(&r, "rms", "lit") < 1e-6 && fabs(got(&r, "rms", "dark") / unit_light() - 3.9) < 1e-4 && fabs(got(&r, "too_bright", "dark") - 1) < 1e-9,
-       "only the dark ones are off: by what they lack");
+    ok(got(&r, "rms", "lit") < 1e-6 && fabs(got(&r, "rms", "dark") / unit_light() - 3.9) < 1e-4 &&
+       fabs(got(&r, "too_bright", "dark") - 1) < 1e-9, "only the dark ones are off: by what they lack");
     ok(got(&r, "points", "all-seen") == 3000 && got(&r, "points", "some-unseen") == 0, "where nothing is, all is seen");
     report_clear(&r);
     hand_end(&h);
@@ -572,7 +593,8 @@ static void test_noise(void)
             double square = 0; /* of the weight of the wrong probe */
             for (size_t k = 0; k < POINTS; k++)
                 square += t.position[3 * k + 1] * t.position[3 * k + 1] / POINTS;
-            const double exact = unit_light() * sqrt(square), off = got(&r, "rms", "all") - exact, error = got(&r, "rms_noise", "all");
+            const double exact = unit_light() * sqrt(square), off = got(&r, "rms", "all") - exact,
+                error = got(&r, "rms_noise", "all");
             within += fabs(off) < 1.96 * error;
             bias += (pow(got(&r, "rms", "all"), 2) - pow(exact, 2)) / TRIALS;
             spread += off * off / TRIALS;
@@ -580,11 +602,13 @@ static void test_noise(void)
             report_clear(&r);
             hand_truth_end(&t);
         }
-        /* A coverage of 95 %, within 4 sqrt(.05 * .95 / 200) = 6 %; where noise is far above the error, roots of what is below 0 count
-         * as 0, and more is covered. */
-        ok(within / TRIALS > 0.89 && (big || within / TRIALS < 0.995), "noise %.1f in light off by 0.3: the rms is within 1.96 rms_noise in %.1f %%", noise, 100 * within / TRIALS);
+        /* A coverage of 95 %, within 4 sqrt(.05 * .95 / 200) = 6 %; where noise is far above the error, roots of what is below
+         * 0 count as 0, and more is covered. */
+        ok(within / TRIALS > 0.89 && (big || within / TRIALS < 0.995),
+           "noise %.1f in light off by 0.3: the rms is within 1.96 rms_noise in %.1f %%", noise, 100 * within / TRIALS);
         ok(sqrt(said / spread) > 0.8 && sqrt(said / spread) < (big ? 2 : 1.25), "rms_noise is its spread (%.2f of it)", sqrt(said / spread));
-        ok(big || fabs(bias) < 4.5 * 2 * sqrt(0.1) * unit_light() * sqrt(spread / TRIALS), "and the mean square is not off in the mean (%.1g)", bias);
+        ok(big || fabs(bias) < 4.5 * 2 * sqrt(0.1) * unit_light() * sqrt(spread / TRIALS),
+           "and the mean square is not off in the mean (%.1g)", bias);
     }
     hand_end(&h);
 }
@@ -593,10 +617,11 @@ static void test_noise(void)
 
 static void test_causes(void)
 {
-    /* A sun: E = max(cos, 0), whose bands are A_l Y_lm(sun); what an order cuts off is, in the mean square over directions, the sum of
-     * A_l^2 (2l+1) / (4 pi)^2 over the others, A_6 = pi/64, A_8 = -pi/128, A_10 = 7 pi/1536, ... The 32 directions see bands of more than 4 as each other's: held
-     * within 3 %, in the mean over suns. */
-    static const double a[9] = {PI, 2 * PI / 3, PI / 4, -PI / 24, PI / 64, -PI / 128, 7 * PI / 1536, -3 * PI / 1024, 33 * PI / 16384};
+    /* A sun: E = max(cos, 0), whose bands are A_l Y_lm(sun); what an order cuts off is, in the mean square over directions, the
+     * sum of A_l^2 (2l+1) / (4 pi)^2 over the others, A_6 = pi/64, A_8 = -pi/128, A_10 = 7 pi/1536, ... The 32 directions see
+     * bands of more than 4 as each other's: held within 3 %, in the mean over suns. */
+    static const double a[9] = {PI, 2 * PI / 3, PI / 4, -PI / 24, PI / 64, -PI / 128, 7 * PI / 1536, -3 * PI / 1024,
+                                33 * PI / 16384};
     static const int band[9] = {0, 1, 2, 4, 6, 8, 10, 12, 14};
     for (int order = 1; order <= SPHERE_ORDER; order++) {
         struct random r = random_start(11, 1, 0);
@@ -613,7 +638,8 @@ static void test_causes(void)
         }
         for (int i = 0; i < 9; i++)
             cut += band[i] >= order ? a[i] * a[i] * (2 * band[i] + 1) / (16 * PI * PI) : 0;
-        ok(fabs(sqrt(seen / cut) - 1) < 0.03, "order %d cuts %.4f off a sun's irradiance, by its bands %.4f", order, sqrt(seen), sqrt(cut));
+        ok(fabs(sqrt(seen / cut) - 1) < 0.03, "order %d cuts %.4f off a sun's irradiance, by its bands %.4f", order, sqrt(seen),
+           sqrt(cut));
     }
     /* Probes with noise e in L00: blended, sum w^2 e^2; over a cell the mean of sum w^2 is 4/10. */
     struct hand h;
@@ -627,7 +653,8 @@ static void test_causes(void)
     must(baked_open(&h.baked, h.stream, NULL));
     hand_truth_start(&t, 4000, linear, 0, 4);
     struct report r = measured(&h, &t.truth);
-    ok(fabs(got(&r, "capture_noise", "all") / (0.25 * unit_light() * sqrt(0.4)) - 1) < 0.02, "the capture's noise, blended: %.4f", got(&r, "capture_noise", "all"));
+    ok(fabs(got(&r, "capture_noise", "all") / (0.25 * unit_light() * sqrt(0.4)) - 1) < 0.02,
+       "the capture's noise, blended: %.4f", got(&r, "capture_noise", "all"));
     ok(got(&r, "cut_off", "all") < 1e-6, "and nothing is cut off light that is the same from everywhere");
     report_clear(&r);
     hand_truth_end(&t);
@@ -663,7 +690,8 @@ static void test_bootstrap(void)
         }
     }
     /* The percentile interval of a skewed mean covers a little less than 95 % (Efron and Tibshirani 1993, ch. 14). */
-    ok(within > 0.89 * TRIALS && within < 0.985 * TRIALS, "the 95 %% interval holds the mean in %.1f %% of samples", 100.0 * (double)within / TRIALS);
+    ok(within > 0.89 * TRIALS && within < 0.985 * TRIALS, "the 95 %% interval holds the mean in %.1f %% of samples",
+       100.0 * (double)within / TRIALS);
     ok(same, "and does not depend on threads");
 }
 
@@ -693,15 +721,20 @@ static void test_wall(double c, double left, double right)
     /* Left of the wall the right pair is unseen, with weight x; right of it the left pair, with 1 - x. */
     const double from_right = moment(c, 1), from_left = moment(1 - c, 1), share = from_left + from_right;
     const double light = (right * from_right + left * from_left) / ((left + right) / 2);
-    const double leak = fabs(right - left) * sqrt(moment(c, 2) + moment(1 - c, 2)), bias = (right - left) * (from_right - from_left);
+    const double leak = fabs(right - left) * sqrt(moment(c, 2) + moment(1 - c, 2)),
+        bias = (right - left) * (from_right - from_left);
     const double spread = sqrt((moment(c, 2) + moment(1 - c, 2) - share * share) / SAMPLES);
-    ok(fabs(cells.weight.value - share) < 4.5 * spread, "a wall at %.2f: unseen weight %.4f, by its closed form %.4f", c, cells.weight.value, share);
+    ok(fabs(cells.weight.value - share) < 4.5 * spread, "a wall at %.2f: unseen weight %.4f, by its closed form %.4f", c,
+       cells.weight.value, share);
     ok(fabs((cells.weight.high - cells.weight.low) / (2 * 1.96 * spread) - 1) < 0.05, "its interval is that of the sample");
-    ok(cells.light.low - (cells.light.high - cells.light.low) < light && light < cells.light.high + (cells.light.high - cells.light.low),
+    ok(cells.light.low - (cells.light.high - cells.light.low) < light &&
+       light < cells.light.high + (cells.light.high - cells.light.low),
        "unseen light %.4f, by its closed form %.4f", cells.light.value, light);
-    ok(fabs(cells.leaked_rms / unit_light() - leak) < 0.02 * leak + 1e-6 && fabs(cells.leaked_bias / unit_light() - bias) < 0.03 * leak + 1e-6,
+    ok(fabs(cells.leaked_rms / unit_light() - leak) < 0.02 * leak + 1e-6 &&
+       fabs(cells.leaked_bias / unit_light() - bias) < 0.03 * leak + 1e-6,
        "light that leaks %.4f and %+.4f, by their closed forms %.4f and %+.4f", cells.leaked_rms / unit_light(), cells.leaked_bias / unit_light(), leak, bias);
-    ok(cells.blind == 0 && cells.cell_free[0] == 1 && fabs((double)cells.cell_weight[0] - cells.weight.value) < 1e-6, "nobody is blind; the one cell is all");
+    ok(cells.blind == 0 && cells.cell_free[0] == 1 &&
+       fabs((double)cells.cell_weight[0] - cells.weight.value) < 1e-6, "nobody is blind; the one cell is all");
     unseen_cells_clear(&cells);
     hand_end(&h);
     bench_clear(&b);
@@ -724,9 +757,10 @@ static void test_solid(void)
     hand_start(&h, big, value);
     must(unseen_cells(&cells, b.tracer, &h.baked, 4000, 1, 2));
     const double share = volume / 288; /* of the cell */
-    ok(fabs(1 - (double)cells.cell_free[0] - share) < 4.5 * sqrt(share / 4000), "a solid ball in a cell is no free space: %.4f, by volume %.4f",
-       1 - (double)cells.cell_free[0], share);
-    ok(fabs(cells.free_volume - (288 - volume)) < 4.5 * 288 * sqrt(share / 4000) && cells.blind < 0.01, "who is inside it is not blind but gone (%.2g)", cells.blind);
+    ok(fabs(1 - (double)cells.cell_free[0] - share) < 4.5 * sqrt(share / 4000),
+       "a solid ball in a cell is no free space: %.4f, by volume %.4f", 1 - (double)cells.cell_free[0], share);
+    ok(fabs(cells.free_volume - (288 - volume)) < 4.5 * 288 * sqrt(share / 4000) &&
+       cells.blind < 0.01, "who is inside it is not blind but gone (%.2g)", cells.blind);
     unseen_cells_clear(&cells);
     hand_end(&h);
     bench_clear(&b);
@@ -760,12 +794,17 @@ static void test_change(void)
         must(measure_change(&report, &t.truth, &h.baked));
         const double unit = unit_light();
         if (!noisy)
-            ok(fabs(got(&report, "change_rms", "probes") / unit - 1) < 1e-4 && fabs(got(&report, "change_most", "probes") / unit - 1) < 1e-4 &&
-                   fabs(got(&report, "change_rms", "truth") / unit - 0.5) < 1e-3 && fabs(got(&report, "change_excess", "probes") / unit - 0.5) < 1e-3 &&
+            ok(fabs(got(&report, "change_rms", "probes") / unit - 1) < 1e-4 &&
+               fabs(got(&report, "change_most", "probes") / unit - 1) < 1e-4 &&
+                   fabs(got(&report, "change_rms", "truth") / unit - 0.5) < 1e-3 &&
+                       fabs(got(&report, "change_excess", "probes") / unit - 0.5) < 1e-3 &&
                    got(&report, "change_steps", "all") == STEPS,
                "change along a path is the light's slope, and the excess the difference to the truth's");
-        else /* the noise of a step is sqrt 2 * .002 / .014 = .2, of its square's mean over 64 about .2^2 sqrt(2 / 64) and what goes with the slope */
-            ok(fabs(pow(got(&report, "change_rms", "truth") / unit, 2) - 0.25) < 0.15 && got(&report, "change_noise", "truth") > 0.05,
+        /* the noise of a step is sqrt 2 * .002 / .014 = .2, of its square's mean over 64 about .2^2 sqrt(2 / 64) and what
+         * goes with the slope */
+        else
+            ok(fabs(pow(got(&report, "change_rms", "truth") / unit, 2) - 0.25) < 0.15 &&
+               got(&report, "change_noise", "truth") > 0.05,
                "noise does not add to the truth's (%.3f instead of 0.5)", got(&report, "change_rms", "truth") / unit);
         report_clear(&report);
         hand_truth_end(&t);

@@ -23,7 +23,8 @@ static void start_room(struct bench *b)
 }
 
 /* Mean gradient of K captures, and its variance. */
-static void mean_gradient(const struct bench *b, struct capture_settings s, const double p[3], int count, double *mean, double *variance)
+static void mean_gradient(const struct bench *b, struct capture_settings s, const double p[3], int count, double *mean,
+                          double *variance)
 {
     enum { VALUES = 81 };
     double square[VALUES] = {0};
@@ -42,7 +43,8 @@ static void mean_gradient(const struct bench *b, struct capture_settings s, cons
 }
 
 /* The same from six captures, h away along each axis. */
-static void six_captures(const struct bench *b, struct capture_settings s, const double p[3], double h, double *gradient, double *variance)
+static void six_captures(const struct bench *b, struct capture_settings s, const double p[3], double h, double *gradient,
+                         double *variance)
 {
     s.columns = CAPTURE_ERROR;
     for (int axis = 0; axis < 3; axis++) {
@@ -117,7 +119,8 @@ static void test_point_gradient(void)
 
 /* -- surfaces ---------------------------------------------------------------------------------- */
 
-static struct capture_probe capture_surface(const struct bench *b, const struct capture_settings *s, double x, double y, double z, const float n[3])
+static struct capture_probe capture_surface(const struct bench *b, const struct capture_settings *s, double x, double y,
+                                            double z, const float n[3])
 {
     struct capture_probe probe;
     must(capture_probe(&b->path, s, (const double[3]){x, y, z}, n, &probe));
@@ -158,8 +161,8 @@ static void test_surfaces(void)
         mean += (double)p.sh[0] / 32;
         variance += (double)p.sh_error[0] * (double)p.sh_error[0] / 32 / 32;
     }
-    ok(fabs(mean - lambert) < 4.5 * sqrt(variance) && sqrt(variance) < 0.01 * lambert, "a lamp over a surface: Lambert's %.5f (%.5f +- %.5f)",
-       lambert, mean, sqrt(variance));
+    ok(fabs(mean - lambert) < 4.5 * sqrt(variance) &&
+       sqrt(variance) < 0.01 * lambert, "a lamp over a surface: Lambert's %.5f (%.5f +- %.5f)", lambert, mean, sqrt(variance));
     bench_clear(&b);
 }
 
@@ -178,7 +181,8 @@ static void test_occlusion(void)
     const float up[3] = {0, 1, 0};
     const struct capture_probe open = capture_surface(&b, &s, 0, 0, 0, up);
     const double t = PI - atan2(1, d), ao = 0.5 * (1 - cos(t));
-    ok(fabs((double)open.ao - ao) < 0.003 && fabs((double)open.sky - ao) < 0.003, "beside a wall: k_A %.4f (%.4f)", ao, (double)open.ao);
+    ok(fabs((double)open.ao - ao) < 0.003 && fabs((double)open.sky - ao) < 0.003, "beside a wall: k_A %.4f (%.4f)", ao,
+       (double)open.ao);
     const double across = -sin(t) * sin(t) / 2, above = t / 2 - sin(2 * t) / 4, length = sqrt(across * across + above * above);
     ok(fabs((double)open.bent_normal[0] - across / length) < 0.01 && fabs((double)open.bent_normal[1] - above / length) < 0.01 &&
            fabs((double)open.bent_normal[2]) < 0.01,
@@ -194,8 +198,8 @@ static void test_occlusion(void)
     bench_finish(&b, 1);
     s.ao_distance = 1.6;
     const struct capture_probe below = capture_surface(&b, &s, 0, 0, 0, up);
-    ok(fabs((double)below.ao - 1 / 2.56) < 0.003 && below.sky < 0.001f, "under a ceiling: (height / distance)^2 = %.4f (%.4f)", 1 / 2.56,
-       (double)below.ao);
+    ok(fabs((double)below.ao - 1 / 2.56) < 0.003 &&
+       below.sky < 0.001f, "under a ceiling: (height / distance)^2 = %.4f (%.4f)", 1 / 2.56, (double)below.ao);
     bench_clear(&b);
 }
 
@@ -262,8 +266,8 @@ static void test_error_bound(void)
             most = probe.rays > most ? probe.rays : most;
         }
         /* 40 probes tell the root of the mean to 11 %; rounds stop somewhat below the bound. */
-        ok(sqrt(square) < 1.25 * bounds[i] && sqrt(square) > 0.3 * bounds[i], "error %g asked for, %.4f had, %.0f rays a probe", bounds[i],
-           sqrt(square), rays);
+        ok(sqrt(square) < 1.25 * bounds[i] && sqrt(square) > 0.3 * bounds[i], "error %g asked for, %.4f had, %.0f rays a probe",
+           bounds[i], sqrt(square), rays);
         ok(rays > before && most < 65536, "less error costs more rays, %d at most", most);
         before = rays;
     }
@@ -275,7 +279,8 @@ static void test_error_bound(void)
     s.rays_most = 65536;
     s.error = 0.02;
     s.error_floor = 1e6;
-    ok(capture(&b, &s, 0.1, 0.2, 0.3).rays == capture_ray_count(128), "irradiance far below the floor is not worth a second round");
+    ok(capture(&b, &s, 0.1, 0.2, 0.3).rays == capture_ray_count(128),
+       "irradiance far below the floor is not worth a second round");
     bench_clear(&b);
 
     bench_start(&b); /* dark, but for a sun that shines elsewhere */

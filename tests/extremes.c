@@ -1,5 +1,5 @@
-/* Capture at the ends of its range: tiny, huge and far-off scenes, very bright beside very dim, walls that are almost white, probes on
- * walls, a million triangles, one and none. Each case prints a row
+/* Capture at the ends of its range: tiny, huge and far-off scenes, very bright beside very dim, walls that are almost white,
+ * probes on walls, a million triangles, one and none. Each case prints a row
  *
  *     # extreme NAME: error E % +- S %, z Z
  *
@@ -23,7 +23,8 @@ static void check_row(const struct runs *r, const double *truth, double resoluti
     const struct estimate bias = runs_bias(r, truth);
     const double z = runs_z(r, truth);
     printf("# extreme %s: error %+.4f %% +- %.4f %%, z %.2f\n", name, 100 * bias.mean, 100 * bias.error, z);
-    ok(z < RUNS_Z_MOST && deviation(bias.mean, bias.error, 1) < RUNS_T_MOST && bias.error < resolution, "%s: as the closed form", name);
+    ok(z < RUNS_Z_MOST && deviation(bias.mean, bias.error, 1) < RUNS_T_MOST &&
+       bias.error < resolution, "%s: as the closed form", name);
 }
 
 /* -- scale and place -------------------------------------------------------------------------- */
@@ -202,8 +203,8 @@ static void test_white(float albedo, int rays, double resolution)
 
 enum wall { ALONE, UNDER_ANOTHER }; /* whether the wall is in the middle of the scene's box, where floats are finest */
 
-/* A square under an even sky scatters rho L to both sides: a probe close above sees that below and L above. One that stands on it is taken
- * to be before its front. */
+/* A square under an even sky scatters rho L to both sides: a probe close above sees that below and L above. One that stands on
+ * it is taken to be before its front. */
 static void test_near_wall(double height, enum wall wall, const char *name)
 {
     const double rho = 0.5, half = 10, p[3] = {0.7, height, -1.3};
@@ -224,7 +225,8 @@ static void test_near_wall(double height, enum wall wall, const char *name)
     bench_clear(&b);
 }
 
-/* On a wall, an edge and in a corner of a closed box that shines: the same light as anywhere in it, with none lost through the walls. */
+/* On a wall, an edge and in a corner of a closed box that shines: the same light as anywhere in it, with none lost through the
+ * walls. */
 static void test_in_corner(double x, double y, double z, const char *name)
 {
     double truth[TRUTH_VALUES] = {0};
@@ -285,8 +287,8 @@ static void test_shielded(void)
     }
 }
 
-/* Points of a tilted black square, with its normal or against it: whichever side, the sky's irradiance is pi, and none of it is lost to
- * the square itself. */
+/* Points of a tilted black square, with its normal or against it: whichever side, the sky's irradiance is pi, and none of it is
+ * lost to the square itself. */
 static void test_surface_points(void)
 {
     static const double turned[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
@@ -303,7 +305,8 @@ static void test_surface_points(void)
     double worst = 0;
     for (int i = 0; i < 2 * POINTS; i++) {
         const double x = 5 * (i / 2 % 8 + 0.3) / 8 - 2.5, z = 5 * (i / 16 + 0.4) / 8 - 2.5, side = i % 2 ? -1 : 1;
-        const double p[3] = {turned[0] * x + turned[2] * z + 0.1, turned[3] * x + turned[5] * z + 7.3, turned[6] * x + turned[8] * z - 4.7};
+        const double p[3] = {turned[0] * x + turned[2] * z + 0.1, turned[3] * x + turned[5] * z + 7.3,
+                             turned[6] * x + turned[8] * z - 4.7};
         const float normal[3] = {(float)(side * turned[1]), (float)(side * turned[4]), (float)(side * turned[7])};
         struct capture_probe probe;
         must(capture_probe(&b.path, &s, p, normal, &probe));
@@ -315,8 +318,9 @@ static void test_surface_points(void)
     shape_clear(&square);
 }
 
-/* The border of a square, where half of the half space below is the square and half is open: 7/8 of the light. Rays that pass the border
- * nearer than floats can tell count as hits (no ray may slip between two triangles), which widens the square by less than 1 %. */
+/* The border of a square, where half of the half space below is the square and half is open: 7/8 of the light. Rays that pass
+ * the border nearer than floats can tell count as hits (no ray may slip between two triangles), which widens the square by less
+ * than 1 %. */
 static void test_on_border(void)
 {
     const double half = 10, p[3] = {half, 0, -1.3};

@@ -1,5 +1,6 @@
-/* Capture against closed forms, to order 6, and against itself: what must stay the same when a scene is changed in a way that light
- * does not notice. Each case is the mean of many seeds; capture_runs.h says what is asked of it, and how seldom luck fails it. */
+/* Capture against closed forms, to order 6, and against itself: what must stay the same when a scene is changed in a way that
+ * light does not notice. Each case is the mean of many seeds; capture_runs.h says what is asked of it, and how seldom luck
+ * fails it. */
 #include "capture_runs.h"
 #include "files.h"
 #include "random.h"
@@ -43,7 +44,8 @@ static void write_gradient(const char *name)
 {
     float texel[SKY_HEIGHT * SKY_WIDTH][3];
     for (int i = 0; i < SKY_WIDTH * SKY_HEIGHT; i++) {
-        const double azimuth = 2 * PI * ((i % SKY_WIDTH + 0.5) / SKY_WIDTH - 0.5), height = PI * (0.5 - (i / SKY_WIDTH + 0.5) / SKY_HEIGHT);
+        const double azimuth = 2 * PI * ((i % SKY_WIDTH + 0.5) / SKY_WIDTH - 0.5),
+            height = PI * (0.5 - (i / SKY_WIDTH + 0.5) / SKY_HEIGHT);
         texel[i][0] = (float)(1 + 0.5 * sin(height));
         texel[i][1] = (float)(1 + 0.5 * cos(height) * cos(azimuth));
         texel[i][2] = (float)(1 + 0.5 * cos(height) * sin(azimuth));
@@ -95,8 +97,8 @@ static void ground_field(const void *context, const double d[3], double rgb[3])
 
 enum sky_kind { UNIFORM, GRADIENT, SUNNY };
 
-/* A sky alone, and above a diffuse ground that sees nothing but the sky: radiance rho E / pi below the horizon. The ground ends at 2e4
- * times the probe's height, which is 5e-5 of the half space. */
+/* A sky alone, and above a diffuse ground that sees nothing but the sky: radiance rho E / pi below the horizon. The ground ends
+ * at 2e4 times the probe's height, which is 5e-5 of the half space. */
 static void test_sky(enum sky_kind sky, bool grounded)
 {
     static const char *const names[] = {[UNIFORM] = "uniform", [GRADIENT] = "gradient", [SUNNY] = "sunny"};
@@ -128,8 +130,8 @@ static void test_sky(enum sky_kind sky, bool grounded)
     runs_check(&runs, truth, "%s", name);
     /* Half of the rays meet the ground, at h / cos: the mean of cos / h over the sphere is 1 / (4 h). */
     if (grounded)
-        ok(fabs(runs.sky - 0.5) < 5 * sqrt(0.25 / (32 * rays)) && fabs(runs.depth / (4 * height) - 1) < 0.01 && runs.validity == 1,
-           "%s: share of sky %.4f, depth %.4f", name, runs.sky, runs.depth);
+        ok(fabs(runs.sky - 0.5) < 5 * sqrt(0.25 / (32 * rays)) && fabs(runs.depth / (4 * height) - 1) < 0.01 &&
+           runs.validity == 1, "%s: share of sky %.4f, depth %.4f", name, runs.sky, runs.depth);
     bench_clear(&b);
 }
 
@@ -175,7 +177,8 @@ static void test_sphere(double distance)
     add_cap(cap, (const double[3]){2.0 / 3, 2.0 / 3, -1.0 / 3}, sqrt(1 - radius * radius / (distance * distance)), rgb);
     for (size_t t = 0; t < sphere.triangle_count; t++)
         if (vec3_dot(shape_area_vector(&sphere, t), vec3_sub(shape_corner(&sphere, t, 0), from)) < 0)
-            solid += triangle_solid_angle(vec3_sub(shape_corner(&sphere, t, 0), from), vec3_sub(shape_corner(&sphere, t, 1), from),
+            solid += triangle_solid_angle(vec3_sub(shape_corner(&sphere, t, 0), from),
+                                          vec3_sub(shape_corner(&sphere, t, 1), from),
                                           vec3_sub(shape_corner(&sphere, t, 2), from));
     ok(fabs(truth[0] * sqrt(4 * PI) / 2 / solid - 1) < 1e-6 && fabs(truth[0] / cap[0] - 1) < 0.02,
        "sphere at %g: quadrature is its triangles' solid angle, %.6f sr, near the sphere's", distance, solid);
@@ -186,8 +189,9 @@ static void test_sphere(double distance)
     shape_clear(&sphere);
 }
 
-/* A tilted quad: SH by quadrature, irradiance by Lambert's formula. Order 6 replaces the cosine lobe by a polynomial that is nowhere more
- * than 0.0586 off (at the horizon: 1/4 - 5/32 - 9/256), so that irradiance is within 0.0586 of radiance times solid angle. */
+/* A tilted quad: SH by quadrature, irradiance by Lambert's formula. Order 6 replaces the cosine lobe by a polynomial that is
+ * nowhere more than 0.0586 off (at the horizon: 1/4 - 5/32 - 9/256), so that irradiance is within 0.0586 of radiance times
+ * solid angle. */
 static void test_polygon(double size, bool front_only, bool turned_away)
 {
     const struct vec3 corner = {-0.4, 1.1, 0.2}, u = {size, 0.2 * size, 0.1 * size}, v = {-0.1 * size, 0.3 * size, 0.8 * size};
@@ -300,9 +304,10 @@ static void test_furnace(int bounces)
     bench_clear(&b);
 }
 
-/* A sphere with diffuse walls, of which a patch of share f shines (or is open to the sky): every point of a sphere sees the patch under
- * the same form factor f, so the walls are lit evenly: E = pi Le f / (1 - rho s), s the share that scatters, 1 with a patch that does so
- * too, 1 - f with a hole (Jacquez and Kuppenheim, "Theory of the integrating sphere", J. Opt. Soc. Am. 45, 1955). */
+/* A sphere with diffuse walls, of which a patch of share f shines (or is open to the sky): every point of a sphere sees the
+ * patch under the same form factor f, so the walls are lit evenly: E = pi Le f / (1 - rho s), s the share that scatters, 1 with
+ * a patch that does so too, 1 - f with a hole (Jacquez and Kuppenheim, "Theory of the integrating sphere", J. Opt. Soc. Am. 45,
+ * 1955). */
 static void test_integrating_sphere(bool hole)
 {
     const double rho = (double)0.8f, at[3] = {0.2, -0.3, 0.1}, le[3] = {3, 6, 1.5};
@@ -345,8 +350,9 @@ static void test_integrating_sphere(bool hole)
     shape_clear(&patch);
 }
 
-/* A black sphere that shines within a diffuse one: of what the outer one sends, the share q = (a / b)^2 meets the inner one, the rest
- * itself: radiance rho Le q / (1 - rho (1 - q)). q is the share of the areas, of spheres and of their triangles alike (reciprocity). */
+/* A black sphere that shines within a diffuse one: of what the outer one sends, the share q = (a / b)^2 meets the inner one,
+ * the rest itself: radiance rho Le q / (1 - rho (1 - q)). q is the share of the areas, of spheres and of their triangles alike
+ * (reciprocity). */
 static void test_concentric(double radius)
 {
     const double rho = (double)0.7f, at[3] = {0.5, -0.4, 0.3}, le[3] = {3, 6, 1.5};
@@ -377,8 +383,8 @@ static void test_concentric(double radius)
 
 enum { TEXELS = 8 };
 
-/* A horizontal square with a texture of its own: texel (i, j) of the picture as a parallelogram seen from `at`. u runs along +z and v along
- * +x on add_floor's square; the picture's top row has v = 1. */
+/* A horizontal square with a texture of its own: texel (i, j) of the picture as a parallelogram seen from `at`. u runs along +z
+ * and v along +x on add_floor's square; the picture's top row has v = 1. */
 static void add_texel(double *truth, int texel, double half, const double at[3], const double rgb[3])
 {
     const struct gauss g = gauss_rule(8);
@@ -493,7 +499,8 @@ static void turn_colour(const struct room *room, const double from[3], double fa
         to[(k + room->colour_turn) % 3] = factor * from[k];
 }
 
-static void add_panel(struct bench *b, const struct room *room, const double panel[9], const double albedo[3], const double emission[3])
+static void add_panel(struct bench *b, const struct room *room, const double panel[9], const double albedo[3],
+                      const double emission[3])
 {
     const struct vec3 middle = vec3_load(panel), u = vec3_load(panel + 3), v = vec3_load(panel + 6);
     struct shape s = shape_create(4, 2);
@@ -527,7 +534,8 @@ static void room_build(struct bench *b, const struct room *room)
         {{0.4, -0.4, 0.3, 0.5, 0.2, 0.1, -0.1, 0.3, 0.4}, {0.9, 0.5, 0.2}},
     };
     static const double lamps[2][9] = {{-1, 0.6, 0, 0.5, 0, 0, 0, 0, 0.4}, {0.9, -0.2, -0.8, 0.4, 0.1, 0, 0, 0.1, 0.3}};
-    static const double shine[2][3] = {{4, 1, 2}, {1, 3, 5}}, dark[3] = {0, 0, 0}, bulb[3] = {0.06, 0.04, 0.12}, sky[3] = {0.4, 0.6, 1};
+    static const double shine[2][3] = {{4, 1, 2}, {1, 3, 5}}, dark[3] = {0, 0, 0}, bulb[3] = {0.06, 0.04, 0.12},
+        sky[3] = {0.4, 0.6, 1};
     double albedo[3], emission[3];
     bench_start(b);
     for (size_t i = 0; i < sizeof walls / sizeof *walls; i++) {
@@ -571,8 +579,8 @@ static void check_same(const struct runs *a, const struct runs *b, const struct 
     const struct estimate x = runs_bias(a, mean), y = b ? runs_bias(b, mean) : (struct estimate){-1, 0}, z = runs_bias(sum, mean);
     const struct estimate off = {x.mean + y.mean + 1, sqrt(x.error * x.error + y.error * y.error + z.error * z.error)};
     ok(t < RUNS_T_MOST, "%s: every coefficient (t = %.2f)", name, t);
-    ok(deviation(off.mean, off.error, 1) < RUNS_T_MOST && off.error < RUNS_RESOLUTION, "%s: off by %+.3f %%, standard error %.3f %%", name,
-       100 * off.mean, 100 * off.error);
+    ok(deviation(off.mean, off.error, 1) < RUNS_T_MOST &&
+       off.error < RUNS_RESOLUTION, "%s: off by %+.3f %%, standard error %.3f %%", name, 100 * off.mean, 100 * off.error);
 }
 
 static void test_linear(const struct runs *all)
@@ -656,8 +664,8 @@ static void test_orders(void)
     for (s.order = 1; s.order < SH_ORDER_MAX; s.order++) {
         const struct capture_probe p = capture(&b, &s, -0.2, 0.1, 0.35);
         const size_t size = (size_t)(3 * s.order * s.order) * sizeof(float);
-        ok(!memcmp(p.sh, most.sh, size) && !memcmp(p.sh_error, most.sh_error, size), "order %d is the beginning of order %d", s.order,
-           SH_ORDER_MAX);
+        ok(!memcmp(p.sh, most.sh, size) && !memcmp(p.sh_error, most.sh_error, size), "order %d is the beginning of order %d",
+           s.order, SH_ORDER_MAX);
     }
     bench_clear(&b);
 }

@@ -1,8 +1,8 @@
 /* Whether sh_error says the truth: over more than 1000 probes of three scenes, the light of many rays lies within 1.96 of the
  * standard errors of few in 93 to 97 % of all cases; and likewise for surfaces and for rays that are spent by error.
  *
- * The scenes are those that come with the program, lit from the fronts of their lamps: a lamp that shines from its back
- * as well, into the slit under the ceiling, is light that one ray in thousands meets, and no sample of 1000 knows how much of that
+ * The scenes are those that come with the program, lit from the fronts of their lamps: a lamp that shines from its back as
+ * well, into the slit under the ceiling, is light that one ray in thousands meets, and no sample of 1000 knows how much of that
  * there is. */
 #include "capture.h"
 #include "error.h"
@@ -40,7 +40,8 @@ static struct error *try_probe(void *context, size_t index, int thread)
     (void)thread;
     struct trial *t = context;
     struct random r = random_start(5, 0, (uint32_t)index);
-    const double p[3] = {t->low.x + (t->high.x - t->low.x) * random_double(&r), t->low.y + (t->high.y - t->low.y) * random_double(&r),
+    const double p[3] = {t->low.x + (t->high.x - t->low.x) * random_double(&r),
+                         t->low.y + (t->high.y - t->low.y) * random_double(&r),
                          t->low.z + (t->high.z - t->low.z) * random_double(&r)};
     const struct vec3f n = path_scatter((struct vec3f){0, 1, 0}, random_float(&r), random_float(&r));
     const float normal[3] = {n.x, n.y, n.z};
@@ -108,8 +109,8 @@ static void test(const char *what, struct capture_settings few, bool surface, in
     try_scene("two-rooms.obj", 0, &t, &within, &all, &probes);
     try_scene("coloured-walls.gltf", 1, &t, &within, &all, &probes);
     const double share = within / all;
-    ok(share > 0.93 && share < 0.97 && probes >= least_probes, "%s: the truth is within 1.96 standard errors in %.1f %% of %.0f cases, %d probes",
-       what, 100 * share, all, probes);
+    ok(share > 0.93 && share < 0.97 && probes >= least_probes,
+       "%s: the truth is within 1.96 standard errors in %.1f %% of %.0f cases, %d probes", what, 100 * share, all, probes);
 }
 
 int main(void)

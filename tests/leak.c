@@ -45,7 +45,8 @@ static void test_grid(void)
             for (int k = 0; k < 3; k++)
                 grid.spacing[k] *= 1 - 1e-6;
             place_grid_nodes(&grid, nodes);
-            ok((double)place.count == made && made <= count && within && off < 1e-6 * (1 + fabs(middle.x)) && nodes[0] * nodes[1] * nodes[2] > count,
+            ok((double)place.count == made && made <= count && within && off < 1e-6 * (1 + fabs(middle.x)) &&
+               nodes[0] * nodes[1] * nodes[2] > count,
                "box %d, at most %.0f probes: %.0f, centred, and not one fits more evenly", i, count, made);
             place_clear(&place);
         }
@@ -75,7 +76,8 @@ static void test_path(void)
         longest = fmax(longest, d);
         length += d;
     }
-    ok(longest <= 1 + 1e-12 && fabs(length - 13.5) < 1e-9 && place.count == 1 + 10 + 4 + 1, "a path of 13.5 in steps of at most 1: %zu probes", place.count);
+    ok(longest <= 1 + 1e-12 && fabs(length - 13.5) < 1e-9 &&
+       place.count == 1 + 10 + 4 + 1, "a path of 13.5 in steps of at most 1: %zu probes", place.count);
     place_clear(&place);
     f = fopen(name, "w");
     fputs("0 0 0\n1 2\n", f);
@@ -167,7 +169,8 @@ static void test_inside(void)
     add_box(scene, room_low, room_high, true, 6);
     add_box(scene, low, high, true, 6);
     count = inside_count(scene, in_cube, &wrong);
-    ok(count > 20 && wrong == 0, "a room whose faces look outward holds air, for it holds the cube: %zu inside, %zu wrong", count, wrong);
+    ok(count > 20 && wrong == 0, "a room whose faces look outward holds air, for it holds the cube: %zu inside, %zu wrong",
+       count, wrong);
     must(scene_create(&scene));
     add_box(scene, room_low, room_high, true, 1); /* one wall */
     count = inside_count(scene, nowhere, &wrong);
@@ -227,10 +230,12 @@ static void test_leaks(void)
         off += fabs(distance - s.offset) > 1e-5 || q[1] < 0.2 || q[1] > 0.8 || q[2] < 0.2 || q[2] > 0.8;
         left += q[0] < 0.5;
         for (size_t j = 0; j < leaks.probe_count; j++)
-            pairs += fabs(leaks.probe[3 * j] + q[0] - 1) < 1e-5 && fabs(leaks.probe[3 * j + 1] - q[1]) + fabs(leaks.probe[3 * j + 2] - q[2]) < 0.3;
+            pairs += fabs(leaks.probe[3 * j] + q[0] - 1) < 1e-5 &&
+                fabs(leaks.probe[3 * j + 1] - q[1]) + fabs(leaks.probe[3 * j + 2] - q[2]) < 0.3;
     }
     ok(leaks.probe_count > 10 && off == 0, "%zu probes stand off the wall by the offset", leaks.probe_count);
-    ok(left > 5 && leaks.probe_count - left > 5 && pairs >= leaks.probe_count / 2, "on both sides: %zu left, %zu right", left, leaks.probe_count - left);
+    ok(left > 5 && leaks.probe_count - left > 5 && pairs >= leaks.probe_count / 2, "on both sides: %zu left, %zu right", left,
+       leaks.probe_count - left);
     struct leaks other;
     s.threads = 4;
     must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));

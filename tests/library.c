@@ -179,7 +179,8 @@ static void test_bytes(int corners)
         }
         ok(says && freed, "%d corners, flags %u: holds as many bytes as it says, %zu of arrays, %zu of a file (%.1f a cell), and frees them",
            corners, flags, held, of_order[0], (double)of_order[0] / (double)b.mesh.cells);
-        ok(of_order[0] == of_order[1] && of_order[0] + 24 * b.mesh.probes <= held, "in a file, positions and light are used where they lie");
+        ok(of_order[0] == of_order[1] && of_order[0] + 24 * b.mesh.probes <= held,
+           "in a file, positions and light are used where they lie");
     }
     tetra_clear(&b.t);
 }
@@ -224,7 +225,8 @@ static void through_halves(const float sh[WIDTH_MOST], float back[WIDTH_MOST])
 {
     static const double position[3] = {1, 2, 3};
     static const int32_t vertex = 0, neighbour = -1;
-    const struct probe_mesh mesh = {.probes = 1, .position = position, .corners = 1, .cells = 1, .vertex = &vertex, .neighbour = &neighbour};
+    const struct probe_mesh mesh = {.probes = 1, .position = position, .corners = 1, .cells = 1, .vertex = &vertex,
+                                    .neighbour = &neighbour};
     struct probe_volume *v, *packed;
     uint64_t image[128];
     struct probe_place place = {.cell = PROBE_COLD};
@@ -285,7 +287,8 @@ static void test_range(void)
             through_halves(sh, back);
             for (int i = 0; i < WIDTH_MOST; i++) {
                 const double size = fabs((double)sh[i]);
-                worst = fmax(worst, fabs((double)back[i] - (double)sh[i]) / fmax(fmax(0x1p-11 * size, 0x1p-39 * (double)most), 0x1p-140));
+                worst = fmax(worst, fabs((double)back[i] - (double)sh[i]) / fmax(fmax(0x1p-11 * size, 0x1p-39 * (double)most),
+                                                                                 0x1p-140));
                 finite = finite && isfinite(back[i]);
             }
         }
@@ -473,14 +476,17 @@ static void test_headers(void)
     ok(taken == 0, "refused: light that is no number");
     const size_t vertex = (light + 24 * b.mesh.probes + 63) / 64 * 64, neighbour = (vertex + 8 * b.mesh.cells + 63) / 64 * 64;
     const uint16_t none = 0xffff, one_too_many = (uint16_t)b.mesh.probes, cell_too_many = (uint16_t)b.mesh.cells, itself = 0;
-    ok(changed(image, size, vertex, &none, 2) == PROBE_BAD_VERTEX && changed(image, size, vertex, &one_too_many, 2) == PROBE_BAD_VERTEX &&
-           changed(image, size, neighbour, &cell_too_many, 2) == PROBE_BAD_NEIGHBOUR && changed(image, size, neighbour, &itself, 2) == PROBE_BAD_NEIGHBOUR,
+    ok(changed(image, size, vertex, &none, 2) == PROBE_BAD_VERTEX &&
+       changed(image, size, vertex, &one_too_many, 2) == PROBE_BAD_VERTEX &&
+           changed(image, size, neighbour, &cell_too_many, 2) == PROBE_BAD_NEIGHBOUR &&
+               changed(image, size, neighbour, &itself, 2) == PROBE_BAD_NEIGHBOUR,
        "refused: cells that name what there is not, or themselves");
 
     struct probe_volume *v;
     char *shifted = malloc(size + 8);
     memcpy(shifted + 4, image, size);
-    ok(probe_volume_open(&v, shifted + 4, size, 0, NULL) == PROBE_BAD_ARGUMENT && !v, "refused: a file on no multiple of 8 bytes");
+    ok(probe_volume_open(&v, shifted + 4, size, 0, NULL) == PROBE_BAD_ARGUMENT &&
+       !v, "refused: a file on no multiple of 8 bytes");
     free(shifted);
     taken = 0;
     for (size_t bytes = 0; bytes < size; bytes += bytes < 200 ? 1 : 64) { /* cut short, its size and checksum made right */
@@ -497,8 +503,10 @@ static void test_headers(void)
     ok(taken == 0, "refused: a file cut short that says so");
 
     v = create(&b, 0);
-    ok(!probe_volume_pack(v, 7, b.sh, 0, PROBE_PACK_HALF, NULL, 0) && !probe_volume_pack(v, -1, b.sh, 0, PROBE_PACK_HALF, NULL, 0) &&
-           !probe_volume_pack(v, 2, NULL, 0, PROBE_PACK_FLOAT, NULL, 0) && !probe_volume_pack(v, 2, b.sh, 0, (enum probe_packing)2, NULL, 0),
+    ok(!probe_volume_pack(v, 7, b.sh, 0, PROBE_PACK_HALF, NULL, 0) &&
+       !probe_volume_pack(v, -1, b.sh, 0, PROBE_PACK_HALF, NULL, 0) &&
+           !probe_volume_pack(v, 2, NULL, 0, PROBE_PACK_FLOAT, NULL, 0) &&
+               !probe_volume_pack(v, 2, b.sh, 0, (enum probe_packing)2, NULL, 0),
        "orders and packings that there are not are not packed");
     probe_volume_destroy(v);
     free(image);

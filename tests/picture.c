@@ -1,5 +1,5 @@
-/* Pictures: powers, colour spaces and maps have the values that are published; what is written reads back; screens show what IEC 61966-2-1
- * says; FLIP has its paper's values. */
+/* Pictures: powers, colour spaces and maps have the values that are published; what is written reads back; screens show what
+ * IEC 61966-2-1 says; FLIP has its paper's values. */
 #include "annotate.h"
 #include "cielab.h"
 #include "colour_map.h"
@@ -39,7 +39,8 @@ static void test_powers(void)
         power_worst = fmax(power_worst, fabs(power_of(fabs(i / 100.0) + 1e-9, 0.7) / pow(fabs(i / 100.0) + 1e-9, 0.7) - 1));
     }
     ok(log_worst < 4e-16 && exp_worst < 4e-16, "log and exp are libm's (%.1e, %.1e)", log_worst, exp_worst);
-    ok(power_worst < 4e-15 && power_of(0, 0.5) == 0 && power_of(1, 0.3) == 1, "so are powers (%.1e); of 0 and 1 they are exact", power_worst);
+    ok(power_worst < 4e-15 && power_of(0, 0.5) == 0 &&
+       power_of(1, 0.3) == 1, "so are powers (%.1e); of 0 and 1 they are exact", power_worst);
 }
 
 static void test_screen(void)
@@ -55,7 +56,8 @@ static void test_screen(void)
     }
     ok(same, "the light that IEC 61966-2-1 gives each sRGB code is shown as that code");
     ok(nearest && display_code(-1) == 0 && display_code(7) == 255, "other light as the nearest; beyond the ends as the ends");
-    ok(display_tone(DISPLAY_CLIP, 0.3) == 0.3 && display_tone(DISPLAY_CLIP, 3) == 1 && display_tone(DISPLAY_CLIP, -1) == 0, "clip clips");
+    ok(display_tone(DISPLAY_CLIP, 0.3) == 0.3 && display_tone(DISPLAY_CLIP, 3) == 1 &&
+       display_tone(DISPLAY_CLIP, -1) == 0, "clip clips");
     ok(fabs(display_tone(DISPLAY_FILMIC, 1 / 0.6) - 2.54 / 3.16) < 1e-12 && display_tone(DISPLAY_FILMIC, 1e30) == 1 &&
            display_tone(DISPLAY_FILMIC, 0) == 0, "the filmic curve is the published one");
 }
@@ -64,7 +66,8 @@ static void test_colours(void)
 {
     double lab[3], rgb[3], worst = 0;
     cielab_of((const double[3]){1, 0, 0}, lab);
-    ok(fabs(lab[0] - 53.24) < 0.01 && fabs(lab[1] - 80.09) < 0.01 && fabs(lab[2] - 67.20) < 0.01, "red is L*a*b* 53.24, 80.09, 67.20");
+    ok(fabs(lab[0] - 53.24) < 0.01 && fabs(lab[1] - 80.09) < 0.01 &&
+       fabs(lab[2] - 67.20) < 0.01, "red is L*a*b* 53.24, 80.09, 67.20");
     cielab_of((const double[3]){1, 1, 1}, lab);
     ok(fabs(lab[0] - 100) < 1e-9 && fabs(lab[1]) < 1e-9 && fabs(lab[2]) < 1e-9, "white is 100, 0, 0");
     for (int i = 0; i < 216; i++) {
@@ -79,7 +82,8 @@ static void test_colours(void)
 
 static int code_distance(struct vec3f c, int r, int g, int b)
 {
-    const int dr = abs(display_code((double)c.x) - r), dg = abs(display_code((double)c.y) - g), db = abs(display_code((double)c.z) - b);
+    const int dr = abs(display_code((double)c.x) - r), dg = abs(display_code((double)c.y) - g),
+        db = abs(display_code((double)c.z) - b);
     return dr > dg ? dr > db ? dr : db : dg > db ? dg : db;
 }
 
@@ -93,9 +97,11 @@ static void test_maps(void)
         worst = d > worst ? d : worst;
     }
     ok(worst <= 1, "cool to warm has Moreland's published colours (%d codes off)", worst);
-    ok(code_distance(colour_map_at(COLOUR_COOL_WARM, 0.5), 221, 221, 221) <= 1 && code_distance(colour_map_at(COLOUR_COOL_WARM, 1), 180, 4, 38) <= 1 &&
+    ok(code_distance(colour_map_at(COLOUR_COOL_WARM, 0.5), 221, 221, 221) <= 1 &&
+       code_distance(colour_map_at(COLOUR_COOL_WARM, 1), 180, 4, 38) <= 1 &&
            code_distance(colour_map_at(COLOUR_COOL_WARM, -3), 59, 76, 192) <= 1, "grey in the middle, red at the end, ends beyond");
-    ok(!code_distance(colour_map_at(COLOUR_MAGMA, 0), 0, 0, 4) && !code_distance(colour_map_at(COLOUR_MAGMA, 1), 0xfc, 0xfd, 0xbf) &&
+    ok(!code_distance(colour_map_at(COLOUR_MAGMA, 0), 0, 0, 4) &&
+       !code_distance(colour_map_at(COLOUR_MAGMA, 1), 0xfc, 0xfd, 0xbf) &&
            code_distance(colour_map_at(COLOUR_MAGMA, 100 / 255.0), 0x89, 0x28, 0x81) <= 1 &&
            code_distance(colour_map_at(COLOUR_MAGMA, 196 / 255.0), 0xfc, 0x90, 0x65) <= 1, "magma is matplotlib's, between the kept colours too");
     bool rises = true;
@@ -127,7 +133,8 @@ static void test_files(void)
     ok(q.rgb[3] == 1 && q.rgb[4] == 2 && q.rgb[5] == 3 && q.rgb[0] == 0, "a big-endian PFM, its bottom row first");
     picture_clear(&q);
     files_write("short.pfm", "PF\n2 2\n-1\n1234");
-    ok(fails(picture_read(&q, files_path("short.pfm")), "expected 48 bytes of pixels, got 4"), "a PFM that is cut off is refused");
+    ok(fails(picture_read(&q, files_path("short.pfm")), "expected 48 bytes of pixels, got 4"),
+       "a PFM that is cut off is refused");
     files_write("zero.pfm", "PF\n0 2\n-1\n");
     ok(fails(picture_read(&q, files_path("zero.pfm")), "0 x 2 pixels"), "so is one of no pixels");
     files_write("head.pfm", "PF\n2 x\n-1\n");
@@ -181,16 +188,19 @@ static void test_flip(void)
     ok(fabs(flip_of(&green, &blue, ppd, map) - 1) < 1e-9, "green and blue, the most different of all: 1");
     /* Plain pictures have no edges: (pt + (100^0.7 - knee) / (most - knee) (1 - pt)), most = 203.3017^0.7, knee = 0.4 most */
     ok(fabs(flip_of(&black, &white, ppd, map) - 0.96737976) < 1e-7, "black and white: 0.96738, by hand");
-    ok(fabs(flip_of(&black, &grey, ppd, map) - 0.95 / 0.4 * pow(50 / 203.30165461, 0.7)) < 1e-6, "black and middle grey: by hand");
+    ok(fabs(flip_of(&black, &grey, ppd, map) - 0.95 / 0.4 * pow(50 / 203.30165461, 0.7)) < 1e-6,
+       "black and middle grey: by hand");
     /* An evaluation of the paper's formulas in two dimensions, apart from this code. */
     const double mean = flip_of(&a, &b, ppd, map);
-    ok(fabs(mean - 0.5348872843) < 1e-6 && fabs((double)map[7 * 32 + 5] - 0.4472241322) < 1e-6 && fabs((double)map[23 * 32 + 31] - 0.9721454158) < 1e-6,
+    ok(fabs(mean - 0.5348872843) < 1e-6 && fabs((double)map[7 * 32 + 5] - 0.4472241322) < 1e-6 &&
+       fabs((double)map[23 * 32 + 31] - 0.9721454158) < 1e-6,
        "two patterns: the mean and pixels of an evaluation in two dimensions (%.9f)", mean);
     ok(fabs(flip_of(&a, &b, 30, other) - 0.7077648079) < 1e-6, "and seen from nearer");
     double swapped, threads;
     must(flip_compare(&b, &a, ppd, 1, other, &swapped));
     must(flip_compare(&a, &b, ppd, 1, other, &threads));
-    ok(fabs(swapped - mean) < 1e-15 && threads == mean && !memcmp(map, other, sizeof map), "it is symmetric, and the same for any number of threads");
+    ok(fabs(swapped - mean) < 1e-15 && threads == mean &&
+       !memcmp(map, other, sizeof map), "it is symmetric, and the same for any number of threads");
     ok(fails(flip_compare(&a, &black, ppd, 1, map, &threads), "differ in size"), "sizes that differ are refused");
     struct picture *all[] = {&black, &white, &green, &blue, &grey, &a, &b};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)

@@ -1,5 +1,5 @@
-/* Rendered pictures against closed forms: furnaces, a floor under the sky, probes of known light, a sphere in the sun; the truth's noise is what it
- * says; overlays cover what they should; the same bytes for any number of threads. */
+/* Rendered pictures against closed forms: furnaces, a floor under the sky, probes of known light, a sphere in the sun; the
+ * truth's noise is what it says; overlays cover what they should; the same bytes for any number of threads. */
 #include "angle.h"
 #include "array.h"
 #include "camera.h"
@@ -15,7 +15,8 @@
 
 /* -- set-up ------------------------------------------------------------------------------------ */
 
-static struct camera camera_at(double ex, double ey, double ez, double lx, double ly, double lz, double fov, size_t width, size_t height)
+static struct camera camera_at(double ex, double ey, double ez, double lx, double ly, double lz, double fov, size_t width,
+                               size_t height)
 {
     struct camera c;
     const struct vec3 eye = {ex, ey, ez}, at = {lx, ly, lz}, up = {0, 1, 0}, other = {0, 0, 1};
@@ -25,8 +26,8 @@ static struct camera camera_at(double ex, double ey, double ez, double lx, doubl
 
 static struct render render_of(const struct bench *b, const struct camera *camera, int samples)
 {
-    return (struct render){.path = &b->path, .camera = camera, .object = {.first = SIZE_MAX}, .samples = samples, .samples_most = 1 << 16,
-                           .threads = 2};
+    return (struct render){.path = &b->path, .camera = camera, .object = {.first = SIZE_MAX}, .samples = samples,
+                           .samples_most = 1 << 16, .threads = 2};
 }
 
 /* One cell about the origin whose probes hold light of this order: coefficient i of probe p is sh[3 * order^2 * p + i]. */
@@ -87,15 +88,17 @@ static void test_camera(void)
     }
     ok(length < 4e-16, "directions are unit vectors");
     ok(worst < 1e-11, "a direction leads to where it projects");
-    ok(camera_project(&c, (struct vec3){4, 4, 9}, &x, &y, &depth) && fabs(x - 32) < 1e-12 && fabs(y - 24) < 1e-12 && fabs(depth - 7) < 1e-12,
-       "what is looked at is in the middle, at its distance");
+    ok(camera_project(&c, (struct vec3){4, 4, 9}, &x, &y, &depth) && fabs(x - 32) < 1e-12 && fabs(y - 24) < 1e-12 &&
+       fabs(depth - 7) < 1e-12, "what is looked at is in the middle, at its distance");
     ok(!camera_project(&c, (struct vec3){-2, 0, -3}, &x, &y, &depth), "what is behind the eye is not in the picture");
     const struct vec3 top = camera_direction(&c, 32, 0), bottom = camera_direction(&c, 32, 48);
-    ok(fabs(vec3_dot(top, bottom) - cos(50 * PI / 180)) < 1e-12 && top.y > bottom.y, "the picture's height is the angle of view, up is up");
+    ok(fabs(vec3_dot(top, bottom) - cos(50 * PI / 180)) < 1e-12 &&
+       top.y > bottom.y, "the picture's height is the angle of view, up is up");
     ok(vec3_dot(camera_direction(&c, 64, 24), vec3_cross((struct vec3){3, 2, 6}, (struct vec3){0, 1, 0})) > 0, "right is right");
     struct camera bad;
     const struct vec3 o = {0, 0, 0}, z = {0, 0, 1}, up = {0, 1, 0};
-    struct error *err[3] = {camera_create(&bad, o, o, up, 60, 1, 1), camera_create(&bad, o, z, z, 60, 1, 1), camera_create(&bad, o, z, up, 180, 1, 1)};
+    struct error *err[3] = {camera_create(&bad, o, o, up, 60, 1, 1), camera_create(&bad, o, z, z, 60, 1, 1),
+                            camera_create(&bad, o, z, up, 180, 1, 1)};
     for (int i = 0; i < 3; i++) {
         ok(err[i] && error_status(err[i]) == EXIT_BAD_USAGE, "refused: %s", err[i] ? error_message(err[i]) : "");
         error_destroy(err[i]);
@@ -128,7 +131,8 @@ static void test_furnace(void)
         z_worst = fmax(z_worst, fabs(mean) / sqrt(of_mean));
         resolution = fmax(resolution, sqrt(of_mean) / truth[k]);
     }
-    ok(z_worst < 5 && resolution < 0.002, "furnace: the truth is e / (1 - a) (%.2f standard errors of %.2f %%)", z_worst, 100 * resolution);
+    ok(z_worst < 5 && resolution < 0.002, "furnace: the truth is e / (1 - a) (%.2f standard errors of %.2f %%)", z_worst,
+       100 * resolution);
     /* The mean of (error / standard error)^2 of 64 samples is 63/61 for normal ones; skewed ones raise it a little. */
     ok(chi > 0.85 && chi < 1.25, "furnace: pixels are as far off as their variance says (%.3f)", chi);
     picture_clear(&p);
@@ -354,7 +358,8 @@ static void test_sphere(void)
             worst = fmax(worst, fmax(fabs((double)c.x - sum), fabs((double)c.z / 3 - sum)));
             most = fmax(most, sum);
         }
-    ok(most > 0.2 && worst < 0.005 * most, "a sphere in the sun, by probes: the irradiance formula at its normals (%.2f %%)", 100 * worst / most);
+    ok(most > 0.2 && worst < 0.005 * most, "a sphere in the sun, by probes: the irradiance formula at its normals (%.2f %%)",
+       100 * worst / most);
     picture_clear(&p);
 
     /* By its centre, or at each pixel: light that rises along x. */
@@ -371,7 +376,8 @@ static void test_sphere(void)
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
     const struct picture middle = {24, 1, p.rgb + 3 * 24 * 12};
     const struct vec3f left = picture_get(&p, 8, 12), right = picture_get(&p, 15, 12);
-    ok(fabs((double)left.x - all[0]) < 1e-5 && left.x == right.x && middle.rgb[3 * 12] == left.x, "an object has the light of its centre");
+    ok(fabs((double)left.x - all[0]) < 1e-5 && left.x == right.x &&
+       middle.rgb[3 * 12] == left.x, "an object has the light of its centre");
     picture_clear(&p);
     r.object.per_pixel = true;
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
@@ -434,7 +440,8 @@ static void test_lamp(void)
         must(render_picture(&r, RENDER_TRUTH, &p[i], &variance[i], NULL));
     }
     const size_t bytes = 3 * 50 * 37 * sizeof(float);
-    ok(!memcmp(p[0].rgb, p[1].rgb, bytes) && !memcmp(variance[0].rgb, variance[1].rgb, bytes), "1 and 2 threads give the same bytes");
+    ok(!memcmp(p[0].rgb, p[1].rgb, bytes) && !memcmp(variance[0].rgb, variance[1].rgb, bytes),
+       "1 and 2 threads give the same bytes");
     r.seed = 1;
     must(render_picture(&r, RENDER_TRUTH, &p[2], NULL, NULL));
     double apart = 0, expected = 0;
@@ -442,7 +449,8 @@ static void test_lamp(void)
         apart += pow((double)p[0].rgb[i] - (double)p[2].rgb[i], 2);
         expected += 2 * (double)variance[0].rgb[i];
     }
-    ok(apart > 0.7 * expected && apart < 1.4 * expected, "another seed is another picture, as far off as the variance says (%.2f)", apart / expected);
+    ok(apart > 0.7 * expected && apart < 1.4 * expected,
+       "another seed is another picture, as far off as the variance says (%.2f)", apart / expected);
     for (int i = 0; i < 3; i++)
         picture_clear(&p[i]);
     picture_clear(&variance[0]);
@@ -502,12 +510,14 @@ static void test_overlay(void)
 {
     struct bench b;
     bench_start(&b);
-    add_quad(&b, (const double[12]){0, -9, -5, 9, -9, -5, 9, 9, -5, 0, 9, -5}, material(0.5f, 0)); /* a wall before the right half */
+    /* a wall before the right half */
+    add_quad(&b, (const double[12]){0, -9, -5, 9, -9, -5, 9, 9, -5, 0, 9, -5}, material(0.5f, 0));
     bench_finish(&b, 4);
     double sh[3] = {1, 2, 3};
     struct stream *s = even_cell(1, 1, sh);
     double *position = column_f64(table_column(stream_table(s, "probe"), "position"));
-    const double place[12] = {-1, 0, -10, 1, 0, -10, -1, 2, -10, -1, 0, 10}; /* two left, one behind the wall, one behind the eye */
+    /* two left, one behind the wall, one behind the eye */
+    const double place[12] = {-1, 0, -10, 1, 0, -10, -1, 2, -10, -1, 0, 10};
     memcpy(position, place, sizeof place);
     struct baked baked;
     must(baked_open_probes(&baked, s));
@@ -515,7 +525,8 @@ static void test_overlay(void)
     struct render r = render_of(&b, &camera, 1);
     struct overlay o = {0};
     must(overlay_create(&o, &r, s, &baked, &(struct overlay_settings){.probe_radius = 0.5}));
-    /* A sphere's outline is a cone; a plane at distance 1 cuts it in an ellipse of half axes tan(a) and sin-like width: by counting rays. */
+    /* A sphere's outline is a cone; a plane at distance 1 cuts it in an ellipse of half axes tan(a) and sin-like width: by
+     * counting rays. */
     double count = 0;
     for (size_t py = 0; py < 200 * 4; py++)
         for (size_t px = 0; px < 160 * 4; px++) {
@@ -526,8 +537,8 @@ static void test_overlay(void)
                 count += vec3_dot(way, way) - along * along < 0.25 ? 1.0 / 16 : 0;
             }
         }
-    ok(count > 400 && fabs(covered(&o, 0) - count) < 1e-3 * count, "spheres cover what they should, and none behind a wall (%.1f of %.1f pixels)",
-       covered(&o, 0), count);
+    ok(count > 400 && fabs(covered(&o, 0) - count) < 1e-3 * count,
+       "spheres cover what they should, and none behind a wall (%.1f of %.1f pixels)", covered(&o, 0), count);
     double x, y, depth;
     camera_project(&camera, vec3_load(place), &x, &y, &depth);
     const struct vec3f light = picture_get(&o.light, (size_t)x, (size_t)y);
@@ -535,7 +546,8 @@ static void test_overlay(void)
        "a sphere's light is E / pi of its probe");
     overlay_clear(&o);
     must(overlay_create(&o, &r, s, NULL, &(struct overlay_settings){.cells = true}));
-    /* Left of the wall: the edge from (-1, 0) to (-1, 2), half of that from (-1, 0) to (1, 0), half of the diagonal, and what comes from behind. */
+    /* Left of the wall: the edge from (-1, 0) to (-1, 2), half of that from (-1, 0) to (1, 0), half of the diagonal, and what
+     * comes from behind. */
     double column = 0;
     for (size_t row = 70; row < 95; row++)
         for (size_t px = (size_t)x - 3; px <= (size_t)x + 3; px++)
@@ -568,26 +580,30 @@ static void test_difference(void)
     struct shot shot = {0};
     struct shot_settings settings = {.mode = SHOT_DIFFERENCE, .truth = RENDER_TRUTH, .test = RENDER_PROBES, .exposure = 1};
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
-    const struct vec3f even = picture_get(&shot.shown, 5, 5), bright = picture_get(&shot.shown, 20, 110), dark = picture_get(&shot.shown, 50, 110);
-    const struct vec3f grey = colour_map_at(COLOUR_COOL_WARM, 0.5), red = colour_map_at(COLOUR_COOL_WARM, 1), blue = colour_map_at(COLOUR_COOL_WARM, 0);
+    const struct vec3f even = picture_get(&shot.shown, 5, 5), bright = picture_get(&shot.shown, 20, 110),
+        dark = picture_get(&shot.shown, 50, 110);
+    const struct vec3f grey = colour_map_at(COLOUR_COOL_WARM, 0.5), red = colour_map_at(COLOUR_COOL_WARM, 1),
+        blue = colour_map_at(COLOUR_COOL_WARM, 0);
     ok(shot.scale == 10, "differences of 10 L* are shown on a scale of 10 (%g)", shot.scale);
-    ok(vec3f_length(vec3f_sub(even, grey)) < 1e-3f && vec3f_length(vec3f_sub(bright, red)) < 1e-3f && vec3f_length(vec3f_sub(dark, blue)) < 1e-3f,
-       "alike is grey, too bright red, too dark blue");
+    ok(vec3f_length(vec3f_sub(even, grey)) < 1e-3f && vec3f_length(vec3f_sub(bright, red)) < 1e-3f &&
+       vec3f_length(vec3f_sub(dark, blue)) < 1e-3f, "alike is grey, too bright red, too dark blue");
     ok(fabsf(picture_get(&shot.linear, 20, 110).y - 0.09704680897f) < 1e-6f, "the linear picture is the difference of radiance");
     shot_clear(&shot);
     settings.scale = 40;
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
-    ok(shot.scale == 40 && vec3f_length(vec3f_sub(picture_get(&shot.shown, 20, 110), colour_map_at(COLOUR_COOL_WARM, 0.625))) < 1e-3f,
+    ok(shot.scale == 40 && vec3f_length(vec3f_sub(picture_get(&shot.shown, 20, 110),
+                                                  colour_map_at(COLOUR_COOL_WARM, 0.625))) < 1e-3f,
        "or on that which is asked for");
     shot_clear(&shot);
     settings.mode = SHOT_PAIR;
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
-    ok(shot.linear.width == 120 && picture_get(&shot.linear, 80, 110).x == picture_get(&test, 20, 110).x, "a pair is both, side by side");
+    ok(shot.linear.width == 120 && picture_get(&shot.linear, 80, 110).x == picture_get(&test, 20, 110).x,
+       "a pair is both, side by side");
     shot_clear(&shot);
     settings.mode = SHOT_SPLIT;
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
-    ok(picture_get(&shot.linear, 29, 50).x == picture_get(&truth, 29, 50).x && picture_get(&shot.linear, 30, 50).x == picture_get(&test, 30, 50).x,
-       "a split picture is the truth on the left");
+    ok(picture_get(&shot.linear, 29, 50).x == picture_get(&truth, 29, 50).x &&
+       picture_get(&shot.linear, 30, 50).x == picture_get(&test, 30, 50).x, "a split picture is the truth on the left");
     shot_clear(&shot);
     picture_clear(&truth);
     picture_clear(&test);
