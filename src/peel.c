@@ -68,6 +68,19 @@ static double shortest_edge(const struct peel *p, size_t cell)
     return least;
 }
 
+/* Whether the middle of all sites is strictly beyond a facet of a cell, seen from the cell. */
+static bool middle_beyond(const struct peel *p, size_t cell, int facet)
+{
+    const int corners = p->tetra->corners;
+    const double *corner[4] = {NULL};
+    for (int i = 0; i < corners; i++)
+        corner[i] = p->site + 3 * (size_t)p->tetra->vertex[(size_t)corners * cell + (size_t)i];
+    const lattice_volume whole = sites_volume(corners, p->axis, corner);
+    corner[facet] = p->middle;
+    const lattice_volume there = sites_volume(corners, p->axis, corner);
+    return whole > 0 ? there < 0 : there > 0;
+}
+
 /* The power of the middle of all sites to a cell's circumsphere (circle): minus the sum of its barycentric coordinates times the squares of its
  * distances from the corners. Coordinates are exact and the same in both spaces, distances those of the stretched one. */
 static double power_of_middle(const struct peel *p, size_t cell)
@@ -186,6 +199,8 @@ static bool may_go(const struct peel *p, size_t cell)
     for (int i = 0; i < t->corners; i++)
         if (t->neighbour[first + (size_t)i] < 0)
             open[count++] = i;
+        else if (!middle_beyond(p, cell, i)) /* the cell there lies behind this one, and is to go first */
+            return false;
     if (count == 1)
         return p->facets[t->vertex[first + (size_t)open[0]]] == 0;
     return count == 2 && t->corners == 4 && !edge_on_hull(t, cell, open[0], open[1]);

@@ -8,7 +8,8 @@
  * one facet on the hull if the corner opposite is not yet on it, with two if the edge between the others is not. Cells go in
  * the order in which they lie behind each other as seen from the middle of all probes, the last ones first: by the power of
  * the middle to their circumspheres, which orders Delaunay cells so (Edelsbrunner, "An acyclicity theorem for cell complexes in d
- * dimensions", 1990). What is left stays star-shaped, and no flat cell is stuck between others that went too early.
+ * dimensions", 1990). No flat cell is stuck between others that went too early; and where the one behind may not go, the one before
+ * it stays too, so that the middle sees all of the hull: what is left is star-shaped, as rays to the outside need it (volume_outer.c).
  */
 #ifndef PEEL_H
 #define PEEL_H
