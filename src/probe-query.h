@@ -86,6 +86,10 @@ size_t probe_volume_probes(const struct probe_volume *volume);
 size_t probe_volume_cells(const struct probe_volume *volume);
 int probe_volume_corners(const struct probe_volume *volume);
 
+/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point (0): where PROBE_NEAREST asks for that, where
+ * cells have fewer than 4 corners, and where no middle of the mesh sees all of its hull, as it does in what probe-tet makes. */
+int probe_volume_extends(const struct probe_volume *volume);
+
 /* Bytes that the volume holds beside what was given to it. */
 size_t probe_volume_bytes(const struct probe_volume *volume);
 

@@ -350,7 +350,7 @@ static int compare_edges(const void *a, const void *b)
     return x->facet < y->facet ? -1 : x->facet > y->facet;
 }
 
-/* Which facets share edges; the hull is convex where none sees the far corner of another. */
+/* Which facets share edges; the hull is closed where two do, and convex where none sees the far corner of another. */
 static enum probe_status join_facets(struct probe_volume *v)
 {
     const size_t n = 3 * v->facets;
@@ -364,7 +364,7 @@ static enum probe_status join_facets(struct probe_volume *v)
         edge[i] = (struct edge){a < b ? a : b, a < b ? b : a, (int32_t)(i / 3), (int32_t)(i % 3)};
     }
     qsort(edge, n, sizeof *edge, compare_edges);
-    v->convex = true;
+    v->convex = v->closed = true;
     for (size_t i = 0; i < n;) {
         size_t same = 1;
         while (i + same < n && edge[i + same].low == edge[i].low && edge[i + same].high == edge[i].high)
@@ -378,7 +378,7 @@ static enum probe_status join_facets(struct probe_volume *v)
             v->convex = v->convex && lattice_orient(volume_site(v, p[0]), volume_site(v, p[2]), volume_site(v, p[1]),
                                                     volume_site(v, q[edge[i + 1].corner])) >= 0;
         } else {
-            v->convex = false;
+            v->convex = v->closed = false;
         }
         i += same;
     }
@@ -403,6 +403,11 @@ static enum probe_status make_sites(struct probe_volume *v, const double *positi
     for (size_t i = 0; i < v->probes; i++)
         lattice_snap(&v->lattice, position + 3 * i, v->site_owned + 3 * i);
     return PROBE_OK;
+}
+
+static size_t tree_bytes(const struct volume_tree *tree)
+{
+    return tree->level[tree->levels] * sizeof *tree->box;
 }
 
 enum probe_status volume_finish(struct probe_volume *v, size_t *row)
@@ -439,8 +444,8 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
     if (!status && v->corners == 4)
         status = join_facets(v);
     if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST))
-        volume_outer_init(v);
-    v->bytes += sizeof *v + (v->cell_tree.level[v->cell_tree.levels] + v->facet_tree.level[v->facet_tree.levels]) * sizeof(struct volume_box) +
+        status = volume_outer_init(v);
+    v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) + tree_bytes(&v->image_tree) +
                 v->facets * sizeof *v->facet;
     return status;
 }
@@ -477,6 +482,7 @@ void probe_volume_destroy(struct probe_volume *v)
     volume_tree_clear(&v->cell_tree);
     free(v->facet);
     volume_tree_clear(&v->facet_tree);
+    volume_tree_clear(&v->image_tree);
     free(v);
 }
 
@@ -493,6 +499,11 @@ size_t probe_volume_cells(const struct probe_volume *v)
 int probe_volume_corners(const struct probe_volume *v)
 {
     return v->corners;
+}
+
+int probe_volume_extends(const struct probe_volume *v)
+{
+    return v->rays;
 }
 
 size_t probe_volume_bytes(const struct probe_volume *v)

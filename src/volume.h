@@ -46,6 +46,7 @@ struct volume_facet {
     int32_t cell;       /* whose it is */
     int32_t corner;     /* of the cell: the one opposite */
     int32_t across[3];  /* tetrahedra: the facet across the edge opposite each corner of this one, in the order of volume_facet_vertex */
+    float image[3];     /* with rays: of its middle (volume_outer.c) */
 };
 
 struct probe_volume {
@@ -69,9 +70,13 @@ struct probe_volume {
     size_t facets;
     struct volume_tree facet_tree;
     int steps_most; /* of a walk, before the tree is asked */
+    bool closed; /* two facets of the hull meet at each edge */
     bool convex; /* who leaves through the hull is outside */
     bool rays;   /* outside, light goes on along rays from the core (volume_outer.c); else that of the nearest point */
     double centre[3], core[3]; /* the core: a box around centre, core[k] to either side, lattice units */
+    double core_axis[3][3];    /* along these directions, if it is turned; else along the lattice's */
+    bool turned;
+    struct volume_tree image_tree; /* with rays: boxes over the images of the hull's facets (volume_outer.c) */
     struct probe_image_facts image;
     const void *light; /* of an image */
     float light_scale;
@@ -166,13 +171,14 @@ void volume_place(const struct probe_volume *v, size_t cell, const double weight
 
 /* -- outside (volume_outer.c) -------------------------------------------------------------------- */
 
-/* Finds the core of a convex hull that its rays come from. Leaves v->rays false where there is none. */
-void volume_outer_init(struct probe_volume *v);
+/* Finds the core that the hull's rays come from. Leaves v->rays false where there is none. */
+enum probe_status volume_outer_init(struct probe_volume *v);
 
 /* The ray that a corner of the hull sends out. */
 void volume_outer_ray(const struct probe_volume *v, int32_t probe, double ray[3]);
 
-/* The place of a point outside, in lattice coordinates (not rounded). */
-void volume_outer(const struct probe_volume *v, const double p[3], struct probe_place *place);
+/* The place of a point outside, in lattice coordinates (not rounded). Returns whether it is certain to be outside, which only rays tell: a point
+ * of the hull's inside gets a place as well. */
+bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_place *place);
 
 #endif

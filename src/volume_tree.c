@@ -69,6 +69,16 @@ void volume_tree_finish(struct volume_tree *tree)
     }
 }
 
+static double centre_square(const struct volume_box *box, const double p[3])
+{
+    double square = 0;
+    for (int k = 0; k < 3; k++) {
+        const double d = ((double)box->low[k] + (double)box->high[k]) / 2 - p[k];
+        square += d * d;
+    }
+    return square;
+}
+
 void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square, void (*visit)(void *context,
                         size_t item), void *context)
 {
@@ -98,8 +108,8 @@ void volume_tree_search(const struct volume_tree *tree, const double p[3], doubl
         const int children = 2 * index + 1 < level_width(tree, level - 1) ? 2 : 1;
         for (int i = 0; i < children; i++)
             child[i] = volume_box_square(&box[i], p);
-        const int nearer = child[1] < child[0];
-        for (int i = 0; i < children; i++) { /* the nearer one on top; the left one of equals */
+        const bool nearer = child[1] < child[0] || (child[1] == child[0] && children == 2 && centre_square(&box[1], p) < centre_square(&box[0], p));
+        for (int i = 0; i < children; i++) { /* the nearer one on top */
             const int which = children == 1 ? 0 : i ? nearer : !nearer;
             stack[depth].level = level - 1;
             stack[depth].index = (uint32_t)(2 * index) + (uint32_t)which;
@@ -116,15 +126,8 @@ size_t volume_tree_near(const struct volume_tree *tree, const double p[3])
         index *= 2;
         if (index + 1 >= level_width(tree, level - 1))
             continue;
-        double square[2], centre[2] = {0, 0};
-        for (int i = 0; i < 2; i++) {
-            square[i] = volume_box_square(&box[i], p);
-            for (int k = 0; k < 3; k++) {
-                const double d = ((double)box[i].low[k] + (double)box[i].high[k]) / 2 - p[k];
-                centre[i] += d * d;
-            }
-        }
-        index += square[1] < square[0] || (square[1] == square[0] && centre[1] < centre[0]);
+        const double square[2] = {volume_box_square(&box[0], p), volume_box_square(&box[1], p)};
+        index += square[1] < square[0] || (square[1] == square[0] && centre_square(&box[1], p) < centre_square(&box[0], p));
     }
     return VOLUME_LEAF * index;
 }

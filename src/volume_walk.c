@@ -11,13 +11,16 @@
  * after as many steps as there are cells at
  * most, and in practice after a few times their cube root. A mesh whose slivers were mended, or that someone else made, may not
  * be Delaunay. So the walk is
- * only a head start: where it has not arrived after steps_most steps, or leaves a mesh that is not convex, the tree of boxes
+ * only a head start: where it has not arrived after steps_most steps, or leaves a hull with dents, through which it may come in again, the tree of boxes
  * over all cells is descended
  * instead. That visits each of its finitely many nodes at most once, and finds a cell that holds the point if there is one.
  *
  * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one
  * answer. A
  * point on a face, an edge or a probe (an exact weight of 0) is in several: its answer is the first of them in the tree's order.
+ *
+ * Where there are rays, a walk that has left a hull with dents needs no tree but near the hull: each point is in one cell, inner or outer, so one that an
+ * outer cell holds, farther from the hull than rounding goes, is outside.
  */
 #include "volume.h"
 
@@ -252,7 +255,7 @@ struct walker {
     struct weights weights;
 };
 
-enum walker_state { WALKING, INSIDE, OUTSIDE };
+enum walker_state { WALKING, INSIDE, OUTSIDE, LEFT /* through the hull, but it may go on elsewhere */ };
 
 /* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
 static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
@@ -286,21 +289,21 @@ static inline enum walker_state step(const struct probe_volume *v, struct walker
         w->cell = (size_t)next;
         return WALKING;
     }
-    if (next < 0 && v->convex)
-        return OUTSIDE;
+    if (next < 0 && (v->convex || v->rays))
+        return v->convex ? OUTSIDE : LEFT;
     return search_tree(v, w->p, &w->cell, &w->weights) ? INSIDE : OUTSIDE;
 }
 
-static inline void arrive(const struct probe_volume *v, const struct walker *w, enum walker_state state, struct probe_place *place)
+static inline void arrive(const struct probe_volume *v, struct walker *w, enum walker_state state, struct probe_place *place)
 {
-    place->inside = state == INSIDE;
-    place->distance = 0;
-    if (place->inside)
+    place->inside = state == INSIDE ||
+                    (state != INSIDE && !volume_outer(v, w->exactly, place) && state == LEFT && search_tree(v, w->p, &w->cell, &w->weights));
+    if (place->inside) {
+        place->distance = 0;
         place_in(v, w->cell, w->weights.weight, place);
-    else
-        volume_outer(v, w->exactly, place);
-    if (w->far > 0 && !place->inside)
+    } else if (w->far > 0) {
         place->distance = w->far;
+    }
 }
 
 static inline bool finite_point(const double p[3])
