@@ -47,6 +47,19 @@ static struct error *write_packed(const struct interpolate *in, enum probe_packi
     return err;
 }
 
+/* What light points outside of the hull have got. */
+static const char *light_outside(const struct interpolate *in, enum query_outside outside)
+{
+    if (outside == QUERY_ZERO)
+        return "they have no light";
+    if (outside == QUERY_EXTEND && in->volume && probe_volume_extends(in->volume))
+        return "their light goes on from the hull along rays";
+    if (outside == QUERY_NEAREST || !in->volume)
+        return "their light is that of the hull's nearest point";
+    return probe_volume_corners(in->volume) < 4 ? "the probes are in a plane or on a line, so their light is that of the nearest point there"
+                                                : "no middle sees all of it, so their light is that of its nearest point";
+}
+
 static struct error *answer(const struct interpolate *in, const struct arguments *a, const char *input, const struct common *common,
                             const struct program *program)
 {
@@ -62,7 +75,7 @@ static struct error *answer(const struct interpolate *in, const struct arguments
         err = query_run(query, points);
     if (!err && query_outside(query))
         warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: %s", query_outside(query),
-                     a->how.outside == QUERY_ZERO ? "they have no light" : "their light is that of the hull");
+                     light_outside(in, settings.outside));
     if (!err && !common->quiet)
         warnings_print(&warnings, program->name);
     warnings_clear(&warnings);

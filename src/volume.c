@@ -217,9 +217,8 @@ static void find_span(struct probe_volume *v)
 
 /* -- cells and their matrices ---------------------------------------------------------------------- */
 
-/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole numbers below 2^127, so each
- * number of a plane is right to
- * three roundings; volume_walk.c builds on that. */
+/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole numbers below 2^127, so each number
+ * of a plane is right to three roundings; volume_walk.c builds on that. */
 static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
 {
     const double *s[4];

@@ -7,9 +7,9 @@
  *     volume_blend.c   weights and SH to light
  *     volume_image.c   packed files
  *
- * Plain C with libc and libm; nothing here prints, exits, or knows of streams. Sites are positions on the lattice (lattice.h),
- * whole numbers, so which side of a face a
- * point is on is decided exactly. A point is looked up where it is rounded to the lattice, 2^-40 of the probes' box.
+ * Plain C with libc and libm; nothing here prints, exits, or knows of streams. Sites are positions on the lattice (lattice.h), whole
+ * numbers, so which side of a face a point is on is decided exactly. A point is looked up where it is rounded to the lattice, 2^-40 of
+ * the probes' box.
  */
 #ifndef VOLUME_H
 #define VOLUME_H

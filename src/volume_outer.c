@@ -1,16 +1,12 @@
 /* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each facet of the hull, bounded
- * by rays
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each facet of the hull, bounded by rays
  * from its corners; light is constant along rays.
- * Ericson, "Real-Time Collision Detection", 2004, sec. 5.1.5: the nearest point of a triangle.
  * van Oosterom, Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983.
  * Golub, Van Loan, "Matrix Computations", 4th ed., 2013, sec. 8.5: Jacobi's rotations.
  *
- * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points u_a (a + t n_a) + u_b (b + t
- * n_b) + u_c (c + t n_c) with
- * u >= 0, sum 1, t >= 0, and gives them the light of the facet at u. For a point P, t is a root of det(b - a + t (n_b - n_a), c
- * - a + t (n_c - n_a),
- * P - a - t n_a), a cubic; of facets whose rays are parallel, or meet in a line, a line or a quadratic.
+ * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points u_a (a + t n_a) + u_b (b + t n_b) + u_c
+ * (c + t n_c) with u >= 0, sum 1, t >= 0, and gives them the light of the facet at u. For a point P, t is a root of det(b - a + t (n_b -
+ * n_a), c - a + t (n_c - n_a), P - a - t n_a), a cubic; of facets whose rays are parallel, or meet in a line, a line or a quadratic.
  *
  * Which rays. Normals of the hull's corners, a mean of its facets' as Cupisz takes them, fold the outer cells over one another wherever the
  * hull is nearly flat: the normals of neighbouring corners there differ by noise, so that det(n_a, n_b, n_c) has any sign, and where it is below
@@ -45,52 +41,64 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Nearest point of triangle abc (whose corners may fall together) to p, as barycentric weights. Returns the squared distance. */
-static double nearest_on_triangle(const double p[3], const double a[3], const double b[3], const double c[3], double w[3])
+/* det(a, b, c) */
+static double det(const double a[3], const double b[3], const double c[3])
 {
-    double ab[3], ac[3], ap[3], bp[3], cp[3];
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/* Weights >= 0 from w: of x itself, or of the nearest point of the edges of (0, a, b), whose distance is returned. */
+static double bring_within(const double x[3], const double a[3], const double b[3], const double w[3], double weight[3])
+{
+    static const double origin[3] = {0, 0, 0};
+    const double *corner[3] = {origin, a, b};
+    for (int i = 0; i < 3; i++)
+        weight[i] = w[i];
+    if (w[0] >= 0 && w[1] >= 0 && w[2] >= 0)
+        return 0;
+    double least = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3;
+        double edge[3], from[3], off[3];
+        for (int k = 0; k < 3; k++) {
+            edge[k] = corner[j][k] - corner[i][k];
+            from[k] = x[k] - corner[i][k];
+        }
+        const double along = fmin(fmax(dot(from, edge) / dot(edge, edge), 0), 1);
+        for (int k = 0; k < 3; k++)
+            off[k] = from[k] - along * edge[k];
+        const double square = dot(off, off);
+        if (!(square < least))
+            continue;
+        least = square;
+        weight[i] = 1 - along;
+        weight[j] = along;
+        weight[3 - i - j] = 0;
+    }
+    return sqrt(least);
+}
+
+/* Nearest point of triangle abc (whose corners may fall together) to p, as barycentric weights: those of p's foot in the plane, or of the nearest
+ * point of an edge. Returns the squared distance. */
+static double nearest_on_triangle(const double p[3], const double a[3], const double b[3], const double c[3], double weight[3])
+{
+    double ab[3], ac[3], ap[3], normal[3], w[3], square = 0;
     for (int k = 0; k < 3; k++) {
         ab[k] = b[k] - a[k];
         ac[k] = c[k] - a[k];
         ap[k] = p[k] - a[k];
-        bp[k] = p[k] - b[k];
-        cp[k] = p[k] - c[k];
     }
-    const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp), d6 = dot(ac, cp);
-    const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2, sum = va + vb + vc;
-    w[0] = w[1] = w[2] = 0;
-    if (d1 <= 0 && d2 <= 0) {
-        w[0] = 1;
-    } else if (d3 >= 0 && d4 <= d3) {
-        w[1] = 1;
-    } else if (d6 >= 0 && d5 <= d6) {
-        w[2] = 1;
-    } else if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-        w[1] = d1 / (d1 - d3);
-        w[0] = 1 - w[1];
-    } else if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-        w[2] = d2 / (d2 - d6);
-        w[0] = 1 - w[2];
-    } else if ((va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) || !(sum > 0)) {
-        const double whole = d4 - d3 + d5 - d6;
-        w[2] = whole > 0 ? (d4 - d3) / whole : 0;
-        w[1] = 1 - w[2];
-    } else {
-        w[1] = vb / sum;
-        w[2] = vc / sum;
-        w[0] = 1 - w[1] - w[2];
-    }
-    double total = 0;
-    for (int k = 0; k < 3; k++) { /* rounding may leave a weight a little below 0 */
-        w[k] = w[k] > 0 ? w[k] : 0;
-        total += w[k];
-    }
-    double d[3];
     for (int k = 0; k < 3; k++)
-        w[k] /= total;
-    for (int k = 0; k < 3; k++)
-        d[k] = w[0] * a[k] + w[1] * b[k] + w[2] * c[k] - p[k];
-    return dot(d, d);
+        normal[k] = ab[(k + 1) % 3] * ac[(k + 2) % 3] - ab[(k + 2) % 3] * ac[(k + 1) % 3];
+    w[1] = det(ap, ac, normal) / dot(normal, normal); /* by the normal: products of edges alone cancel in slivers */
+    w[2] = det(ab, ap, normal) / dot(normal, normal);
+    w[0] = 1 - w[1] - w[2];
+    bring_within(ap, ab, ac, w, weight);
+    for (int k = 0; k < 3; k++) {
+        const double d = ap[k] - weight[1] * ab[k] - weight[2] * ac[k];
+        square += d * d;
+    }
+    return square;
 }
 
 struct nearest {
@@ -130,12 +138,6 @@ static void place_on_facet(const struct probe_volume *v, size_t facet, const dou
 }
 
 /* -- rays ---------------------------------------------------------------------------------------- */
-
-/* det(a, b, c) */
-static double det(const double a[3], const double b[3], const double c[3])
-{
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
-}
 
 static double beyond(double x, double most)
 {
@@ -511,37 +513,6 @@ struct hold {
     double t;         /* along the rays */
     int beyond;       /* the corner whose weight is least: across the edge opposite to go on */
 };
-
-/* Weights >= 0 from w: of x itself, or of the nearest point of the edges of (0, a, b), whose distance is returned. */
-static double bring_within(const double x[3], const double a[3], const double b[3], const double w[3], double weight[3])
-{
-    static const double origin[3] = {0, 0, 0};
-    const double *corner[3] = {origin, a, b};
-    for (int i = 0; i < 3; i++)
-        weight[i] = w[i];
-    if (w[0] >= 0 && w[1] >= 0 && w[2] >= 0)
-        return 0;
-    double least = INFINITY;
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3;
-        double edge[3], from[3], off[3];
-        for (int k = 0; k < 3; k++) {
-            edge[k] = corner[j][k] - corner[i][k];
-            from[k] = x[k] - corner[i][k];
-        }
-        const double along = fmin(fmax(dot(from, edge) / dot(edge, edge), 0), 1);
-        for (int k = 0; k < 3; k++)
-            off[k] = from[k] - along * edge[k];
-        const double square = dot(off, off);
-        if (!(square < least))
-            continue;
-        least = square;
-        weight[i] = 1 - along;
-        weight[j] = along;
-        weight[3 - i - j] = 0;
-    }
-    return sqrt(least);
-}
 
 static struct hold solve(const struct probe_volume *v, size_t facet, const double p[3])
 {

@@ -5,19 +5,15 @@
  * Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", DCG 18, 1997: signs with an
  * error bound.
  *
- * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided exactly. Among Delaunay cells
- * such a walk visits
- * none twice (Edelsbrunner 1990: from any viewpoint, Delaunay cells are partially ordered by which hides which), so it ends
- * after as many steps as there are cells at
- * most, and in practice after a few times their cube root. A mesh whose slivers were mended, or that someone else made, may not
- * be Delaunay. So the walk is
- * only a head start: where it has not arrived after steps_most steps, or leaves a hull with dents, through which it may come in again, the tree of boxes
- * over all cells is descended
- * instead. That visits each of its finitely many nodes at most once, and finds a cell that holds the point if there is one.
+ * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided exactly. Among Delaunay cells such a
+ * walk visits none twice (Edelsbrunner 1990: from any viewpoint, Delaunay cells are partially ordered by which hides which), so it ends
+ * after as many steps as there are cells at most, and in practice after a few times their cube root. A mesh whose slivers were mended, or
+ * that someone else made, may not be Delaunay. So the walk is only a head start: where it has not arrived after steps_most steps, or
+ * leaves a hull with dents, through which it may come in again, the tree of boxes over all cells is descended instead. That visits each
+ * of its finitely many nodes at most once, and finds a cell that holds the point if there is one.
  *
- * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one
- * answer. A
- * point on a face, an edge or a probe (an exact weight of 0) is in several: its answer is the first of them in the tree's order.
+ * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one answer.
+ * A point on a face, an edge or a probe (an exact weight of 0) is in several: its answer is the first of them in the tree's order.
  *
  * Where there are rays, a walk that has left a hull with dents needs no tree but near the hull: each point is in one cell, inner or outer, so one that an
  * outer cell holds, farther from the hull than rounding goes, is outside.

@@ -1,12 +1,11 @@
-/* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume or a status, and whatever a
- * volume was made of,
- * each point has a place, in bounds, with weights that sum to 1.
+/* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume or a status, and whatever a volume was
+ * made of, each point has a place, in bounds, with weights that sum to 1.
  *
  *     fuzz_query [MUTATIONS [SEED]]     small meshes, mutated; part of make check with few mutations
  *
- * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte says by its
- * lowest bit whether it is a packed file (whose
- * checksum is made right) or a mesh: corners, probes and cells (a byte each), then positions, vertices and neighbours.
+ * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte says by its lowest bit
+ * whether it is a packed file (whose checksum is made right) or a mesh: corners, probes and cells (a byte each), then positions, vertices
+ * and neighbours.
  */
 #include "probe-query.h"
 #include "random.h"

@@ -1,9 +1,9 @@
-/* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found
- * it, in the
- * lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any
+/* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found it,
+ * in the lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any
  * dimension; what is not a mesh is refused. */
 #include "cell.h"
 #include "error.h"
+#include "point_sets.h"
 #include "probe-query.h"
 #include "random.h"
 #include "tap.h"
@@ -14,8 +14,13 @@
 
 enum { MOST = 3000 };
 
-enum shape { RANDOM, GRID, NOISY_GRID, ROUGH_GRID, SHELL, SLAB, FLAT_SLAB, NEEDLES, FAR_AWAY, SHAPES };
-static const char *const shape_names[] = {"random", "grid", "noisy grid", "rough grid", "shell", "slab", "flat slab", "needles", "far away"};
+enum shape {
+    RANDOM, GRID, NOISY_GRID, ROUGH_GRID, SHELL, SLAB, FLAT_SLAB, NEEDLES, FAR_AWAY,
+    TURNED_FINE, TURNED, TURNED_ROUGH, TURNED_SLAB, /* flat cells are peeled off these: their hulls have dents */
+    SHAPES
+};
+static const char *const shape_names[] = {"random", "grid", "noisy grid", "rough grid", "shell", "slab", "flat slab", "needles", "far away",
+                                          "turned grid, noise 1e-6", "turned grid, noise 1e-4", "turned grid, noise 1e-3", "turned slab of a grid"};
 
 static void must(struct error *err)
 {
@@ -31,12 +36,14 @@ static void must_be(enum probe_status status, enum probe_status expected)
 
 static bool is_grid(enum shape shape)
 {
-    return shape == GRID || shape == NOISY_GRID || shape == ROUGH_GRID;
+    return shape == GRID || shape == NOISY_GRID || shape == ROUGH_GRID || shape >= TURNED_FINE;
 }
 
 static size_t make(enum shape shape, size_t count, double *p)
 {
+    static const double noise[SHAPES] = {[NOISY_GRID] = 1e-7, [ROUGH_GRID] = 1e-4, [TURNED_FINE] = 1e-6, [TURNED] = 1e-4, [TURNED_ROUGH] = 1e-3, [TURNED_SLAB] = 1e-4};
     struct random r = random_start(11, (uint64_t)shape, 0);
+    const struct rotation turn = random_rotation(&r);
     const size_t side = (size_t)(cbrt((double)count) + 0.5);
     for (size_t i = 0; i < count; i++) {
         double q[3] = {random_double(&r), random_double(&r), random_double(&r)};
@@ -46,14 +53,16 @@ static size_t make(enum shape shape, size_t count, double *p)
             length += (q[k] - 0.5) * (q[k] - 0.5);
         for (int k = 0; k < 3; k++) {
             if (is_grid(shape))
-                q[k] = g[k] + (shape == NOISY_GRID ? 1e-7 * q[k] : shape == ROUGH_GRID ? 1e-4 * q[k] : 0);
+                q[k] = g[k] + noise[shape] * q[k];
             else if (shape == SHELL)
                 q[k] = (q[k] - 0.5) / sqrt(length);
             else if (shape == FAR_AWAY)
                 q[k] += 1e6;
         }
         q[1] *= shape == NEEDLES ? 1e-4 : 1;
-        q[2] *= shape == SLAB ? 0.02 : shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : 1;
+        q[2] *= shape == SLAB ? 0.02 : shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : shape == TURNED_SLAB ? 0.05 : 1;
+        if (shape >= TURNED_FINE)
+            rotate_points(&turn, 1, q);
         memcpy(p + 3 * i, q, sizeof q);
     }
     return is_grid(shape) ? side * side * side : count;
@@ -197,9 +206,8 @@ static double slope(const struct probe_volume *v, size_t cell, const float *valu
     return sqrt(square) / v->lattice.step;
 }
 
-/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the
- * same cell or the one beside it,
- * by no more than these two allow. */
+/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the same
+ * cell or the one beside it, by no more than these two allow. */
 static void test_continuity(enum shape shape, unsigned flags)
 {
     static struct mesh_of m;
@@ -254,9 +262,8 @@ static void test_continuity(enum shape shape, unsigned flags)
     tetra_clear(&m.t);
 }
 
-/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives back u. And light does not
- * jump, across the hull and from an
- * outer cell to the next. */
+/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives back u. And light does not jump,
+ * across the hull and from an outer cell to the next. */
 static void test_outside(enum shape shape)
 {
     static struct mesh_of m;
@@ -268,6 +275,7 @@ static void test_outside(enum shape shape)
     double worst = 0, worst_step = 0;
     int lost = 0;
     enum { POINTS = 4000 };
+    ok(probe_volume_extends(v) && (!v->convex || shape < TURNED_FINE), "%s: there are rays, of a hull %s dents", shape_names[shape], v->convex ? "without" : "with");
     for (int i = 0; i < POINTS && v->rays; i++) {
         int32_t vertex[3];
         double u[3], p[3] = {0}, q[3], far = 0, expected[3] = {0}, got[3] = {0}, next[3] = {0};
@@ -306,10 +314,195 @@ static void test_outside(enum shape shape)
         worst = fmax(worst, sqrt(off) / size);
         worst_step = fmax(worst_step, sqrt(moved) / size);
     }
-    ok((v->rays || !v->convex) && lost == 0, /* flat cells are peeled off some hulls, which leaves them not convex: nearest */
-       "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)", shape_names[shape], lost, worst);
-    ok(worst_step < (shape == ROUGH_GRID ? 2e-3 : 1e-4), /* the slivers of a rough grid's hull are 1e-4 wide */
-       "%s: outside, the place on the hull does not jump (%.0e for a step of 1e-7 of its thickness)", shape_names[shape], worst_step);
+    ok(lost == 0, "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)", shape_names[shape], lost, worst);
+    ok(worst_step < 1e-4, "%s: outside, the place on the hull does not jump (%.0e for a step of 1e-7 of its thickness)", shape_names[shape], worst_step);
+    probe_volume_destroy(v);
+    tetra_clear(&m.t);
+}
+
+/* What is left of the steepest changes along lines when they are looked at more and more closely. Of what does not jump, nothing. Lines begin near the
+ * mesh, and go both through it and by. */
+static double steepest_left(const struct probe_volume *v, const struct probe_mesh *m, const float *value, struct random *r)
+{
+    enum { LINES = 60, STEPS = 300, HALVINGS = 34 };
+    const double size = size_of(m) > 0 ? size_of(m) : 1;
+    double worst = 0;
+    struct probe_place place = {.cell = PROBE_COLD};
+    for (int line = 0; line < LINES; line++) {
+        double a[3], way[3], last = 0;
+        const double *near = m->position + 3 * (size_t)m->vertex[random_u32(r) % ((size_t)m->corners * m->cells)], length = size * pow(10, -3 * random_double(r));
+        for (int k = 0; k < 3; k++) {
+            a[k] = near[k] + length * (random_double(r) - 0.5);
+            way[k] = length * (2 * random_double(r) - 1);
+        }
+        for (int i = 0; i <= STEPS; i++) {
+            double at[2] = {(i - 1) / (double)STEPS, i / (double)STEPS}, light[3], p[3];
+            float x;
+            for (int h = -1; h <= HALVINGS; h++) { /* the end of the step, then middles of the half that changes more */
+                const double where = h < 0 ? at[1] : (at[0] + at[1]) / 2;
+                for (int k = 0; k < 3; k++)
+                    p[k] = a[k] + where * way[k];
+                probe_volume_locate(v, p, &place);
+                probe_blend(&place, value, 1, &x);
+                light[2] = (double)x;
+                if (h < 0) {
+                    light[0] = last;
+                    light[1] = last = light[2];
+                    if (i == 0 || fabs(light[1] - light[0]) < 0.02)
+                        break;
+                    continue;
+                }
+                const int end = fabs(light[2] - light[0]) > fabs(light[2] - light[1]);
+                light[end] = light[2];
+                at[end] = where;
+                if (h == HALVINGS)
+                    worst = fmax(worst, fabs(light[1] - light[0]));
+            }
+        }
+    }
+    return worst;
+}
+
+static void test_no_jumps(enum shape shape)
+{
+    static struct mesh_of m;
+    static float value[MOST];
+    make_mesh(shape, is_grid(shape) ? 729 : 400, &m);
+    struct random r = random_start(20, (uint64_t)shape, 0);
+    for (size_t i = 0; i < m.mesh.probes; i++)
+        value[i] = random_float(&r);
+    for (unsigned flags = 0; flags <= PROBE_NEAREST; flags += PROBE_NEAREST) {
+        struct probe_volume *v;
+        must_be(probe_volume_create(&v, &m.mesh, flags, NULL), PROBE_OK);
+        const double left = steepest_left(v, &m.mesh, value, &r);
+        if (!flags || v->convex) /* in a dent the nearest point jumps from one side to the other */
+            ok(left < 1e-3, "%s, %s: light does not jump: of steps halved 34 times, %.0e is left", shape_names[shape], flags ? "nearest" : "extended", left);
+        probe_volume_destroy(v);
+    }
+    tetra_clear(&m.t);
+}
+
+/* Whether the outer cell of a facet holds p, by signs of the volume that p spans with the facet moved along the rays, at many places: 2: well within,
+ * 1: but for rounding, 0: no. */
+static int holds(const struct probe_volume *v, const struct volume_facet *facet, const double p[3])
+{
+    int32_t vertex[3];
+    double ray[3][3], before = 0, from = 0;
+    int found = 0;
+    volume_facet_vertex(v, facet, vertex);
+    for (int c = 0; c < 3; c++)
+        volume_outer_ray(v, vertex[c], ray[c]);
+    for (int i = 0; i <= 140; i++) {
+        double low = from, high = i == 0 ? 0 : pow(10, (i - 80) / 8.0), w[3];
+        const double to = high, sign = before;
+        for (int h = 0; h < 60; h++) { /* the first time at the end of the stretch, then between */
+            const double t = h == 0 ? high : (low + high) / 2;
+            double x[3][3], normal[3], off = 0, area = 0;
+            for (int c = 0; c < 3; c++)
+                for (int k = 0; k < 3; k++)
+                    x[c][k] = volume_site(v, vertex[c])[k] + t * ray[c][k] - p[k];
+            for (int k = 0; k < 3; k++) {
+                const int a = (k + 1) % 3, b = (k + 2) % 3;
+                normal[k] = (x[1][a] - x[0][a]) * (x[2][b] - x[0][b]) - (x[1][b] - x[0][b]) * (x[2][a] - x[0][a]);
+                off += normal[k] * x[0][k];
+                area += normal[k] * normal[k];
+            }
+            for (int c = 0; c < 3; c++) {
+                const double *e = x[(c + 1) % 3], *f = x[(c + 2) % 3];
+                w[c] = 0;
+                for (int k = 0; k < 3; k++)
+                    w[c] += normal[k] * (e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3]) / area;
+            }
+            if (h == 0) {
+                before = off;
+                if (i == 0 || (off < 0) == (sign < 0))
+                    break;
+            } else if ((off < 0) == (sign < 0)) {
+                low = t;
+            } else {
+                high = t;
+            }
+            const double least = fmin(fmin(w[0], w[1]), w[2]);
+            if (h == 59 && least > -1e-5)
+                found = least > 1e-5 ? 2 : found > 1 ? 2 : 1;
+        }
+        from = to;
+    }
+    return found;
+}
+
+/* A point outside is in the outer cell of one facet, and that is the one that it is given; and outside is what the tree says that it is. */
+static void test_one_cell(enum shape shape)
+{
+    static struct mesh_of m;
+    make_mesh(shape, is_grid(shape) ? 343 : 200, &m);
+    struct probe_volume *v, *nearest;
+    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    must_be(probe_volume_create(&nearest, &m.mesh, PROBE_NEAREST, NULL), PROBE_OK);
+    nearest->convex = false; /* which side of the hull a point is on is asked of the tree */
+    struct random r = random_start(21, (uint64_t)shape, 0);
+    const double size = size_of(&m.mesh);
+    int outside = 0, inside = 0, none = 0, several = 0, another = 0, differ = 0;
+    for (int i = 0; i < 4000; i++) {
+        const double *site = m.position + 3 * (size_t)m.mesh.vertex[4 * (size_t)v->facet[random_u32(&r) % v->facets].cell + random_u32(&r) % 4], off = size * pow(10, 1 - 8 * random_double(&r));
+        double p[3], q[3];
+        for (int k = 0; k < 3; k++)
+            p[k] = site[k] + off * (2 * random_double(&r) - 1);
+        struct probe_place place = {.cell = PROBE_COLD}, again = {.cell = (int32_t)(random_u32(&r) % m.mesh.cells)}, other = again;
+        probe_volume_locate(v, p, &place);
+        probe_volume_locate(v, p, &again);
+        probe_volume_locate(nearest, p, &other);
+        differ += !same_place(&place, &again) || place.inside != other.inside;
+        inside += place.inside;
+        if (place.inside || place.distance < 1e-9 * size || outside >= 150)
+            continue;
+        outside++;
+        volume_coordinates(v, p, q);
+        int held = 0, well = 0;
+        bool its = false;
+        for (size_t f = 0; f < v->facets; f++) {
+            const int how = holds(v, &v->facet[f], q);
+            held += how > 0;
+            well += how > 1;
+            its = its || (how > 0 && volume_number(v, (size_t)v->facet[f].cell) == place.cell);
+        }
+        none += held == 0;
+        several += well > 1;
+        another += !its;
+    }
+    ok(outside == 150 && inside > 200 && none == 0 && several == 0, "%s: outside, one outer cell holds each point (%d in none, %d in several of %d)", shape_names[shape], none, several, outside);
+    ok(another == 0, "%s: outside, that cell is the one that is found (%d are in another)", shape_names[shape], another);
+    ok(differ == 0, "%s: near the hull, the same side of it from anywhere, and as the tree says (%d differ)", shape_names[shape], differ);
+    probe_volume_destroy(v);
+    probe_volume_destroy(nearest);
+    tetra_clear(&m.t);
+}
+
+/* A mesh whose hull no middle sees all of: a ring. */
+static void test_no_rays(void)
+{
+    static struct mesh_of m;
+    make_mesh(GRID, 125, &m);
+    size_t kept = 0;
+    static int32_t number[8 * MOST];
+    for (size_t c = 0; c < m.mesh.cells; c++) { /* a hole through the middle */
+        double x[2] = {0, 0};
+        for (int i = 0; i < 8; i++)
+            x[i % 2] += m.position[3 * (size_t)m.t.vertex[4 * c + (size_t)(i / 2)] + (size_t)(i % 2)] / 4;
+        number[c] = fabs(x[0] - 2) < 1 && fabs(x[1] - 2) < 1 ? -1 : (int32_t)kept++;
+    }
+    for (size_t c = 0; c < m.mesh.cells; c++)
+        for (size_t i = 0; i < 4 && number[c] >= 0; i++) {
+            const int32_t n = m.t.neighbour[4 * c + i];
+            m.t.vertex[4 * (size_t)number[c] + i] = m.t.vertex[4 * c + i];
+            m.t.neighbour[4 * (size_t)number[c] + i] = n < 0 ? -1 : number[n];
+        }
+    m.mesh.cells = kept;
+    struct probe_volume *v;
+    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    struct probe_place place = {.cell = PROBE_COLD};
+    probe_volume_locate(v, (const double[]){2, 2.25, 2}, &place);
+    ok(!probe_volume_extends(v) && !place.inside && fabs(place.distance - 0.75) < 1e-9, "a ring has no rays, and says so; in its hole is outside, %g from it", place.distance);
     probe_volume_destroy(v);
     tetra_clear(&m.t);
 }
@@ -393,6 +586,11 @@ static void test_flat(int corners)
     ok(worst_above < 1e-9, "%d corners: a point beside them is where it is above them (%.0e)", corners, worst_above);
     ok(worst_beyond < 1e-9, "%d corners: a point beyond their end is at it (%.0e)", corners, worst_beyond);
     ok(worst_packed < 1e-9, "%d corners: packed, the same", corners);
+    static float value[SIDE * SIDE];
+    for (size_t i = 0; i < m.probes; i++)
+        value[i] = random_float(&r);
+    const double left = steepest_left(v, &m, value, &r);
+    ok(left < 1e-3 && !probe_volume_extends(v), "%d corners: light does not jump, beside and beyond them (%.0e)", corners, left);
     probe_volume_destroy(v);
     probe_volume_destroy(packed);
     free(image);
@@ -583,9 +781,12 @@ int main(void)
     for (int shape = RANDOM; shape <= SLAB; shape++)
         for (unsigned flags = 0; flags <= PROBE_NEAREST; flags += PROBE_NEAREST)
             test_continuity((enum shape)shape, flags);
-    for (int shape = 0; shape < SHAPES; shape++)
-        if (shape != NOISY_GRID) /* across the slivers of its hull, 1e-7 wide, any field of the probes is that steep */
-            test_outside((enum shape)shape);
+    for (int shape = 0; shape < SHAPES; shape++) {
+        test_outside((enum shape)shape);
+        test_no_jumps((enum shape)shape);
+        test_one_cell((enum shape)shape);
+    }
+    test_no_rays();
     for (int corners = 1; corners <= 3; corners++)
         test_flat(corners);
     test_packed();
