@@ -302,6 +302,28 @@ static enum probe_status make_cell_tree(struct probe_volume *v)
     return status;
 }
 
+/* About a box of the grid for two cells: walks from there are a few steps. */
+static enum probe_status make_start(struct probe_volume *v)
+{
+    v->start_side = (size_t)cbrt((double)v->cells / 2) + 1;
+    const size_t boxes = v->start_side * v->start_side * v->start_side;
+    v->start = malloc(boxes * sizeof *v->start);
+    if (!v->start)
+        return PROBE_NO_MEMORY;
+    for (size_t i = 0; i < boxes; i++)
+        v->start[i] = -1;
+    for (size_t i = 0; i < v->cells; i++) {
+        double middle[3] = {0};
+        for (int c = 0; c < 12; c++)
+            middle[c % 3] += volume_site(v, volume_vertex(v, i, c / 3))[c % 3] / 4;
+        v->start[volume_start_box(v, middle)] = (int32_t)i;
+    }
+    for (size_t i = 1; i < boxes; i++) /* an empty one has its neighbour's */
+        v->start[i] = v->start[i] < 0 ? v->start[i - 1] : v->start[i];
+    v->bytes += boxes * sizeof *v->start;
+    return PROBE_OK;
+}
+
 /* -- the hull ------------------------------------------------------------------------------------ */
 
 static enum probe_status make_facets(struct probe_volume *v, size_t *row)
@@ -438,6 +460,8 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
         status = make_cells(v);
     if (!status)
         status = make_cell_tree(v);
+    if (!status && v->corners == 4)
+        status = make_start(v);
     if (!status)
         status = make_facets(v, row);
     if (!status && v->corners == 4)
@@ -478,6 +502,7 @@ void probe_volume_destroy(struct probe_volume *v)
     free(v->cell);
     free(v->number);
     free(v->inner);
+    free(v->start);
     volume_tree_clear(&v->cell_tree);
     free(v->facet);
     volume_tree_clear(&v->facet_tree);

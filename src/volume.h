@@ -66,6 +66,9 @@ struct probe_volume {
     struct volume_cell *cell;  /* in Morton order; NULL: lean or fewer than 4 corners */
     int32_t *number, *inner;   /* with cell: the caller's number of each of them, and back */
     struct volume_tree cell_tree;
+    int32_t *start;   /* where cold walks begin: a cell whose middle is in each box of a grid over the sites, start_side boxes
+                       * a side, or in one nearby; -1: none */
+    size_t start_side;
     struct volume_facet *facet; /* in Morton order */
     size_t facets;
     struct volume_tree facet_tree;
@@ -112,6 +115,17 @@ static inline int32_t volume_number(const struct probe_volume *v, size_t cell)
 static inline const double *volume_site(const struct probe_volume *v, int32_t probe)
 {
     return v->site + 3 * (size_t)probe;
+}
+
+/* The box of the start grid that p is in, or is nearest to. */
+static inline size_t volume_start_box(const struct probe_volume *v, const double p[3])
+{
+    size_t box = 0;
+    for (int k = 0; k < 3; k++) {
+        const double most = (double)(v->start_side - 1), at = (p[k] - v->low[k]) / (v->high[k] - v->low[k]) * (double)v->start_side;
+        box = v->start_side * box + (at > 0 ? (size_t)(at < most ? at : most) : 0);
+    }
+    return box;
 }
 
 /* Six times the volumes (twice the areas, the lengths, 1) of p with each facet of a cell, exactly; p whole numbers within the

@@ -268,7 +268,11 @@ static inline bool begin(const struct probe_volume *v, const double point[3], si
             within = within && w->p[k] >= v->low[k] && w->p[k] <= v->high[k];
     }
     w->steps = 0;
-    w->cell = cell < v->cells || !within ? cell : volume_tree_near(&v->cell_tree, w->p);
+    w->cell = cell;
+    if (cell >= v->cells && within) {
+        const int32_t start = v->start ? v->start[volume_start_box(v, w->p)] : -1;
+        w->cell = start >= 0 ? (size_t)start : volume_tree_near(&v->cell_tree, w->p);
+    }
     return within;
 }
 
