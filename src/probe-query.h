@@ -67,7 +67,8 @@ struct probe_volume;
 
 enum {
     PROBE_LEAN = 1,    /* no matrices: a point costs about three times as much, memory beside the given arrays is a tenth */
-    PROBE_NEAREST = 2  /* outside of the hull: the light of the nearest point of it, instead of cells that go on to infinity */
+    PROBE_NEAREST = 2  /* outside of the hull: the light of the nearest point of it (which jumps across a dent), instead of cells that go on to
+                        * infinity (see probe_volume_extends) */
 };
 
 /* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (with PROBE_LEAN, and where a cell has fewer than 4
