@@ -20,34 +20,36 @@ struct place {
     int32_t row;
 };
 
-/* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits interleaved. */
+/* 16 bits to every third bit of 48. */
+static uint64_t spread(uint64_t x)
+{
+    x = (x | x << 16) & 0x0000ff0000ff;
+    x = (x | x << 8) & 0x00f00f00f00f;
+    x = (x | x << 4) & 0x0c30c30c30c3;
+    return (x | x << 2) & 0x249249249249;
+}
+
+/* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits interleaved; without branches, which
+ * no processor could foretell. */
 static uint64_t hilbert_key(const double site[3])
 {
-    uint32_t x[3], t = 0;
+    uint32_t x[3];
     for (int k = 0; k < 3; k++) {
         const double cube = site[k] * (1.0 / (INT64_C(1) << (LATTICE_BITS - KEY_BITS))); /* exact */
         x[k] = cube > 0 ? (uint32_t)cube : 0;
     }
-    for (uint32_t q = 1u << (KEY_BITS - 1); q > 1; q >>= 1)
+    for (int bit = KEY_BITS - 1; bit > 0; bit--)
         for (int k = 0; k < 3; k++) {
-            const uint32_t low = q - 1, exchange = (x[0] ^ x[k]) & low;
-            if (x[k] & q) {
-                x[0] ^= low;
-            } else {
-                x[0] ^= exchange;
-                x[k] ^= exchange;
-            }
+            const uint32_t low = (1u << bit) - 1, set = -(x[k] >> bit & 1), exchange = (x[0] ^ x[k]) & low & ~set;
+            x[0] ^= exchange | (low & set);
+            x[k] ^= exchange; /* nothing where k is 0 */
         }
     x[1] ^= x[0];
     x[2] ^= x[1];
-    for (uint32_t q = 1u << (KEY_BITS - 1); q > 1; q >>= 1)
-        if (x[2] & q)
-            t ^= q - 1;
-    uint64_t key = 0;
-    for (int bit = KEY_BITS - 1; bit >= 0; bit--)
-        for (int k = 0; k < 3; k++)
-            key = key << 1 | ((x[k] ^ t) >> bit & 1);
-    return key;
+    uint32_t t = x[2] >> 1; /* of each bit, the parity of those above it */
+    for (int shift = 1; shift < KEY_BITS; shift *= 2)
+        t ^= t >> shift;
+    return spread(x[0] ^ t) << 2 | spread(x[1] ^ t) << 1 | spread(x[2] ^ t);
 }
 
 /* Sorts by key, least digit first; `spare` has room for all. */
