@@ -29,27 +29,36 @@ static uint64_t spread(uint64_t x)
     return (x | x << 2) & 0x249249249249;
 }
 
+static uint32_t to_cube(double coordinate)
+{
+    const double cube = coordinate * (1.0 / (INT64_C(1) << (LATTICE_BITS - KEY_BITS))); /* exact */
+    return cube > 0 ? (uint32_t)cube : 0;
+}
+
+/* A step of the transform: where an axis has the bit above `low`, x's bits below are inverted, else exchanged with the axis's. */
+static inline void turn(uint32_t *x, uint32_t *axis, int bit)
+{
+    const uint32_t low = (1u << bit) - 1, set = -(*axis >> bit & 1), exchange = (*x ^ *axis) & low & ~set;
+    *axis ^= exchange;
+    *x ^= exchange | (low & set);
+}
+
 /* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits interleaved; without branches, which
  * no processor could foretell. */
 static uint64_t hilbert_key(const double site[3])
 {
-    uint32_t x[3];
-    for (int k = 0; k < 3; k++) {
-        const double cube = site[k] * (1.0 / (INT64_C(1) << (LATTICE_BITS - KEY_BITS))); /* exact */
-        x[k] = cube > 0 ? (uint32_t)cube : 0;
+    uint32_t x = to_cube(site[0]), y = to_cube(site[1]), z = to_cube(site[2]);
+    for (int bit = KEY_BITS - 1; bit > 0; bit--) {
+        x ^= ((1u << bit) - 1) & -(x >> bit & 1);
+        turn(&x, &y, bit);
+        turn(&x, &z, bit);
     }
-    for (int bit = KEY_BITS - 1; bit > 0; bit--)
-        for (int k = 0; k < 3; k++) {
-            const uint32_t low = (1u << bit) - 1, set = -(x[k] >> bit & 1), exchange = (x[0] ^ x[k]) & low & ~set;
-            x[0] ^= exchange | (low & set);
-            x[k] ^= exchange; /* nothing where k is 0 */
-        }
-    x[1] ^= x[0];
-    x[2] ^= x[1];
-    uint32_t t = x[2] >> 1; /* of each bit, the parity of those above it */
+    y ^= x;
+    z ^= y;
+    uint32_t t = z >> 1; /* of each bit, the parity of those above it */
     for (int shift = 1; shift < KEY_BITS; shift *= 2)
         t ^= t >> shift;
-    return spread(x[0] ^ t) << 2 | spread(x[1] ^ t) << 1 | spread(x[2] ^ t);
+    return spread(x ^ t) << 2 | spread(y ^ t) << 1 | spread(z ^ t);
 }
 
 /* Sorts by key, least digit first; `spare` has room for all. */

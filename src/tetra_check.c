@@ -73,10 +73,13 @@ static inline bool are_same(struct three a, struct three b)
 
 static inline int facet_back_4(const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
 {
-    const int32_t *back = neighbour + 4 * other;
-    for (int j = 0; j < 4; j++)
-        if (back[j] == (int32_t)cell && are_same(others(vertex + 4 * other, j), others(vertex + 4 * cell, i)))
+    const int32_t *back = neighbour + 4 * other, c = (int32_t)cell;
+    unsigned facets = (back[0] == c) | (back[1] == c) << 1 | (back[2] == c) << 2 | (back[3] == c) << 3; /* one, mostly: which, is not guessed */
+    for (; facets; facets &= facets - 1) {
+        const int j = __builtin_ctz(facets);
+        if (are_same(others(vertex + 4 * other, j), others(vertex + 4 * cell, i)))
             return j;
+    }
     return -1;
 }
 

@@ -175,8 +175,7 @@ void transfer(tetgenmesh &mesh, tetgenio &in, size_t count, const double *positi
 
 } // namespace
 
-extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads,
-                             int32_t *(*room)(void *context, size_t cells), void *context)
+extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, const tetra_sink *sink)
 {
     tetgenmesh *mesh = nullptr;
     tetgenio in;
@@ -199,10 +198,12 @@ extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t
         const size_t made = number_cells(*mesh, all, count);
         delete mesh->points; // their room is for the result
         mesh->points = nullptr;
-        int32_t *const vertex = room(context, made);
+        int32_t *const vertex = sink->room(sink->context, made);
         static_assert(sizeof(int) == sizeof(int32_t), "TetGen's indices are 32 bits");
-        if (vertex)
+        if (vertex) {
             write_cells(*mesh, all, vertex, vertex + 4 * made);
+            sink->whole(sink->context);
+        }
         delete mesh;
         return vertex && made ? static_cast<long>(made) : -1;
     } catch (...) { // TetGen throws integers, after it has freed what the mesh would free again: the mesh stays
