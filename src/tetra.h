@@ -7,7 +7,8 @@
  *
  * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice (cell.h);
  * three of probes in a plane, all turning the same way; two on a line, in order; or one. neighbour[i] is the cell across
- * the facet opposite vertex i, or -1 on the hull.
+ * the facet opposite vertex i, or -1 on the hull. Tetrahedra and triangles stand in the canonical order of the first of their probes, which
+ * is a tetrahedron's vertex[0]; segments stand along their line.
  */
 #ifndef TETRA_H
 #define TETRA_H
