@@ -146,25 +146,26 @@ static struct error *check_chunk(void *context, size_t index, int thread)
     const struct check *c = context;
     const struct tetra *t = c->tetra;
     const int corners = t->corners;
-    struct chunk *chunk = &c->chunk[index];
+    struct chunk sum = {0}; /* apart from that of other threads until it is whole */
     const size_t first = index * CHUNK, end = first + CHUNK < t->cell_count ? first + CHUNK : t->cell_count;
     struct error *err = check_indices(t, c->count, first, end);
     for (size_t cell = first; cell < end && !err; cell++) {
         const lattice_volume volume = volume_of(c, cell);
         if (volume <= 0)
             return name_flat(t, cell);
-        chunk->volume += volume;
-        if (chunk->volume > volume_most)
+        sum.volume += volume;
+        if (sum.volume > volume_most)
             return error_new("cell %zu: the cells overlap: together they have more volume than the probes' box", cell);
         for (int i = 0; i < corners; i++) {
             const int32_t n = t->neighbour[(size_t)corners * cell + (size_t)i];
-            chunk->below += n >= 0 && (size_t)n <= cell;
-            chunk->above += n > (int64_t)cell;
+            sum.below += n >= 0 && (size_t)n <= cell;
+            sum.above += n > (int64_t)cell;
             if (n > (int64_t)cell && tetra_facet_back(t, (size_t)n, cell, i) < 0)
                 return error_new("cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n,
                                  t->vertex[(size_t)corners * cell + (size_t)i]);
         }
     }
+    c->chunk[index] = sum;
     return err;
 }
 
