@@ -267,30 +267,33 @@ static void put_back(struct peel *p)
     }
 }
 
-/* Fills the places of those gone with cells from the end. */
-static void close_ranks(struct peel *p)
+/* Closes the gaps: the cells that stay keep their order. */
+static struct error *close_ranks(struct peel *p)
 {
     struct tetra *t = p->tetra;
     const size_t corners = (size_t)t->corners;
-    size_t end = t->cell_count;
-    for (size_t cell = 0; cell < end; cell++) {
-        if (!p->gone[cell])
+    int32_t *number = NULL; /* of each cell, what it becomes */
+    struct error *err = array_create(&number, t->cell_count, sizeof *number);
+    if (err)
+        return err;
+    size_t kept = 0;
+    for (size_t cell = 0; cell < t->cell_count; cell++) {
+        number[cell] = (int32_t)kept;
+        if (p->gone[cell])
             continue;
-        while (end > cell && p->gone[end - 1])
-            end--;
-        if (end <= cell)
-            break;
-        end--;
-        for (size_t i = 0; i < corners; i++) {
-            t->vertex[corners * cell + i] = t->vertex[corners * end + i];
-            const int32_t other = t->neighbour[corners * cell + i] = t->neighbour[corners * end + i];
-            for (size_t j = 0; j < corners && other >= 0; j++)
-                if (t->neighbour[corners * (size_t)other + j] == (int32_t)end)
-                    t->neighbour[corners * (size_t)other + j] = (int32_t)cell;
+        for (size_t i = 0; i < corners && kept < cell; i++) {
+            t->vertex[corners * kept + i] = t->vertex[corners * cell + i];
+            t->neighbour[corners * kept + i] = t->neighbour[corners * cell + i];
         }
+        kept++;
     }
-    t->cell_count = end;
+    for (size_t i = 0; i < corners * kept; i++)
+        if (t->neighbour[i] >= 0)
+            t->neighbour[i] = number[t->neighbour[i]];
+    t->cell_count = kept;
     t->peeled = p->peeled;
+    free(number);
+    return NULL;
 }
 
 static double content_of(const struct peel *p, const int32_t *cells, size_t count)
@@ -326,8 +329,8 @@ static struct error *run(struct peel *p)
     if (content_of(p, p->order, p->peeled) > content_of(p, NULL, t->cell_count) / 16)
         put_back(p);
     else
-        close_ranks(p);
-    return NULL;
+        err = close_ranks(p);
+    return err;
 }
 
 struct error *peel_hull(struct tetra *tetra, size_t count, const double *site, const int axis[2], const double *stretched, double flat)

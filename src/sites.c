@@ -20,34 +20,45 @@ struct place {
     int32_t row;
 };
 
-/* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits interleaved. */
+/* 16 bits to every third bit of 48. */
+static uint64_t spread(uint64_t x)
+{
+    x = (x | x << 16) & 0x0000ff0000ff;
+    x = (x | x << 8) & 0x00f00f00f00f;
+    x = (x | x << 4) & 0x0c30c30c30c3;
+    return (x | x << 2) & 0x249249249249;
+}
+
+static uint32_t to_cube(double coordinate)
+{
+    const double cube = coordinate * (1.0 / (INT64_C(1) << (LATTICE_BITS - KEY_BITS))); /* exact */
+    return cube > 0 ? (uint32_t)cube : 0;
+}
+
+/* A step of the transform: where an axis has the bit above `low`, x's bits below are inverted, else exchanged with the axis's. */
+static inline void turn(uint32_t *x, uint32_t *axis, int bit)
+{
+    const uint32_t low = (1u << bit) - 1, set = -(*axis >> bit & 1), exchange = (*x ^ *axis) & low & ~set;
+    *axis ^= exchange;
+    *x ^= exchange | (low & set);
+}
+
+/* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits interleaved; without branches, which
+ * no processor could foretell. */
 static uint64_t hilbert_key(const double site[3])
 {
-    uint32_t x[3], t = 0;
-    for (int k = 0; k < 3; k++) {
-        const double cube = site[k] * (1.0 / (INT64_C(1) << (LATTICE_BITS - KEY_BITS))); /* exact */
-        x[k] = cube > 0 ? (uint32_t)cube : 0;
+    uint32_t x = to_cube(site[0]), y = to_cube(site[1]), z = to_cube(site[2]);
+    for (int bit = KEY_BITS - 1; bit > 0; bit--) {
+        x ^= ((1u << bit) - 1) & -(x >> bit & 1);
+        turn(&x, &y, bit);
+        turn(&x, &z, bit);
     }
-    for (uint32_t q = 1u << (KEY_BITS - 1); q > 1; q >>= 1)
-        for (int k = 0; k < 3; k++) {
-            const uint32_t low = q - 1, exchange = (x[0] ^ x[k]) & low;
-            if (x[k] & q) {
-                x[0] ^= low;
-            } else {
-                x[0] ^= exchange;
-                x[k] ^= exchange;
-            }
-        }
-    x[1] ^= x[0];
-    x[2] ^= x[1];
-    for (uint32_t q = 1u << (KEY_BITS - 1); q > 1; q >>= 1)
-        if (x[2] & q)
-            t ^= q - 1;
-    uint64_t key = 0;
-    for (int bit = KEY_BITS - 1; bit >= 0; bit--)
-        for (int k = 0; k < 3; k++)
-            key = key << 1 | ((x[k] ^ t) >> bit & 1);
-    return key;
+    y ^= x;
+    z ^= y;
+    uint32_t t = z >> 1; /* of each bit, the parity of those above it */
+    for (int shift = 1; shift < KEY_BITS; shift *= 2)
+        t ^= t >> shift;
+    return spread(x ^ t) << 2 | spread(y ^ t) << 1 | spread(z ^ t);
 }
 
 /* Sorts by key, least digit first; `spare` has room for all. */

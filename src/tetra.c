@@ -326,6 +326,7 @@ struct error *tetra_build(struct tetra *tetra, size_t count, const double *posit
 
 void tetra_clear(struct tetra *tetra)
 {
+    tetra_await(tetra);
     free_room(tetra);
     free(tetra->hull_normal);
     free(tetra->merged);

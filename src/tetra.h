@@ -7,7 +7,8 @@
  *
  * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice (cell.h);
  * three of probes in a plane, all turning the same way; two on a line, in order; or one. neighbour[i] is the cell across
- * the facet opposite vertex i, or -1 on the hull.
+ * the facet opposite vertex i, or -1 on the hull. Tetrahedra and triangles stand in the canonical order of the first of their probes, which
+ * is a tetrahedron's vertex[0]; segments stand along their line.
  */
 #ifndef TETRA_H
 #define TETRA_H
@@ -41,6 +42,7 @@ struct tetra {
     size_t peeled;       /* flat cells that were taken off the hull */
     void *room;          /* vertex and neighbour, mapped; owned */
     size_t room_bytes;
+    int child;           /* the process that made them and is freeing its memory; 0: none; ours to wait for */
 };
 
 struct tetra_settings {
@@ -95,10 +97,19 @@ struct error *tetra_measure(const struct tetra *tetra, size_t count, const doubl
  * can. vertex and neighbour come in a mapping of their own, cells in order of their first vertex, which is the least. */
 struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], const struct tetra_settings *settings);
 
+/* Waits for the end of the process that made the cells. */
+void tetra_await(struct tetra *tetra);
+
+/* Where TetGen's result goes. */
+struct tetra_sink {
+    int32_t *(*room)(void *context, size_t cells); /* gives 8 * cells indices, for the vertices and then for the neighbours, or NULL */
+    void (*whole)(void *context);                  /* called when all is in there, before TetGen's memory is freed */
+    void *context;
+};
+
 /* The shim around TetGen (tetra_tetgen.cc). Runs in this process: it may print, abort or crash. order: which point is inserted
- * when. room(context, cells) gives 8 * cells indices, for the vertices and then for the neighbours, or NULL. Returns the cell count or -1. */
-long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, int32_t *(*room)(void *context, size_t cells),
-                  void *context);
+ * when. Returns the cell count or -1. */
+long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, const struct tetra_sink *sink);
 
 /* The checks of tetra_check on sites (3 * count whole numbers): what tetra_make does before it numbers by probe. */
 struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site, const int axis[2], int threads);

@@ -50,8 +50,40 @@ static int facet_corners(int corners, int i, int facet[3])
     return corners - 1;
 }
 
-/* With corners known to the compiler. */
-static inline int facet_back(int corners, const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
+/* Three numbers, whatever their order: their least, their largest and their sum tell them all. */
+struct three {
+    int32_t least, most;
+    int64_t sum;
+};
+
+static inline int32_t least_of(int32_t a, int32_t b) { return a < b ? a : b; }
+static inline int32_t most_of(int32_t a, int32_t b) { return a > b ? a : b; }
+
+/* The corners of a tetrahedron but one. */
+static inline struct three others(const int32_t *v, int but)
+{
+    const int32_t a = v[(but + 1) & 3], b = v[(but + 2) & 3], c = v[(but + 3) & 3];
+    return (struct three){least_of(a, least_of(b, c)), most_of(a, most_of(b, c)), (int64_t)a + b + c};
+}
+
+static inline bool are_same(struct three a, struct three b)
+{
+    return (a.least == b.least) & (a.most == b.most) & (a.sum == b.sum);
+}
+
+static inline int facet_back_4(const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
+{
+    const int32_t *back = neighbour + 4 * other, c = (int32_t)cell;
+    unsigned facets = (back[0] == c) | (back[1] == c) << 1 | (back[2] == c) << 2 | (back[3] == c) << 3; /* one, mostly: which, is not guessed */
+    for (; facets; facets &= facets - 1) {
+        const int j = __builtin_ctz(facets);
+        if (are_same(others(vertex + 4 * other, j), others(vertex + 4 * cell, i)))
+            return j;
+    }
+    return -1;
+}
+
+static int facet_back(int corners, const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
 {
     const int32_t *theirs = vertex + (size_t)corners * other, *ours = vertex + (size_t)corners * cell;
     const int32_t *back = neighbour + (size_t)corners * other;
@@ -70,15 +102,15 @@ static inline int facet_back(int corners, const int32_t *vertex, const int32_t *
 
 int tetra_facet_back(const struct tetra *t, size_t other, size_t cell, int i)
 {
-    return t->corners == 4 ? facet_back(4, t->vertex, t->neighbour, other, cell, i) : facet_back(t->corners, t->vertex, t->neighbour, other, cell, i);
+    return t->corners == 4 ? facet_back_4(t->vertex, t->neighbour, other, cell, i) : facet_back(t->corners, t->vertex, t->neighbour, other, cell, i);
 }
 
 /* -- cells ------------------------------------------------------------------------------------ */
 
-static struct error *check_indices(const struct tetra *t, size_t count)
+static struct error *check_indices(const struct tetra *t, size_t count, size_t first, size_t end)
 {
     const size_t corners = (size_t)t->corners;
-    for (size_t i = 0; i < corners * t->cell_count; i++) {
+    for (size_t i = corners * first; i < corners * end; i++) {
         if (t->vertex[i] < 0 || (size_t)t->vertex[i] >= count)
             return error_new("cell %zu: probe %d does not exist", i / corners, t->vertex[i]);
         if (t->neighbour[i] < -1 || t->neighbour[i] >= (int64_t)t->cell_count)
@@ -90,8 +122,11 @@ static struct error *check_indices(const struct tetra *t, size_t count)
 static lattice_volume volume_of(const struct check *c, size_t cell)
 {
     const double *p[4] = {NULL};
+    const int32_t *v = c->tetra->vertex + (size_t)c->tetra->corners * cell;
+    if (c->tetra->corners == 4)
+        return lattice_orient(site_of(c, v[0]), site_of(c, v[1]), site_of(c, v[2]), site_of(c, v[3]));
     for (int i = 0; i < c->tetra->corners; i++)
-        p[i] = site_of(c, c->tetra->vertex[(size_t)c->tetra->corners * cell + (size_t)i]);
+        p[i] = site_of(c, v[i]);
     return c->sign * sites_volume(c->tetra->corners, c->axis, p);
 }
 
@@ -104,31 +139,34 @@ static struct error *name_flat(const struct tetra *t, size_t cell)
     return error_new("cell %zu (probes %d %d ...) has no %s, or turns against the first", cell, v[0], v[1], content[t->corners]);
 }
 
-/* Volumes, and that each neighbour of a larger number looks back over the same facet. */
+/* Indices, volumes, and that each neighbour of a larger number looks back over the same facet. */
 static struct error *check_chunk(void *context, size_t index, int thread)
 {
     (void)thread;
     const struct check *c = context;
     const struct tetra *t = c->tetra;
     const int corners = t->corners;
-    struct chunk *chunk = &c->chunk[index];
-    for (size_t cell = index * CHUNK; cell < (index + 1) * CHUNK && cell < t->cell_count; cell++) {
+    struct chunk sum = {0}; /* apart from that of other threads until it is whole */
+    const size_t first = index * CHUNK, end = first + CHUNK < t->cell_count ? first + CHUNK : t->cell_count;
+    struct error *err = check_indices(t, c->count, first, end);
+    for (size_t cell = first; cell < end && !err; cell++) {
         const lattice_volume volume = volume_of(c, cell);
         if (volume <= 0)
             return name_flat(t, cell);
-        chunk->volume += volume;
-        if (chunk->volume > volume_most)
+        sum.volume += volume;
+        if (sum.volume > volume_most)
             return error_new("cell %zu: the cells overlap: together they have more volume than the probes' box", cell);
         for (int i = 0; i < corners; i++) {
             const int32_t n = t->neighbour[(size_t)corners * cell + (size_t)i];
-            chunk->below += n >= 0 && (size_t)n <= cell;
-            chunk->above += n > (int64_t)cell;
+            sum.below += n >= 0 && (size_t)n <= cell;
+            sum.above += n > (int64_t)cell;
             if (n > (int64_t)cell && tetra_facet_back(t, (size_t)n, cell, i) < 0)
                 return error_new("cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n,
                                  t->vertex[(size_t)corners * cell + (size_t)i]);
         }
     }
-    return NULL;
+    c->chunk[index] = sum;
+    return err;
 }
 
 /* The first cell whose neighbour does not look back. */
@@ -290,9 +328,9 @@ static struct error *check_sites(struct check *c, int threads)
     const size_t chunks = (t->cell_count + CHUNK - 1) / CHUNK;
     if (!t->cell_count)
         return error_new("there are no cells");
-    struct error *err = check_indices(t, c->count);
+    struct error *err = array_create(&c->chunk, chunks, sizeof *c->chunk);
     if (!err)
-        err = array_create(&c->chunk, chunks, sizeof *c->chunk);
+        err = check_indices(t, c->count, 0, 1);
     c->sign = 1;
     if (!err && t->corners < 4 && volume_of(c, 0) < 0)
         c->sign = -1;
@@ -487,7 +525,7 @@ static struct error *find_plane(struct check *c, int axis[2])
     unsigned char *used = NULL;
     double *site = NULL;
     size_t count = 0;
-    struct error *err = check_indices(t, c->count);
+    struct error *err = check_indices(t, c->count, 0, t->cell_count);
     if (!err)
         err = array_create(&used, c->count, 1);
     if (!err)

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -60,23 +61,39 @@ static int32_t *map(int file, size_t bytes)
     return room == MAP_FAILED ? NULL : room;
 }
 
-/* The child's room for cells: a file in memory of just their size, which outlives it. */
-static int32_t *make_room(void *context, size_t cells)
-{
-    const int *file = context;
-    return cells && !ftruncate(*file, (off_t)room_bytes(cells)) ? map(*file, room_bytes(cells)) : NULL;
-}
-
 /* -- a child ------------------------------------------------------------------------------------ */
 
-/* What the child does: its streams go nowhere, its result into the file. */
-static _Noreturn void child(int file, size_t count, const double *position, const int32_t *order, int threads)
+/* What the child has: a file in memory, which outlives it, for cells, and a pipe to say that they are whole. */
+struct outlet {
+    int file, whole;
+};
+
+/* Room of just the cells' size. */
+static int32_t *make_room(void *context, size_t cells)
 {
+    const struct outlet *outlet = context;
+    return cells && !ftruncate(outlet->file, (off_t)room_bytes(cells)) ? map(outlet->file, room_bytes(cells)) : NULL;
+}
+
+/* Says so; TetGen's memory goes with the process. */
+static void say_whole(void *context)
+{
+    const struct outlet *outlet = context;
+    _exit(write(outlet->whole, "", 1) == 1 ? 0 : 1);
+}
+
+/* What the child does: its streams go nowhere, its result into the file. Where standard descriptors were closed, file and pipe may have
+ * their numbers. */
+static _Noreturn void child(struct outlet outlet, size_t count, const double *position, const int32_t *order, int threads)
+{
+    outlet.file = fcntl(outlet.file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    outlet.whole = fcntl(outlet.whole, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
     const int nowhere = open("/dev/null", O_WRONLY);
     dup2(nowhere, STDOUT_FILENO);
     dup2(nowhere, STDERR_FILENO);
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
-    _exit(tetra_tetgen(count, position, order, threads, make_room, &file) < 0 ? 1 : 0);
+    tetra_tetgen(count, position, order, threads, &(struct tetra_sink){make_room, say_whole, &outlet});
+    _exit(1);
 }
 
 static void take_room(struct tetra *tetra, void *room, size_t cells)
@@ -88,25 +105,45 @@ static void take_room(struct tetra *tetra, void *room, size_t cells)
     tetra->neighbour = tetra->vertex + 4 * cells;
 }
 
-static struct error *run_child(struct tetra *tetra, int file, size_t count, const double *position, const int32_t *order, int threads)
+/* Waits for a child that never said that its cells are whole, and tells why. */
+static struct error *explain_death(pid_t pid, size_t count)
 {
     int status = 0;
-    const pid_t pid = fork();
-    if (pid == 0)
-        child(file, count, position, order, threads);
-    if (pid < 0)
-        return error_system(errno, "starting TetGen");
-    /* While the child computes, the pages that its result is sure to fill are made; the file's size is the child's to say, who may
-     * have said it already. */
-    if (count >= 1000)
-        (void)!fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)room_bytes(5 * count));
     while (waitpid(pid, &status, 0) < 0)
         if (errno != EINTR)
             return error_system(errno, "waiting for TetGen");
     if (WIFSIGNALED(status))
         return error_new("TetGen died on %zu probes: %s", count, strsignal(WTERMSIG(status)));
-    if (WEXITSTATUS(status))
-        return error_new("TetGen failed on %zu probes", count);
+    return error_new("TetGen failed on %zu probes", count);
+}
+
+static bool hears_whole(int whole)
+{
+    char byte;
+    ssize_t got;
+    do
+        got = read(whole, &byte, 1);
+    while (got < 0 && errno == EINTR);
+    return got == 1;
+}
+
+static struct error *run_child(struct tetra *tetra, int file, int whole[2], size_t count, const double *position, const int32_t *order,
+                               int threads)
+{
+    const pid_t pid = fork();
+    if (pid == 0)
+        child((struct outlet){file, whole[1]}, count, position, order, threads);
+    if (pid < 0)
+        return error_system(errno, "starting TetGen");
+    close(whole[1]); /* the child's end alone is left: its death ends the pipe */
+    whole[1] = -1;
+    /* While the child computes, the pages that its result is sure to fill are made; the file's size is the child's to say, who may
+     * have said it already. */
+    if (count >= 1000)
+        (void)!fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)room_bytes(5 * count));
+    if (!hears_whole(whole[0]))
+        return explain_death(pid, count);
+    tetra->child = pid; /* the system frees what it held while we go on */
     const off_t bytes = lseek(file, 0, SEEK_END);
     void *room = bytes > 0 ? map(file, (size_t)bytes) : NULL;
     if (!room)
@@ -115,7 +152,15 @@ static struct error *run_child(struct tetra *tetra, int file, size_t count, cons
     return NULL;
 }
 
-/* Room in this process. */
+void tetra_await(struct tetra *tetra)
+{
+    while (tetra->child && waitpid(tetra->child, NULL, 0) < 0 && errno == EINTR)
+        ;
+    tetra->child = 0;
+}
+
+/* -- in this process ---------------------------------------------------------------------------- */
+
 static int32_t *own_room(void *context, size_t cells)
 {
     struct tetra *tetra = context;
@@ -125,13 +170,23 @@ static int32_t *own_room(void *context, size_t cells)
     return room;
 }
 
+static void stay(void *context)
+{
+    (void)context;
+}
+
 static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position, const int32_t *order, int threads)
 {
+    int whole[2];
+    if (pipe2(whole, O_CLOEXEC))
+        return error_system(errno, "a pipe from TetGen");
     const int file = memfd_create("tetra", MFD_CLOEXEC);
-    if (file < 0)
-        return error_system(errno, "memory for the cells");
-    struct error *err = run_child(tetra, file, count, position, order, threads);
-    close(file);
+    struct error *err = file < 0 ? error_system(errno, "memory for the cells") : run_child(tetra, file, whole, count, position, order, threads);
+    for (int i = 0; i < 2; i++)
+        if (whole[i] >= 0)
+            close(whole[i]);
+    if (file >= 0)
+        close(file);
     return err;
 }
 
@@ -141,7 +196,7 @@ struct error *tetra_run(struct tetra *tetra, size_t count, const double *positio
     struct error *err = make_order(count, first, &order);
     if (!err && !settings->in_process)
         err = run_with_file(tetra, count, position, order, settings->threads);
-    else if (!err && tetra_tetgen(count, position, order, settings->threads, own_room, tetra) < 0)
+    else if (!err && tetra_tetgen(count, position, order, settings->threads, &(struct tetra_sink){own_room, stay, tetra}) < 0)
         err = error_new("TetGen failed on %zu probes", count);
     free(order);
     return err;

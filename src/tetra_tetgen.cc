@@ -41,19 +41,24 @@ public:
     size_t share_count() const { return shares; }
 
     // Calls work(share, cell) for each cell that is alive and inside the hull, and ahead(cell) some time before, to fetch what work will
-    // need. The same cells are in the same share each time.
-    template <class Ahead, class Work> void each(Ahead ahead, Work work) const
+    // need; beyond(cell) for each beyond the hull. The same cells are in the same share each time.
+    template <class Ahead, class Work, class Beyond> void each(Ahead ahead, Work work, Beyond beyond) const
     {
         std::vector<std::thread> others;
         for (size_t share = 1; share < shares; share++)
-            others.emplace_back([=, this_ = this] { this_->each_of(share, ahead, work); });
-        each_of(0, ahead, work);
+            others.emplace_back([=, this_ = this] { this_->each_of(share, ahead, work, beyond); });
+        each_of(0, ahead, work, beyond);
         for (auto &other : others)
             other.join();
     }
 
+    template <class Ahead, class Work> void each(Ahead ahead, Work work) const
+    {
+        each(ahead, work, [](cell) {});
+    }
+
 private:
-    template <class Ahead, class Work> void each_of(size_t share, Ahead ahead, Work work) const
+    template <class Ahead, class Work, class Beyond> void each_of(size_t share, Ahead ahead, Work work, Beyond beyond) const
     {
         const auto *pool = mesh.tetrahedrons;
         const size_t align = static_cast<size_t>(pool->alignbytes), bytes = static_cast<size_t>(pool->itembytes);
@@ -69,8 +74,12 @@ private:
             char *item = reinterpret_cast<char *>(past + align - past % align);
             for (int i = 0; i < pool->itemsperblock && item != pool->nextitem; i++, item += bytes) {
                 const cell t = reinterpret_cast<cell>(item);
-                if (!t[FIRST_CORNER] || reinterpret_cast<tetgenmesh::point>(t[FIRST_CORNER + 3]) == mesh.dummypoint)
+                if (!t[FIRST_CORNER])
                     continue;
+                if (reinterpret_cast<tetgenmesh::point>(t[FIRST_CORNER + 3]) == mesh.dummypoint) {
+                    beyond(t);
+                    continue;
+                }
                 ahead(t);
                 batch[got++] = t;
                 if (got == BATCH)
@@ -88,7 +97,7 @@ private:
 // An even permutation that begins with corner k.
 constexpr int turned[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
 
-// Numbers the cells in order of their least corner, and counts them.
+// Numbers the cells in order of their least corner, those beyond the hull -1, and counts them.
 size_t number_cells(tetgenmesh &mesh, const cells &all, size_t count)
 {
     std::vector<std::vector<int>> start(all.share_count()); // by share and least corner
@@ -107,7 +116,8 @@ size_t number_cells(tetgenmesh &mesh, const cells &all, size_t count)
             std::memcpy(&t[NUMBERS], v, sizeof v);
             mesh.setelemindex(t, least);
             start[share][static_cast<size_t>(least)]++;
-        });
+        },
+        [&mesh](cell t) { mesh.setelemindex(t, -1); });
     int sum = 0;
     for (size_t i = 0; i < count; i++)
         for (auto &s : start) {
@@ -124,23 +134,21 @@ void write_cells(tetgenmesh &mesh, const cells &all, int32_t *vertex, int32_t *n
     const auto across = [&mesh](cell t, int k) {
         tetgenmesh::triface face;
         mesh.decode(t[k], face);
-        return face;
+        return face.tet;
     };
     all.each(
-        [across](cell t) {
-            for (int k = 0; k < 4; k++) {
-                const cell other = across(t, k).tet;
-                __builtin_prefetch(other + FIRST_CORNER + 3);
-                __builtin_prefetch(other + INDEX);
-            }
+        [&mesh, across, vertex, neighbour](cell t) {
+            const size_t at = 4 * static_cast<size_t>(mesh.elemindex(t));
+            __builtin_prefetch(vertex + at, 1);
+            __builtin_prefetch(neighbour + at, 1);
+            for (int k = 0; k < 4; k++)
+                __builtin_prefetch(across(t, k) + INDEX);
         },
         [&mesh, across, vertex, neighbour](size_t, cell t) {
             int v[4], n[4];
             std::memcpy(v, &t[NUMBERS], sizeof v);
-            for (int k = 0; k < 4; k++) {
-                tetgenmesh::triface face = across(t, k);
-                n[tetgenmesh::oppopivot[k] - FIRST_CORNER] = mesh.ishulltet(face) ? -1 : mesh.elemindex(face.tet);
-            }
+            for (int k = 0; k < 4; k++)
+                n[tetgenmesh::oppopivot[k] - FIRST_CORNER] = mesh.elemindex(across(t, k));
             const int *turn = turned[std::min_element(v, v + 4) - v];
             const size_t at = 4 * static_cast<size_t>(mesh.elemindex(t));
             for (size_t k = 0; k < 4; k++) {
@@ -167,8 +175,7 @@ void transfer(tetgenmesh &mesh, tetgenio &in, size_t count, const double *positi
 
 } // namespace
 
-extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads,
-                             int32_t *(*room)(void *context, size_t cells), void *context)
+extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, const tetra_sink *sink)
 {
     tetgenmesh *mesh = nullptr;
     tetgenio in;
@@ -189,10 +196,14 @@ extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t
         mesh->incrementaldelaunay(ticks);
         const cells all(*mesh, threads);
         const size_t made = number_cells(*mesh, all, count);
-        int32_t *const vertex = room(context, made);
+        delete mesh->points; // their room is for the result
+        mesh->points = nullptr;
+        int32_t *const vertex = sink->room(sink->context, made);
         static_assert(sizeof(int) == sizeof(int32_t), "TetGen's indices are 32 bits");
-        if (vertex)
+        if (vertex) {
             write_cells(*mesh, all, vertex, vertex + 4 * made);
+            sink->whole(sink->context);
+        }
         delete mesh;
         return vertex && made ? static_cast<long>(made) : -1;
     } catch (...) { // TetGen throws integers, after it has freed what the mesh would free again: the mesh stays

@@ -37,6 +37,20 @@ for threads in 1 2 5; do probe-query -q --threads $threads baked.probe around.tx
 check "the same bytes for any number of threads" sh -c "[ \$(uniq sums | wc -l) -eq 1 ]"
 check "and for any order of the points" sh -c "awk '{ print NR, \$0 }' around.txt | sort -k 2,2g >shuffled; cut -d ' ' -f 2- shuffled | probe-query -q baked.probe - | paste -d ' ' shuffled - | sort -n | cut -d ' ' -f 8- >again; probe-query -q baked.probe around.txt | cmp - again"
 
+# The same probes in another order: the same light, to the bit, inside and outside the hull.
+lit() { awk 'BEGIN { srand('$1'); print "#?probe 1\nsh-order 2\nsh-content radiance\ntable probe position:f64:3 sh:f32:12" }
+    { printf "%s", $0; for (i = 0; i < 12; i++) printf " %.7g", rand() - .3; print "" } END { print "end" }'; }
+awk 'BEGIN { srand(3); for (i = 0; i < 3000; i++) print 9 * rand() - 2, 9 * rand() - 2, 9 * rand() - 2 }' | lit 4 >random.probe
+awk 'BEGIN { for (i = 0; i < 1728; i++) print .5 * (i % 12), .5 * (int(i / 12) % 12), .5 * int(i / 144) }' | lit 5 >grid.probe
+awk 'function noise() { return 1e-6 * rand() } BEGIN { srand(6); for (i = 0; i < 1728; i++) { x = i % 12 + noise(); y = int(i / 12) % 12 + noise(); z = int(i / 144) + noise()
+    a = .8 * x - .6 * y; b = .6 * x + .8 * y; printf "%.17g %.17g %.17g\n", .5 * a, .5 * (.96 * b - .28 * z), .5 * (.28 * b + .96 * z) } }' | lit 7 >turned.probe
+awk '{ print $1, $2, $3 } NR % 10 == 0 { print int($1), int($2), int($3); print int($1) + .5, int($2), int($3 * 2) / 2 }' around.txt >places.txt
+for set in random grid turned; do
+    { sed '/^table/q' $set.probe; sed '1,/^table/d; /^end/d' $set.probe | awk 'BEGIN { srand(8) } { print rand(), $0 }' | sort -k 1,1g | cut -d ' ' -f 2-; echo end; } >other.probe
+    check "$set probes, shuffled: the same light, to the bit" sh -c "! cmp -s $set.probe other.probe && probe-tet $set.probe | probe-query -q --to binary - places.txt >a &&
+        probe-tet other.probe | probe-query -q --to binary - places.txt >b && [ \$(wc -c <a) -eq \$((48 * \$(wc -l <places.txt))) ] && cmp a b"
+done
+
 # packed files
 probe-query --pack float -o baked.pack baked.probe
 probe-query --pack half -o half.pack baked.probe

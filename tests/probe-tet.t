@@ -59,5 +59,9 @@ refused 1 "No space left" sh -c "probe-tet grid.probe >/dev/full"
 refused 2 "--bounds needs --enclose" probe-tet --bounds 0,0,0,1,1,1 grid.probe
 probe-tet -o out.probe grid.probe
 check "-o writes a file" cmp out.probe cells.probe
+for closed in '<&-' '>&-' '2>&-' '<&- >&- 2>&-'; do
+    check "with $closed as well" sh -c "probe-tet -o closed.probe grid.probe $closed; cmp closed.probe cells.probe"
+    rm -f closed.probe
+done
 check "in place as well" sh -c "cp grid.probe self.probe && probe-tet -o self.probe self.probe && cmp self.probe cells.probe"
 tap_done

@@ -7,6 +7,7 @@
 #include "mesh.h"
 #include "point_sets.h"
 #include "random.h"
+#include "sites.h"
 #include "tap.h"
 #include "tetra.h"
 #include "warning.h"
@@ -165,6 +166,50 @@ static void test_order(void)
         tetra_clear(&a);
         tetra_clear(&b);
     }
+}
+
+/* Of points, their ranks in canonical order; of cells, the least of each: in order, also where cells were peeled off. */
+static void test_cell_order(void)
+{
+    static double p[3 * MOST];
+    static int32_t rank[MOST];
+    size_t peeled = 0;
+    for (int kind = 0; kind < 5; kind++) {
+        struct random r = random_start(12, (uint64_t)kind, 0);
+        const struct rotation rotation = random_rotation(&r);
+        const bool plane = kind > 2;
+        const size_t side = plane ? 40 : 12, n = kind == 0 ? 2000 : side * side * (plane ? 1 : side);
+        for (size_t i = 0; i < n; i++) {
+            const double g[3] = {(double)(i % side), (double)(i / side % side), (double)(i / side / side)};
+            for (int k = 0; k < 3; k++)
+                p[3 * i + (size_t)k] = kind == 0 ? random_double(&r) : g[k] + (kind == 2 ? 1e-6 : plane && k < 2 ? 1e-4 : 0) * random_double(&r);
+        }
+        if (kind)
+            rotate_points(&rotation, n, p);
+        struct sites sites;
+        struct tetra t;
+        must(sites_make(&sites, n, p, &(struct sites_settings){.merge = 1e-12, .threads = 1}));
+        must(tetra_build(&t, n, p, NULL));
+        for (size_t i = 0; i < sites.count; i++)
+            rank[sites.row[i]] = (int32_t)i;
+        bool first = true, ordered = t.corners == (plane ? 3 : 4);
+        int32_t last = 0;
+        for (size_t cell = 0; cell < t.cell_count; cell++) {
+            int32_t least = INT32_MAX;
+            for (int k = 0; k < t.corners; k++) {
+                const int32_t here = rank[t.vertex[(size_t)t.corners * cell + (size_t)k]];
+                least = here < least ? here : least;
+            }
+            first = first && (t.corners < 4 || rank[t.vertex[4 * cell]] == least);
+            ordered = ordered && least >= last;
+            last = least;
+        }
+        ok(ordered && first, "set %d: cells in order of their first vertex, %zu were peeled off", kind, t.peeled);
+        peeled += t.peeled;
+        tetra_clear(&t);
+        sites_clear(&sites);
+    }
+    ok(peeled > 100, "%zu cells in all were peeled off these", peeled);
 }
 
 static void refused(size_t n, const double *p, const char *message)
@@ -500,6 +545,7 @@ int main(void)
 {
     test_shapes();
     test_order();
+    test_cell_order();
     test_flat();
     test_merging();
     test_merging_spans();
