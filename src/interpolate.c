@@ -80,7 +80,7 @@ static bool is_missing(const void *context, size_t probe)
 /* Why the probes are neither what one error says nor the other; takes both. */
 static struct error *neither(struct error *grid, struct error *octree)
 {
-    struct error *err = error_new("%s; and %s", error_message(grid), error_message(octree));
+    struct error *err = error_new("%s; nor: %s", error_message(grid), error_message(octree));
     error_destroy(grid);
     error_destroy(octree);
     return err;

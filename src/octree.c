@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* -- the lattice ----------------------------------------------------------------------------------
  * The least gap between planes of probes along an axis is a unit. All gaps are cells, so powers of two of it. */
@@ -466,18 +467,50 @@ static const int32_t *leaf_at(const struct octree *t, const double x[3], double 
     return t->corner[~t->child[cell]];
 }
 
+typedef float four __attribute__((vector_size(16)));
+
+/* Rows of data, at most 8 of each corner, and their weights. */
+struct blend {
+    const float *row[64];
+    float weight[64];
+    int count;
+};
+
+static void blend_add(struct blend *b, const float *row, double weight)
+{
+    if (weight == 0)
+        return;
+    b->row[b->count] = row;
+    b->weight[b->count++] = (float)weight;
+}
+
+static void blend_sum(const struct blend *b, size_t width, float *out)
+{
+    for (size_t v = 0; v < width && width < 4; v++) {
+        out[v] = 0;
+        for (int i = 0; i < b->count; i++)
+            out[v] += b->weight[i] * b->row[i][v];
+    }
+    for (size_t next = 0; next < width && width >= 4; next += 4) {
+        const size_t v = next + 4 <= width ? next : width - 4; /* the last four once more */
+        four sum = {0};
+        for (int i = 0; i < b->count; i++) {
+            four value;
+            memcpy(&value, b->row[i] + v, sizeof value);
+            sum += b->weight[i] * value;
+        }
+        memcpy(out + v, &sum, sizeof sum);
+    }
+}
+
 static void blend_linear(const struct octree *t, size_t width, const float *data, const double x[3], float *out)
 {
+    struct blend b = {.count = 0};
     double in[3], size;
     const int32_t *corner = leaf_at(t, x, in, &size);
-    for (size_t v = 0; v < width; v++)
-        out[v] = 0;
-    for (int j = 0; j < 8; j++) {
-        const float w = (float)((j & 1 ? in[0] : 1 - in[0]) * (j & 2 ? in[1] : 1 - in[1]) * (j & 4 ? in[2] : 1 - in[2]));
-        const float *f = data + (size_t)corner[j] * width;
-        for (size_t v = 0; v < width && w > 0; v++)
-            out[v] += w * f[v];
-    }
+    for (int j = 0; j < 8; j++)
+        blend_add(&b, data + (size_t)corner[j] * width, (j & 1 ? in[0] : 1 - in[0]) * (j & 2 ? in[1] : 1 - in[1]) * (j & 4 ? in[2] : 1 - in[2]));
+    blend_sum(&b, width, out);
 }
 
 /* Hermite's weights of the value and the slope, at either end of an interval. */
@@ -492,19 +525,16 @@ static void hermite(double x, double size, double weight[2][2])
 
 static void blend_cubic(const struct octree *t, size_t width, const float *data, const double x[3], float *out)
 {
+    struct blend b = {.count = 0};
     double in[3], size, weight[3][2][2];
     const int32_t *corner = leaf_at(t, x, in, &size);
     for (int k = 0; k < 3; k++)
         hermite(in[k], size, weight[k]);
-    for (size_t v = 0; v < width; v++)
-        out[v] = 0;
     for (int j = 0; j < 8; j++)
-        for (int d = 0; d < 8; d++) {
-            const float w = (float)(weight[0][j & 1][d & 1] * weight[1][j >> 1 & 1][d >> 1 & 1] * weight[2][j >> 2][d >> 2]);
-            const float *f = data + (8 * (size_t)corner[j] + (size_t)d) * width;
-            for (size_t v = 0; v < width && w != 0; v++)
-                out[v] += w * f[v];
-        }
+        for (int d = 0; d < 8; d++)
+            blend_add(&b, data + (8 * (size_t)corner[j] + (size_t)d) * width,
+                      weight[0][j & 1][d & 1] * weight[1][j >> 1 & 1][d >> 1 & 1] * weight[2][j >> 2][d >> 2]);
+    blend_sum(&b, width, out);
 }
 
 void octree_at(const struct octree *t, bool cubic, size_t width, const float *data, const double p[3], float *out)
