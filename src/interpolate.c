@@ -66,10 +66,39 @@ static struct error *open_gradient(struct interpolate *in, const struct stream *
     return err;
 }
 
+static struct error *unknown(const struct interpolate *in, int32_t probe)
+{
+    return error_new("probe %d has no %s: run probe-capture", probe, in->order ? "light" : in->settings.column);
+}
+
 static bool is_missing(const void *context, size_t probe)
 {
     const struct interpolate *in = context;
     return isnan(in->value[probe * in->width]);
+}
+
+/* Why the probes are neither what one error says nor the other; takes both. */
+static struct error *neither(struct error *grid, struct error *octree)
+{
+    struct error *err = error_new("%s; nor: %s", error_message(grid), error_message(octree));
+    error_destroy(grid);
+    error_destroy(octree);
+    return err;
+}
+
+/* Probes are a grid, or else an octree, whose made nodes need the values of all. */
+static struct error *open_nodes(struct interpolate *in, size_t probes)
+{
+    struct error *no_grid = nodes_find(&in->nodes, probes, in->position);
+    if (!no_grid)
+        return NULL;
+    struct error *err = octree_find(&in->octree, probes, in->position);
+    if (err)
+        return neither(no_grid, err);
+    error_destroy(no_grid);
+    for (size_t i = 0; i < probes && !err; i++)
+        err = is_missing(in, i) ? unknown(in, (int32_t)i) : NULL;
+    return err ? err : octree_fill(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width, in->value, &in->data);
 }
 
 /* What a kind needs beside the column. */
@@ -85,7 +114,7 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
             in->settings.radius = scatter_spacing(in->scatter);
         return err;
     case INTERPOLATE_TRILINEAR:
-    case INTERPOLATE_TRICUBIC: return nodes_find(&in->nodes, probes->rows, in->position);
+    case INTERPOLATE_TRICUBIC: return open_nodes(in, probes->rows);
     case INTERPOLATE_GRADIENT:
     case INTERPOLATE_CUBIC: err = open_gradient(in, stream); break;
     default: break;
@@ -201,6 +230,8 @@ void interpolate_close(struct interpolate *in)
     probe_volume_destroy(in->volume);
     scatter_destroy(in->scatter);
     nodes_clear(&in->nodes);
+    octree_clear(&in->octree);
+    free(in->data);
     free(in->owned);
     if (in->image)
         munmap(in->image, in->image_bytes);
@@ -209,12 +240,13 @@ void interpolate_close(struct interpolate *in)
 
 /* -- places ---------------------------------------------------------------------------------- */
 
-/* Whether p is within the grid, and how far outside. */
-static void find_in_grid(const struct interpolate *in, const double p[3], struct probe_place *place)
+/* Whether p is within the box of a grid or octree, and how far outside. */
+static void find_in_box(const struct interpolate *in, const double p[3], struct probe_place *place)
 {
     double square = 0;
     for (int k = 0; k < 3; k++) {
-        const double low = in->nodes.at[k][0], high = in->nodes.at[k][in->nodes.count[k] - 1], off = fmax(fmax(low - p[k], p[k] - high), 0);
+        const double low = in->data ? in->octree.low[k] : in->nodes.at[k][0],
+                     high = in->data ? in->octree.high[k] : in->nodes.at[k][in->nodes.count[k] - 1], off = fmax(fmax(low - p[k], p[k] - high), 0);
         square += off * off;
     }
     *place = (struct probe_place){.cell = PROBE_COLD, .inside = square == 0, .distance = sqrt(square)};
@@ -224,8 +256,8 @@ void interpolate_find(const struct interpolate *in, const double point[3], struc
 {
     if (in->volume)
         probe_volume_locate(in->volume, point, place);
-    else if (in->nodes.probe)
-        find_in_grid(in, point, place);
+    else if (in->nodes.probe || in->data)
+        find_in_box(in, point, place);
     else
         *place = (struct probe_place){.cell = PROBE_COLD, .inside = 1}; /* points without cells have no outside */
 }
@@ -249,11 +281,6 @@ void interpolate_fetch(const struct interpolate *in, const struct probe_place *p
 }
 
 /* -- values at places ------------------------------------------------------------------------ */
-
-static struct error *unknown(const struct interpolate *in, int32_t probe)
-{
-    return error_new("probe %d has no %s: run probe-capture", probe, in->order ? "light" : in->settings.column);
-}
 
 /* The blend is NaN: because of which probe. */
 static struct error *missing(const struct interpolate *in, const struct probe_place *place)
@@ -388,6 +415,10 @@ struct error *interpolate_at(const struct interpolate *in, const double point[3]
         return blend_gradients(in, place, out);
     if (in->nodes.probe)
         return blend_nodes(in, point, out);
+    if (in->data) {
+        octree_at(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width, in->data, point, out);
+        return NULL;
+    }
     if (in->scatter) {
         blend_scattered(in, point, out);
         return NULL;

@@ -11,6 +11,7 @@
 #define INTERPOLATE_H
 
 #include "nodes.h"
+#include "octree.h"
 #include "probe-query.h"
 
 #include <stdbool.h>
@@ -27,8 +28,9 @@ enum interpolate_kind {
                               * probes and along edges */
     INTERPOLATE_NEAREST,     /* the nearest probe's value; jumps. Without cells */
     INTERPOLATE_SHEPARD,     /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
-    INTERPOLATE_TRILINEAR,   /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes. Without cells */
-    INTERPOLATE_TRICUBIC,    /* the same with cubics: reproduces parabolas along the axes, smooth */
+    INTERPOLATE_TRILINEAR,   /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes; or of an octree (octree.h):
+                              * linear fields, continuous. Without cells */
+    INTERPOLATE_TRICUBIC,    /* the same with cubics: reproduces parabolas along a grid's axes, smooth */
 };
 
 enum interpolate_falloff { INTERPOLATE_FALL_LINEAR, INTERPOLATE_FALL_QUADRATIC, INTERPOLATE_FALL_CUBIC };
@@ -46,6 +48,8 @@ struct interpolate {
     struct probe_volume *volume; /* owned; NULL where there are no cells to it */
     struct scatter *scatter;     /* owned: nearest, Shepard */
     struct nodes nodes;          /* owned: trilinear, tricubic */
+    struct octree octree;        /* owned: the same, where the probes are no grid */
+    float *data;                 /* of the octree's nodes; owned */
     const double *position;      /* 3 a probe */
     const float *value;          /* the column */
     const float *gradient;       /* 3 * width a probe: d/dx of all, d/dy, d/dz; NULL: not used */
@@ -58,7 +62,8 @@ struct interpolate {
     size_t image_bytes;
 };
 
-/* The stream must outlive it. Errors: no cells (says to run probe-tet), no such column (says to run probe-capture). */
+/* The stream must outlive it. Errors: no cells (says to run probe-tet), no such column (says to run probe-capture), no grid and no octree, a
+ * probe of an octree whose value is not known. */
 struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
                                const struct interpolate_settings *settings);
 

@@ -13,7 +13,7 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
     const struct option_row all[INTERPOLATE_OPTIONS_ROWS] = {
         {.name = "interpolate", .argument = "HOW", .kind = OPTION_CHOICE, .choices = kinds, .value = &o->kind,
          .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
-                 "From the probes alone: nearest or shepard. From the nodes of a grid:\ntrilinear or tricubic"},
+                 "From the probes alone: nearest or shepard. From the nodes of a grid or\noctree: trilinear or tricubic"},
         {.name = "radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &o->radius, .least = 0, .least_open = true, .most = (double)INFINITY,
          .shown = "twice the mean distance of neighbours", .help = "shepard: of what is blended"},
         {.name = "falloff", .argument = "SHAPE", .kind = OPTION_CHOICE, .choices = falloffs, .value = &o->falloff,

@@ -32,8 +32,7 @@ static struct error *find_planes(struct nodes *g, int axis, size_t probes, const
     return NULL;
 }
 
-/* The plane that is nearest to x. */
-static size_t plane_of(const struct nodes *g, int axis, double x)
+size_t nodes_plane(const struct nodes *g, int axis, double x)
 {
     size_t low = 0, high = g->count[axis] - 1;
     while (high - low > 1) {
@@ -54,7 +53,7 @@ static struct error *place_probes(struct nodes *g, size_t probes, const double *
     for (size_t i = 0; i < probes && !err; i++) {
         size_t node = 0;
         for (int k = 2; k >= 0; k--)
-            node = node * g->count[k] + plane_of(g, k, position[3 * i + (size_t)k]);
+            node = node * g->count[k] + nodes_plane(g, k, position[3 * i + (size_t)k]);
         if (g->probe[node] >= 0)
             err = error_new("the probes are not the nodes of a grid: probes %d and %zu are at one node", g->probe[node], i);
         else
@@ -63,18 +62,26 @@ static struct error *place_probes(struct nodes *g, size_t probes, const double *
     return err;
 }
 
-struct error *nodes_find(struct nodes *g, size_t probes, const double *position)
+struct error *nodes_planes(struct nodes *g, size_t probes, const double *position)
 {
     *g = (struct nodes){0};
-    if (!probes)
-        return error_new("there are no probes");
-    struct error *err = NULL;
+    struct error *err = probes ? NULL : error_new("there are no probes");
     for (int k = 0; k < 3 && !err; k++)
         err = find_planes(g, k, probes, position);
-    if (!err && (double)g->count[0] * (double)g->count[1] * (double)g->count[2] != (double)probes)
+    if (err)
+        nodes_clear(g);
+    return err;
+}
+
+struct error *nodes_find(struct nodes *g, size_t probes, const double *position)
+{
+    struct error *err = nodes_planes(g, probes, position);
+    if (err)
+        return err;
+    if ((double)g->count[0] * (double)g->count[1] * (double)g->count[2] != (double)probes)
         err = error_new("the probes are not the nodes of a grid: %zu probes have %zu, %zu and %zu different coordinates x, y and z", probes, g->count[0],
                         g->count[1], g->count[2]);
-    if (!err)
+    else
         err = place_probes(g, probes, position);
     if (err)
         nodes_clear(g);

@@ -18,6 +18,11 @@ struct nodes {
 
 /* position: 3 a probe. The error says why they form no grid. */
 struct error *nodes_find(struct nodes *nodes, size_t probes, const double *position);
+
+/* The planes alone, and which one is nearest to x. Of an octree's probes they are not all full (octree.h). */
+struct error *nodes_planes(struct nodes *nodes, size_t probes, const double *position);
+size_t nodes_plane(const struct nodes *nodes, int axis, double x);
+
 void nodes_clear(struct nodes *nodes);
 
 /* Four nodes along an axis and their weights, sum 1; a place beyond the ends is at the end.

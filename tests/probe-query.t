@@ -51,6 +51,37 @@ for set in random grid turned; do
         probe-tet other.probe | probe-query -q --to binary - places.txt >b && [ \$(wc -c <a) -eq \$((48 * \$(wc -l <places.txt))) ] && cmp a b"
 done
 
+# an octree: a box of two cells, of which the second is cut, and one part of that again; light as above, then with a bend
+awk 'function nodes(x, y, z, s, n, i) {
+         for (i = 0; i < (n + 1) ^ 3; i++)
+             print x + s * (i % (n + 1)) / n, y + s * (int(i / (n + 1)) % (n + 1)) / n, z + s * int(i / (n + 1) ^ 2) / n
+     }
+     BEGIN { nodes(0, 0, 0, 4, 1); nodes(4, 0, 0, 4, 2); nodes(4, 2, 0, 2, 2) }' | sort -u >tree.txt
+tree() { # LIGHT: an octree with this L00 of red
+    probe-place points -q --text tree.txt | grep '^[0-9]' |
+        awk "BEGIN { print \"#?probe 1\\nsh-order 1\\nsh-content radiance\\ntable probe position:f64:3 sh:f32:3\" }
+             { x = \$1; y = \$2; z = \$3; print x, y, z, $1, x + y, 2 } END { print \"end\" }"
+}
+tree z >tree.probe
+tree 'x * x + (y - 3) * z' >bent.probe
+awk 'BEGIN { srand(3); for (i = 0; i < 3000; i++) print 8 * rand(), 4 * rand(), 4 * rand() }' >in_tree.txt
+for how in trilinear tricubic; do
+    check "$how of an octree: linear fields" sh -c "probe-query -q --interpolate $how tree.probe in_tree.txt | paste -d ' ' in_tree.txt - |
+        awk '{ if ((\$4 - \$3) ^ 2 + (\$5 - \$1 - \$2) ^ 2 + (\$6 - 2) ^ 2 > 1e-9) exit 1 }'"
+    check "$how of an octree: at probes, their light" sh -c "probe-query -q --interpolate $how bent.probe tree.txt | paste -d ' ' tree.txt - |
+        awk '{ if ((\$4 - \$1 * \$1 - (\$2 - 3) * \$3) ^ 2 > 1e-8) exit 1 }'"
+    check "$how of an octree: the same on both sides of where sizes meet" sh -c "awk 'BEGIN { srand(4); for (i = 0; i < 2000; i++) { y = 4 * rand(); z = 4 * rand(); print 3.999999999, y, z; print 4.000000001, y, z } }' |
+        probe-query -q --interpolate $how bent.probe - | awk 'NR % 2 { was = \$1 } NR % 2 == 0 && (\$1 - was) ^ 2 > 1e-9 { exit 1 }'"
+    check "$how of an octree: the same bytes in any order of its probes" sh -c "probe-query -q --interpolate $how bent.probe in_tree.txt >a
+        (grep -v '^[0-9e]' bent.probe; grep '^[0-9]' bent.probe | sort -r; echo end) | probe-query -q --interpolate $how - in_tree.txt | cmp - a"
+done
+check "outside of an octree is said, and gets the light of its border" sh -c "echo 9 1 2 | probe-query --interpolate trilinear tree.probe 2>err | grep -qx '2 9 2' && grep -q '1 points are outside' err"
+grep -v '^6 2 0 ' tree.probe >holed.probe
+refused 1 "nor: the probes are not the corners of an octree's cells: there is no probe at 6 2 0, a node of the cell (with a probe in its middle) from 4 0 0 to 8 4 4" \
+    sh -c "echo 1 1 1 | probe-query --interpolate trilinear holed.probe"
+sed 's/^6 2 0 .*/6 2 0 nan nan nan/' tree.probe >dark.probe
+refused 1 "has no light: run probe-capture" sh -c "echo 1 1 1 | probe-query --interpolate tricubic dark.probe"
+
 # packed files
 probe-query --pack float -o baked.pack baked.probe
 probe-query --pack half -o half.pack baked.probe
