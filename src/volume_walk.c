@@ -217,7 +217,7 @@ static inline enum side weigh_planes(const struct volume_cell *cell, const doubl
 }
 
 /* Whether the cell holds p; if not, p is strictly beyond the facet opposite the lowest corner. */
-static inline bool weigh(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+static inline __attribute__((always_inline)) bool weigh(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
 {
     const enum side side = v->cell ? weigh_planes(&v->cell[cell], p, w) : UNSURE;
     if (side != UNSURE)
