@@ -308,11 +308,12 @@ static inline bool begin(const struct probe_volume *v, const double point[3], si
 {
     const double x = point[0] * v->scale - v->shift[0], y = point[1] * v->scale - v->shift[1], z = point[2] * v->scale - v->shift[2];
     bool within = fabs(x - v->middle[0]) <= v->half[0] && fabs(y - v->middle[1]) <= v->half[1] && fabs(z - v->middle[2]) <= v->half[2];
-    if (within && v->corners == 4 && v->scale > 0) { /* nearly always */
-        w->p[0] = round_whole(w->exactly[0] = x);
-        w->p[1] = round_whole(w->exactly[1] = y);
-        w->p[2] = round_whole(w->exactly[2] = z);
+    if (within && v->corners == 4 && v->near) { /* nearly always */
+        w->exactly[0] = x;
+        w->exactly[1] = y;
+        w->exactly[2] = z;
         w->far = 0;
+        round_to_lattice(v, point, w->p);
     } else {
         within = begin_anywhere(v, point, w);
     }
