@@ -265,7 +265,7 @@ static struct error *light_block(struct worker *w, const uint32_t *order)
         w->last = place[n - 1].cell;
         for (size_t j = 0; j < n; j++) {
             const size_t i = order ? order[k + j] : k + j;
-            if (order && j + NEXT < n)
+            if (j + NEXT < n && (order || place[j + NEXT].cell != place[j + NEXT - 1].cell))
                 interpolate_fetch(w->query->in, &place[j + NEXT]);
             struct error *here = i < wrong ? light_point(w, i, &place[j]) : NULL;
             if (here) {
