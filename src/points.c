@@ -253,10 +253,13 @@ struct error *points_parse(const struct points *p, struct points_block *block)
     struct error *err = NULL;
     block->value = (const double *)(const void *)block->data;
     block->count = block->bytes / (block->width * sizeof(double));
-    double rest[6] = {0}; /* x - x is 0, or NaN where x is not finite */
-    for (size_t i = 0; i < block->count; i++)
-        for (size_t k = 0; k < block->width; k++)
-            rest[k] += block->value[i * block->width + k] - block->value[i * block->width + k];
+    double rest[6] = {0}; /* x - x is 0, or NaN where x is not finite; two points or one at a time */
+    size_t at = 0;
+    for (; at + 6 <= block->count * block->width; at += 6)
+        for (size_t k = 0; k < 6; k++)
+            rest[k] += block->value[at + k] - block->value[at + k];
+    for (; at < block->count * block->width; at++)
+        rest[0] += block->value[at] - block->value[at];
     const bool finite = rest[0] + rest[1] + rest[2] + rest[3] + rest[4] + rest[5] == 0;
     for (size_t i = 0; i < block->count && !finite && !err; i++)
         err = points_block_place(p, block, i, check_finite(block->value + i * block->width, block->width));

@@ -17,6 +17,7 @@ enum {
     BLOCK_NEAR = 4096,       /* points of a block whose points are near one another: what comes out stays in the second-level cache */
     BLOCK_FAR = 512 * 1024,  /* of one whose points are not: the more, the nearer they come when they are sorted */
     WAIT = 50,               /* milliseconds */
+    AHEAD = 1,               /* blocks that are answered before their turn, beside one a thread */
 };
 
 struct query {
@@ -26,33 +27,43 @@ struct query {
     struct stream_writer *writer;
     size_t point_width; /* 0 before the first point */
     struct points *points;
-    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written in the order of their
-     * tickets. */
+    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written in the order of their tickets.
+     * Who has answered one before its turn leaves it, and goes on with the next: nobody waits for another's answer. */
     pthread_mutex_t lock, reading;
-    pthread_cond_t turned;
-    size_t ticket, turn;
+    pthread_cond_t freed;
+    struct job *job, *free; /* job: owned, `jobs` of them */
+    struct job **answered;  /* by ticket % jobs; NULL: not yet */
+    size_t jobs, ticket, turn;
     atomic_size_t block_most;
-    bool ended, failed;
+    bool ended, failed, writing;
     size_t outside;
 };
 
-/* What a thread has of its own. */
-struct worker {
-    struct query *query;
+/* A block and its answers. */
+struct job {
+    struct job *next; /* of those that are free: the one used last comes first, and is in the cache */
+    size_t ticket;
     struct points_block block;
     float *light; /* of the block's points, or their irradiance */
     size_t light_capacity;
     struct probe_place *place; /* explain: of each point */
     size_t place_capacity;
+    char *text;
+    size_t text_bytes, text_capacity;
+    struct table rows; /* QUERY_STREAM */
+    size_t outside;
+    struct error *err;
+};
+
+/* What a thread has of its own. */
+struct worker {
+    struct query *query;
+    struct job *job;
     uint32_t *order;
     uint64_t *room;
     size_t order_capacity, room_capacity;
     int32_t last; /* the cell in which the next walk begins */
-    char *text;
-    size_t text_bytes, text_capacity;
-    struct table rows; /* QUERY_STREAM */
-    float *blend;      /* one point's, before its irradiance is made */
-    size_t outside;
+    float *blend; /* one point's, before its irradiance is made */
 };
 
 struct error *query_open(struct query **query, const struct interpolate *in, const struct query_settings *settings)
@@ -65,7 +76,7 @@ struct error *query_open(struct query **query, const struct interpolate *in, con
     *q = (struct query){.settings = *settings, .in = in, .out = {.fd = -1}, .block_most = BLOCK_NEAR};
     pthread_mutex_init(&q->lock, NULL);
     pthread_mutex_init(&q->reading, NULL);
-    pthread_cond_init(&q->turned, NULL);
+    pthread_cond_init(&q->freed, NULL);
     if (settings->format == QUERY_STREAM && !in->stream)
         err = error_new("a packed file has no stream's header: --to stream needs a stream");
     else if (settings->format != QUERY_STREAM)
@@ -157,56 +168,54 @@ static char *explain(char *at, const struct probe_place *place)
     return at;
 }
 
-static struct error *make_text(struct worker *w)
+static struct error *make_text(const struct query *q, struct job *job)
 {
-    const struct query *q = w->query;
     const size_t width = result_width(q), line = (width + 11) * (NUMBER_ROOM + 1);
-    w->text_bytes = 0;
-    for (size_t i = 0; i < w->block.count; i++) {
-        struct error *err = array_reserve(&w->text, &w->text_capacity, w->text_bytes + line, 1);
+    job->text_bytes = 0;
+    for (size_t i = 0; i < job->block.count; i++) {
+        struct error *err = array_reserve(&job->text, &job->text_capacity, job->text_bytes + line, 1);
         if (err)
             return err;
-        char *at = w->text + w->text_bytes;
+        char *at = job->text + job->text_bytes;
         for (size_t k = 0; k < width; k++) {
-            at = number_write_f32(at, w->light[i * width + k]);
+            at = number_write_f32(at, job->light[i * width + k]);
             *at++ = ' ';
         }
         if (q->settings.explain)
-            at = explain(at, &w->place[i]);
+            at = explain(at, &job->place[i]);
         at[-1] = '\n';
-        w->text_bytes = (size_t)(at - w->text);
+        job->text_bytes = (size_t)(at - job->text);
     }
     return NULL;
 }
 
-static struct error *make_stream(struct worker *w)
+static struct error *make_stream(const struct query *q, struct job *job)
 {
-    struct error *err = w->rows.column_count ? NULL : make_rows(w->query, &w->rows);
+    struct error *err = job->rows.column_count ? NULL : make_rows(q, &job->rows);
     if (!err)
-        err = table_resize(&w->rows, w->block.count);
+        err = table_resize(&job->rows, job->block.count);
     if (err)
         return err;
-    const size_t width = w->block.width;
-    for (size_t i = 0; i < w->block.count; i++) {
-        const double *point = w->block.value + i * width;
-        memcpy(column_f64(&w->rows.columns[0]) + 3 * i, point, 3 * sizeof *point);
+    const size_t width = job->block.width;
+    for (size_t i = 0; i < job->block.count; i++) {
+        const double *point = job->block.value + i * width;
+        memcpy(column_f64(&job->rows.columns[0]) + 3 * i, point, 3 * sizeof *point);
         for (size_t k = 0; k < 3 && width == 6; k++)
-            column_f32(&w->rows.columns[1])[3 * i + k] = (float)point[3 + k];
+            column_f32(&job->rows.columns[1])[3 * i + k] = (float)point[3 + k];
     }
-    memcpy(w->rows.columns[w->rows.column_count - 1].data, w->light, w->block.count * result_width(w->query) * sizeof *w->light);
+    memcpy(job->rows.columns[job->rows.column_count - 1].data, job->light, job->block.count * result_width(q) * sizeof *job->light);
     return NULL;
 }
 
 /* Writes a block whose turn it is; a pipe is answered while it runs. */
-static struct error *write_block(struct worker *w)
+static struct error *write_block(struct query *q, const struct job *job)
 {
-    struct query *q = w->query;
-    if (!w->block.count)
+    if (!job->block.count)
         return NULL;
     switch (q->settings.format) {
-    case QUERY_STREAM: return stream_writer_rows(q->writer, &w->rows, 0, w->block.count);
-    case QUERY_TEXT: return output_write(&q->out, w->text, w->text_bytes);
-    default: return output_write(&q->out, w->light, w->block.count * result_width(q) * sizeof *w->light);
+    case QUERY_STREAM: return stream_writer_rows(q->writer, &job->rows, 0, job->block.count);
+    case QUERY_TEXT: return output_write(&q->out, job->text, job->text_bytes);
+    default: return output_write(&q->out, job->light, job->block.count * result_width(q) * sizeof *job->light);
     }
 }
 
@@ -222,14 +231,14 @@ static struct error *make_irradiance(const struct query *q, const float *sh, con
     return NULL;
 }
 
-/* The light at a point whose place is known, into its row of w->light. */
+/* The light at a point whose place is known, into its row of w->job->light. */
 static struct error *light_point(struct worker *w, size_t i, const struct probe_place *place)
 {
     const struct query *q = w->query;
-    const double *point = w->block.value + i * w->block.width;
-    float *result = w->light + i * result_width(q), *sh = q->point_width == 6 ? w->blend : result;
+    const double *point = w->job->block.value + i * w->job->block.width;
+    float *result = w->job->light + i * result_width(q), *sh = q->point_width == 6 ? w->blend : result;
     if (!place->inside) {
-        w->outside++;
+        w->job->outside++;
         if (q->settings.outside == QUERY_ERROR)
             return error_new("the point is outside of the hull of the probes, %g away from it", place->distance);
         if (q->settings.outside == QUERY_ZERO) {
@@ -244,45 +253,38 @@ static struct error *light_point(struct worker *w, size_t i, const struct probe_
 /* Answers the block's points, in the given order or as they come. The error is that of the first point that has one. */
 static struct error *light_block(struct worker *w, const uint32_t *order)
 {
-    enum { RUN = 512, AHEAD = 8 }; /* points whose places are found before their light; of these, how far memory is asked ahead */
-    const size_t count = w->block.count, width = w->block.width;
+    enum { RUN = 256, NEXT = 8 }; /* points whose places are found before their light; of these, how far memory is asked ahead */
+    const size_t count = w->job->block.count, width = w->job->block.width;
     struct probe_place place[RUN];
     struct error *err = NULL;
     size_t wrong = count;
     for (size_t k = 0; k < count && (order || !err); k += RUN) {
         const size_t n = count - k < RUN ? count - k : RUN;
         place[0].cell = w->last;
-        if (order) {
-            interpolate_find_many(w->query->in, n, w->block.value, width, order + k, place);
-        } else {
-            for (size_t j = 0; j < n; j++) {
-                interpolate_find(w->query->in, w->block.value + (k + j) * width, &place[j]);
-                place[j + 1 < n ? j + 1 : j].cell = place[j].cell;
-            }
-        }
+        interpolate_find_many(w->query->in, n, w->job->block.value + (order ? 0 : k * width), width, order ? order + k : NULL, place);
         w->last = place[n - 1].cell;
         for (size_t j = 0; j < n; j++) {
             const size_t i = order ? order[k + j] : k + j;
-            if (order && j + AHEAD < n)
-                interpolate_fetch(w->query->in, &place[j + AHEAD]);
+            if (j + NEXT < n && (order || place[j + NEXT].cell != place[j + NEXT - 1].cell))
+                interpolate_fetch(w->query->in, &place[j + NEXT]);
             struct error *here = i < wrong ? light_point(w, i, &place[j]) : NULL;
             if (here) {
                 error_destroy(err);
                 err = here;
                 wrong = i;
             }
-            if (w->place)
-                w->place[i] = place[j];
+            if (w->job->place)
+                w->job->place[i] = place[j];
         }
     }
-    return points_block_place(w->query->points, &w->block, wrong, err);
+    return points_block_place(w->query->points, &w->job->block, wrong, err);
 }
 
 /* Finds an order for a block whose points are far from one another; NULL: they are answered as they come. */
 static struct error *find_order(struct worker *w, const uint32_t **order)
 {
-    const size_t count = w->block.count;
-    const bool scattered = w->query->in->volume && probe_volume_scattered(w->query->in->volume, count, w->block.value, w->block.width);
+    const size_t count = w->job->block.count;
+    const bool scattered = w->query->in->volume && probe_volume_scattered(w->query->in->volume, count, w->job->block.value, w->job->block.width);
     *order = NULL;
     atomic_store_explicit(&w->query->block_most, scattered ? BLOCK_FAR : BLOCK_NEAR, memory_order_relaxed); /* of what comes next */
     if (!scattered)
@@ -292,7 +294,7 @@ static struct error *find_order(struct worker *w, const uint32_t **order)
         err = array_reserve(&w->room, &w->room_capacity, 3 * count, sizeof *w->room);
     if (err)
         return err;
-    probe_volume_order(w->query->in->volume, count, w->block.value, w->block.width, w->order, w->room);
+    probe_volume_order(w->query->in->volume, count, w->job->block.value, w->job->block.width, w->order, w->room);
     *order = w->order;
     return NULL;
 }
@@ -301,11 +303,11 @@ static struct error *answer(struct worker *w)
 {
     struct query *q = w->query;
     const uint32_t *order;
-    struct error *err = points_parse(q->points, &w->block);
+    struct error *err = points_parse(q->points, &w->job->block);
     if (!err)
-        err = array_reserve(&w->light, &w->light_capacity, w->block.count * result_width(q), sizeof *w->light);
+        err = array_reserve(&w->job->light, &w->job->light_capacity, w->job->block.count * result_width(q), sizeof *w->job->light);
     if (!err && q->settings.explain)
-        err = array_reserve(&w->place, &w->place_capacity, w->block.count, sizeof *w->place);
+        err = array_reserve(&w->job->place, &w->job->place_capacity, w->job->block.count, sizeof *w->job->place);
     if (!err && !w->blend)
         err = array_create(&w->blend, q->in->width, sizeof *w->blend);
     if (!err)
@@ -313,19 +315,37 @@ static struct error *answer(struct worker *w)
     if (!err)
         err = light_block(w, order);
     if (!err && q->settings.format == QUERY_TEXT)
-        err = make_text(w);
-    if (!err && q->settings.format == QUERY_STREAM && w->block.count)
-        err = make_stream(w);
+        err = make_text(q, w->job);
+    if (!err && q->settings.format == QUERY_STREAM && w->job->block.count)
+        err = make_stream(q, w->job);
     return err;
 }
 
 /* -- threads ---------------------------------------------------------------------------------- */
 
+/* Waits for a job that is free. */
+static struct job *find_job(struct query *q)
+{
+    pthread_mutex_lock(&q->lock);
+    while (!q->free)
+        pthread_cond_wait(&q->freed, &q->lock);
+    struct job *job = q->free;
+    q->free = job->next;
+    pthread_mutex_unlock(&q->lock);
+    return job;
+}
+
+static void free_job(struct query *q, struct job *job) /* the lock is held */
+{
+    job->next = q->free;
+    q->free = job;
+    pthread_cond_signal(&q->freed);
+}
+
 /* Takes the next block and its ticket; false when there is none, or another thread has failed. Reading may wait for a pipe:
  * nobody else does meanwhile. */
-static bool take(struct worker *w, size_t *ticket, struct error **err)
+static bool take(struct query *q, struct job *job)
 {
-    struct query *q = w->query;
     pthread_mutex_lock(&q->reading);
     pthread_mutex_lock(&q->lock);
     bool more = !q->ended;
@@ -337,15 +357,44 @@ static bool take(struct worker *w, size_t *ticket, struct error **err)
     more = more && !q->failed;
     pthread_mutex_unlock(&q->lock);
     if (more) {
-        *err = points_take(q->points, q->block_most, &w->block);
-        if (!*err && w->block.width && !q->point_width)
-            *err = start(q, w->block.width);
-        more = *err || w->block.bytes;
-        q->ended = !more || *err;
-        *ticket = more ? q->ticket++ : 0;
+        job->err = points_take(q->points, q->block_most, &job->block);
+        if (!job->err && job->block.width && !q->point_width)
+            job->err = start(q, job->block.width);
+        more = job->err || job->block.bytes;
+        q->ended = !more || job->err;
+        job->ticket = more ? q->ticket++ : 0;
     }
     pthread_mutex_unlock(&q->reading);
     return more;
+}
+
+/* Writes what is answered, as long as its turn has come; nothing behind a block that has failed. Returns the failed one's error. */
+static struct error *write_answered(struct query *q, struct job *answered)
+{
+    struct error *err = NULL;
+    pthread_mutex_lock(&q->lock);
+    q->answered[answered->ticket % q->jobs] = answered;
+    for (struct job *job; !q->writing && (job = q->answered[q->turn % q->jobs]); q->turn++) {
+        q->answered[q->turn % q->jobs] = NULL;
+        q->writing = true; /* nobody else's turn meanwhile */
+        if (!q->failed && !job->err) {
+            pthread_mutex_unlock(&q->lock);
+            job->err = write_block(q, job);
+            pthread_mutex_lock(&q->lock);
+        }
+        q->outside += job->outside;
+        job->outside = 0;
+        if (q->failed)
+            error_destroy(job->err);
+        else
+            err = job->err;
+        q->failed = q->failed || job->err;
+        job->err = NULL;
+        q->writing = false;
+        free_job(q, job);
+    }
+    pthread_mutex_unlock(&q->lock);
+    return err;
 }
 
 static struct error *work(void *context, size_t index, int thread)
@@ -353,45 +402,39 @@ static struct error *work(void *context, size_t index, int thread)
     struct query *q = context;
     struct worker w = {.query = q, .last = PROBE_COLD};
     struct error *err = NULL;
-    size_t ticket = 0;
     (void)index;
     (void)thread;
-    while (!err && take(&w, &ticket, &err)) {
-        if (!err)
-            err = answer(&w);
+    while (!err) {
+        w.job = find_job(q);
+        if (!take(q, w.job))
+            break;
+        if (!w.job->err)
+            w.job->err = answer(&w);
+        err = write_answered(q, w.job);
+        w.job = NULL;
+    }
+    if (w.job) {
         pthread_mutex_lock(&q->lock);
-        while (q->turn != ticket)
-            pthread_cond_wait(&q->turned, &q->lock);
-        if (q->failed) { /* an earlier block did: what comes behind it is not written */
-            error_destroy(err);
-            err = NULL;
-        } else if (!err) {
-            pthread_mutex_unlock(&q->lock);
-            err = write_block(&w); /* nobody else's turn meanwhile */
-            pthread_mutex_lock(&q->lock);
-        }
-        q->failed = q->failed || err;
-        q->outside += w.outside;
-        w.outside = 0;
-        q->turn++;
-        pthread_cond_broadcast(&q->turned);
+        free_job(q, w.job);
         pthread_mutex_unlock(&q->lock);
     }
-    points_block_clear(&w.block);
-    table_clear(&w.rows);
-    free(w.light);
-    free(w.place);
     free(w.order);
     free(w.room);
-    free(w.text);
     free(w.blend);
     return err;
 }
 
 struct error *query_run(struct query *q, struct points *points)
 {
+    const size_t threads = q->settings.threads > 1 ? (size_t)q->settings.threads : 1;
     q->points = points;
-    return threads_for(q->settings.threads, (size_t)q->settings.threads, work, q);
+    q->jobs = threads > 1 ? threads + AHEAD : 1;
+    struct error *err = array_create(&q->job, q->jobs, sizeof *q->job);
+    if (!err)
+        err = array_create(&q->answered, q->jobs, sizeof *q->answered);
+    for (size_t i = 0; i < q->jobs && !err; i++)
+        free_job(q, &q->job[i]);
+    return err ? err : threads_for((int)threads, threads, work, q);
 }
 
 size_t query_outside(const struct query *q)
@@ -420,8 +463,19 @@ void query_abandon(struct query *q)
         return;
     stream_writer_abandon(q->writer);
     output_abandon(&q->out);
+    for (size_t i = 0; q->job && i < q->jobs; i++) {
+        struct job *job = &q->job[i];
+        points_block_clear(&job->block);
+        table_clear(&job->rows);
+        free(job->light);
+        free(job->place);
+        free(job->text);
+        error_destroy(job->err);
+    }
+    free(q->job);
+    free(q->answered);
     pthread_mutex_destroy(&q->lock);
     pthread_mutex_destroy(&q->reading);
-    pthread_cond_destroy(&q->turned);
+    pthread_cond_destroy(&q->freed);
     free(q);
 }

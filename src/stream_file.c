@@ -234,6 +234,8 @@ struct error *output_open(struct stream_output *out, const char *path, bool bina
         err = error_new("stdout is closed: there is nowhere to write to");
     else if (!err && standard)
         out->fd = STDOUT_FILENO;
+    if (!err)
+        (void)fcntl(out->fd, F_SETPIPE_SZ, STREAM_BLOCK_BYTES); /* a pipe: fewer turns of who writes and who reads. Others have no such size */
     if (!err && binary && isatty(out->fd))
         err = error_new("%s is a terminal, and the stream is binary: give --text, or a file with --output", out->name);
     if (err)

@@ -232,10 +232,10 @@ static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
             const int x = (k + 1) % 3, y = (k + 2) % 3;
             const lattice_volume n = (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]) -
                                      (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]); /* inward */
-            cell->plane[i - 1][k] = (double)n / whole_cell;
+            cell->plane[k][i - 1] = (double)n / whole_cell;
             constant -= n * whole(a[k]);
         }
-        cell->plane[i - 1][3] = (double)constant / whole_cell;
+        cell->plane[3][i - 1] = (double)constant / whole_cell;
     }
 }
 
@@ -450,6 +450,8 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
             v->high[k] = fmax(v->high[k], v->site[3 * i + (size_t)k]);
         }
         v->near = v->near && fmax(fabs(v->low[k] + v->shift[k]), fabs(v->high[k] + v->shift[k])) < 0x1p50;
+        v->middle[k] = (v->low[k] + v->high[k]) / 2;
+        v->half[k] = (v->high[k] - v->low[k]) / 2;
     }
     enum probe_status status = check_indices(v, row);
     if (!status && v->corners < 4)

@@ -37,7 +37,7 @@ struct volume_tree {
 
 /* A tetrahedron, ready for a look-up: two cache lines. */
 struct volume_cell {
-    double plane[3][4]; /* of the weights of corners 1, 2, 3: plane . (x, y, z, 1), in lattice units; that of corner 0 is what is left to 1 */
+    double plane[4][3]; /* weights of corners 1, 2, 3: x plane[0] + y plane[1] + z plane[2] + plane[3], in lattice units; that of corner 0 is what is left to 1 */
     int32_t vertex[4], neighbour[4];
 };
 
@@ -57,6 +57,7 @@ struct probe_volume {
     double scale, shift[3]; /* lattice = scale * position - shift; scale 0: see volume_coordinates */
     bool near;              /* no probe is 2^50 steps or more from the origin of the scene, and scale is not 0 */
     double low[3], high[3]; /* of the sites */
+    double middle[3], half[3]; /* (low + high) / 2 and (high - low) / 2 */
     int axis[3];            /* fewer than 4 corners: which of the lattice's axes tell places of the plane or line apart */
     double origin[3], normal[3]; /* 3 corners: of the plane; 2 corners: of the line; unit, lattice units */
     const double *site;     /* 3 a probe */

@@ -18,54 +18,61 @@ static inline four load(const float *from)
     return v;
 }
 
-static inline four mix(const four w[4], four a, four b, four c, four d)
+/* What is blended: rows of probes, with their weights, each four times. */
+struct blend {
+    four weight[4];
+    size_t probe[4];
+};
+
+static inline four mix(const struct blend *with, four a, four b, four c, four d)
 {
-    return (w[0] * a + w[1] * b) + (w[2] * c + w[3] * d);
+    return (with->weight[0] * a + with->weight[1] * b) + (with->weight[2] * c + with->weight[3] * d);
 }
 
 /* What has no weight stands in for by what has most: it must not bring in a NaN, and 0 times that is 0. */
-static inline void choose(const struct probe_place *place, float weight[4], size_t probe[4])
+__attribute__((noinline)) static void replace(const struct probe_place *place, size_t probe[4])
 {
     int most = 0;
-    if (place->weight[0] > 0 && place->weight[1] > 0 && place->weight[2] > 0 && place->weight[3] > 0) { /* nearly always */
-        for (int i = 0; i < 4; i++) {
-            weight[i] = (float)place->weight[i];
-            probe[i] = (size_t)place->probe[i];
-        }
-        return;
-    }
     for (int i = 1; i < 4; i++)
         most = place->weight[i] > place->weight[most] ? i : most;
-    for (int i = 0; i < 4; i++) {
-        weight[i] = (float)place->weight[i];
+    for (int i = 0; i < 4; i++)
         probe[i] = (size_t)place->probe[place->weight[i] > 0 ? i : most];
-    }
+}
+
+static inline void choose(const struct probe_place *place, struct blend *with)
+{
+    const double *w = place->weight;
+    const four weight = {(float)w[0], (float)w[1], (float)w[2], (float)w[3]};
+    with->weight[0] = __builtin_shuffle(weight, (four_bits){0, 0, 0, 0});
+    with->weight[1] = __builtin_shuffle(weight, (four_bits){1, 1, 1, 1});
+    with->weight[2] = __builtin_shuffle(weight, (four_bits){2, 2, 2, 2});
+    with->weight[3] = __builtin_shuffle(weight, (four_bits){3, 3, 3, 3});
+    with->probe[0] = (size_t)place->probe[0];
+    with->probe[1] = (size_t)place->probe[1];
+    with->probe[2] = (size_t)place->probe[2];
+    with->probe[3] = (size_t)place->probe[3];
+    if (!(w[0] > 0 && w[1] > 0 && w[2] > 0 && w[3] > 0))
+        replace(place, with->probe);
 }
 
 void probe_blend(const struct probe_place *place, const float *row, size_t width, float *out)
 {
-    float weight[4];
-    size_t probe[4];
-    choose(place, weight, probe);
-    const float *a = row + probe[0] * width, *b = row + probe[1] * width, *c = row + probe[2] * width, *d = row + probe[3] * width;
-    if (width < 4) {
-        for (size_t k = 0; k < width; k++)
-            out[k] = (weight[0] * a[k] + weight[1] * b[k]) + (weight[2] * c[k] + weight[3] * d[k]);
+    struct blend with;
+    choose(place, &with);
+    const float *a = row + with.probe[0] * width, *b = row + with.probe[1] * width, *c = row + with.probe[2] * width, *d = row + with.probe[3] * width;
+    if (width >= 4) {
+        size_t k = 0;
+        for (; k + 4 < width; k += 4) {
+            const four v = mix(&with, load(a + k), load(b + k), load(c + k), load(d + k));
+            memcpy(out + k, &v, sizeof v);
+        }
+        k = width - 4; /* the last four, some of them once more */
+        const four v = mix(&with, load(a + k), load(b + k), load(c + k), load(d + k));
+        memcpy(out + k, &v, sizeof v);
         return;
     }
-    four w[4];
-    for (int i = 0; i < 4; i++)
-        w[i] = (four){weight[i], weight[i], weight[i], weight[i]};
-    size_t k = 0;
-    for (; k + 4 <= width; k += 4) {
-        const four v = mix(w, load(a + k), load(b + k), load(c + k), load(d + k));
-        memcpy(out + k, &v, sizeof v);
-    }
-    if (k < width) { /* the last four once more */
-        k = width - 4;
-        const four v = mix(w, load(a + k), load(b + k), load(c + k), load(d + k));
-        memcpy(out + k, &v, sizeof v);
-    }
+    for (size_t k = 0; k < width; k++)
+        out[k] = mix(&with, (four){a[k]}, (four){b[k]}, (four){c[k]}, (four){d[k]})[0];
 }
 
 /* -- halves -------------------------------------------------------------------------------------- */
@@ -88,15 +95,12 @@ static inline four load_half(const uint16_t *from)
 
 static void blend_half(const struct probe_place *place, const uint16_t *row, float scale, size_t width, float *out)
 {
-    float weight[4];
-    size_t probe[4];
-    choose(place, weight, probe);
-    four w[4];
+    struct blend with;
     const uint16_t *r[4];
+    choose(place, &with);
     for (int i = 0; i < 4; i++) {
-        const float s = weight[i] * scale;
-        w[i] = (four){s, s, s, s};
-        r[i] = row + probe[i] * width;
+        with.weight[i] *= scale;
+        r[i] = row + with.probe[i] * width;
     }
     for (size_t k = 0; k < width; k += 4) {
         if (k + 4 > width && width >= 4)
@@ -107,7 +111,7 @@ static void blend_half(const struct probe_place *place, const uint16_t *row, flo
             memcpy(tail[i], r[i], width * sizeof *tail[i]);
             at[i] = tail[i];
         }
-        const four v = mix(w, load_half(at[0]), load_half(at[1]), load_half(at[2]), load_half(at[3]));
+        const four v = mix(&with, load_half(at[0]), load_half(at[1]), load_half(at[2]), load_half(at[3]));
         memcpy(out + k, &v, (width < 4 ? width : 4) * sizeof *out);
     }
 }
@@ -151,16 +155,16 @@ static void irradiance(int order, const float *sh, int cosine, const float norma
             rgb[k] = (float)e[k];
         return;
     }
-    float y[9], r = 0, g = 0, b = 0;
+    float y[9];
+    four sum = {0}; /* of red, green, blue, and the next red for nobody */
+    const int last = order * order - 1;
     basis_three(normal, cosine, y);
-    for (int i = 0; i < order * order; i++) {
-        r += y[i] * sh[3 * i];
-        g += y[i] * sh[3 * i + 1];
-        b += y[i] * sh[3 * i + 2];
-    }
-    rgb[0] = r;
-    rgb[1] = g;
-    rgb[2] = b;
+    for (int i = 0; i < last; i++)
+        sum += y[i] * load(sh + 3 * i);
+    sum += y[last] * (four){sh[3 * last], sh[3 * last + 1], sh[3 * last + 2]}; /* there is no next */
+    rgb[0] = sum[0];
+    rgb[1] = sum[1];
+    rgb[2] = sum[2];
 }
 
 void probe_irradiance(int order, const float *sh, const float normal[3], float rgb[3])

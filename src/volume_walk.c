@@ -22,6 +22,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* -- a point ------------------------------------------------------------------------------------- */
 
@@ -169,28 +170,58 @@ __attribute__((noinline)) static bool weigh_sites(const struct probe_volume *v, 
     return true;
 }
 
-/* From the planes. A plane's numbers are off by three roundings at most, products by one more, sums of four by two; the weight
- * of corner 0 by all of them.
- * 16 roundings of the sum of all sizes bound that. */
-static inline bool weigh_planes(const struct volume_cell *cell, const double p[3], struct weights *w)
+typedef double two __attribute__((vector_size(16)));
+
+static inline two load_two(const double *from)
 {
-    double size = 1;
-    for (int i = 0; i < 3; i++) {
-        const double x = cell->plane[i][0] * p[0], y = cell->plane[i][1] * p[1], z = cell->plane[i][2] * p[2], c = cell->plane[i][3];
-        w->weight[i + 1] = (x + y) + (z + c);
-        size += (fabs(x) + fabs(y)) + (fabs(z) + fabs(c));
-    }
-    w->weight[0] = 1 - (w->weight[1] + w->weight[2] + w->weight[3]);
-    const double error = 0x1p-49 * size;
-    w->lowest = lowest_of(w->weight);
+    two v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+static inline two size_of(two v)
+{
+    typedef int64_t bits __attribute__((vector_size(16)));
+    return (two)((bits)v & (bits){INT64_MAX, INT64_MAX});
+}
+
+static inline double least_of(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+enum side { WITHIN, BEYOND, UNSURE };
+
+/* From the planes, of corners 1 and 2 side by side. A plane's numbers are off by three roundings at most, products by one more,
+ * sums of four by two; the weight of corner 0 by all of them. 16 roundings of the sum of all sizes bound that. */
+static inline enum side weigh_planes(const struct volume_cell *cell, const double p[3], struct weights *w)
+{
+    const two x = load_two(cell->plane[0]) * p[0], y = load_two(cell->plane[1]) * p[1], z = load_two(cell->plane[2]) * p[2],
+              c = load_two(cell->plane[3]);
+    const double x3 = cell->plane[0][2] * p[0], y3 = cell->plane[1][2] * p[1], z3 = cell->plane[2][2] * p[2], c3 = cell->plane[3][2];
+    const two weight = (x + y) + (z + c), size = (size_of(x) + size_of(y)) + (size_of(z) + size_of(c));
+    const double w3 = (x3 + y3) + (z3 + c3), size3 = (fabs(x3) + fabs(y3)) + (fabs(z3) + fabs(c3));
+    const double w0 = 1 - (weight[0] + weight[1] + w3), error = 0x1p-49 * (1 + size[0] + size[1] + size3);
+    const double least = least_of(least_of(w0, weight[0]), least_of(weight[1], w3));
+    const two low = {w0, weight[0]}, high = {weight[1], w3};
+    memcpy(w->weight, &low, sizeof low); /* two at a time, as they are read again */
+    memcpy(w->weight + 2, &high, sizeof high);
     w->touches = false;
-    return fabs(w->weight[w->lowest]) > error && error < 0x1p-27; /* certain, and as right as light in floats can show */
+    if (!(fabs(least) > error && error < 0x1p-27)) /* certain, and as right as light in floats can show */
+        return UNSURE;
+    if (least > 0)
+        return WITHIN;
+    w->lowest = lowest_of(w->weight);
+    return BEYOND;
 }
 
 /* Whether the cell holds p; if not, p is strictly beyond the facet opposite the lowest corner. */
-static inline bool weigh(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+static inline __attribute__((always_inline)) bool weigh(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
 {
-    if (v->cell ? weigh_planes(&v->cell[cell], p, w) : v->corners == 4 && weigh_sites(v, cell, p, w))
+    const enum side side = v->cell ? weigh_planes(&v->cell[cell], p, w) : UNSURE;
+    if (side != UNSURE)
+        return side == WITHIN;
+    if (!v->cell && v->corners == 4 && weigh_sites(v, cell, p, w))
         return w->weight[w->lowest] > 0;
     return weigh_exactly(v, cell, p, w);
 }
@@ -198,10 +229,11 @@ static inline bool weigh(const struct probe_volume *v, size_t cell, const double
 static inline void place_in(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
 {
     place->cell = volume_number(v, cell);
-    for (int i = 0; i < 4; i++)
-        place->weight[i] = weight[i];
-    for (int i = 0; i < 4; i++)
-        place->probe[i] = v->cell ? v->cell[cell].vertex[i] : volume_vertex(v, cell, i < v->corners ? i : 0);
+    memcpy(place->weight, weight, sizeof place->weight);
+    if (v->cell)
+        memcpy(place->probe, v->cell[cell].vertex, sizeof place->probe);
+    for (int i = 0; i < 4 && !v->cell; i++)
+        place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
 }
 
 void volume_place(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
@@ -253,10 +285,10 @@ struct walker {
 
 enum walker_state { WALKING, INSIDE, OUTSIDE, LEFT /* through the hull, but it may go on elsewhere */ };
 
-/* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
-static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
+/* The coordinates of any point; false: outside the box of all sites. */
+__attribute__((noinline)) static bool begin_anywhere(const struct probe_volume *v, const double point[3], struct walker *w)
 {
-    bool within = true; /* the box of all sites */
+    bool within = true;
     w->far = coordinates_of(v, point, w->exactly);
     if (v->corners < 4) {
         project(v, w->exactly, w->p);
@@ -266,6 +298,23 @@ static inline bool begin(const struct probe_volume *v, const double point[3], si
         round_to_lattice(v, point, w->p);
         for (int k = 0; k < 3; k++)
             within = within && w->p[k] >= v->low[k] && w->p[k] <= v->high[k];
+    }
+    return within;
+}
+
+/* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
+static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
+{
+    const double x = point[0] * v->scale - v->shift[0], y = point[1] * v->scale - v->shift[1], z = point[2] * v->scale - v->shift[2];
+    bool within = fabs(x - v->middle[0]) <= v->half[0] && fabs(y - v->middle[1]) <= v->half[1] && fabs(z - v->middle[2]) <= v->half[2];
+    if (within && v->corners == 4 && v->near) { /* nearly always */
+        w->exactly[0] = x;
+        w->exactly[1] = y;
+        w->exactly[2] = z;
+        w->far = 0;
+        round_to_lattice(v, point, w->p);
+    } else {
+        within = begin_anywhere(v, point, w);
     }
     w->steps = 0;
     w->cell = cell;
@@ -333,10 +382,10 @@ enum probe_status probe_volume_locate(const struct probe_volume *v, const double
 
 /* -- many points --------------------------------------------------------------------------------- */
 
-/* Walks of several points take turns, a step each, so that memory is asked for the next cell of one while the others go on. */
+/* Walks of several points take turns: one goes on until it needs a cell that it has not seen, asks memory for it, and the others
+ * go on meanwhile. */
 enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride,
-                                           const uint32_t *order,
-                                           struct probe_place *place)
+                                           const uint32_t *order, struct probe_place *place)
 {
     enum { LANES = 8 };
     struct walker walker[LANES];
@@ -357,20 +406,20 @@ enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t 
     while (open)
         for (size_t lane = 0; lane < LANES; lane++) {
             struct walker *w = &walker[lane];
-            enum walker_state state = WALKING;
-            if (at[lane] == end[lane])
-                continue;
-            if (!begun[lane]) {
-                const size_t i = order ? order[at[lane]] : at[lane];
-                state = begin(v, point + stride * i, w->cell, w) ? WALKING : OUTSIDE;
+            while (at[lane] < end[lane]) {
+                enum walker_state state = WALKING;
+                if (!begun[lane])
+                    state = begin(v, point + stride * (order ? order[at[lane]] : at[lane]), w->cell, w) ? WALKING : OUTSIDE;
                 begun[lane] = true;
-            }
-            if (state == WALKING)
-                state = step(v, w);
-            if (state == WALKING && v->cell) {
-                __builtin_prefetch(&v->cell[w->cell]);
-                __builtin_prefetch(v->cell[w->cell].vertex);
-            } else if (state != WALKING) {
+                if (state == WALKING)
+                    state = step(v, w);
+                if (state == WALKING) {
+                    if (v->cell) {
+                        __builtin_prefetch(&v->cell[w->cell]);
+                        __builtin_prefetch(v->cell[w->cell].vertex);
+                    }
+                    break;
+                }
                 arrive(v, w, state, &place[at[lane]]);
                 begun[lane] = false;
                 open -= ++at[lane] == end[lane];

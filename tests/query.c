@@ -200,7 +200,7 @@ static double slope(const struct probe_volume *v, size_t cell, const float *valu
     for (int k = 0; k < 3; k++) {
         double g = 0;
         for (int i = 0; i < 3; i++)
-            g += c->plane[i][k] * (double)(value[c->vertex[i + 1]] - value[c->vertex[0]]);
+            g += c->plane[k][i] * (double)(value[c->vertex[i + 1]] - value[c->vertex[0]]);
         square += g * g;
     }
     return sqrt(square) / v->lattice.step;
