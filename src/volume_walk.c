@@ -302,6 +302,13 @@ __attribute__((noinline)) static bool begin_anywhere(const struct probe_volume *
     return within;
 }
 
+/* A cell near a place, without a walk. */
+static size_t near_cell(const struct probe_volume *v, const double p[3])
+{
+    const int32_t start = v->start ? v->start[volume_start_box(v, p)] : -1;
+    return start >= 0 ? (size_t)start : volume_tree_near(&v->cell_tree, p);
+}
+
 /* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
 static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
 {
@@ -317,13 +324,11 @@ static inline bool begin(const struct probe_volume *v, const double point[3], si
         within = begin_anywhere(v, point, w);
     }
     w->steps = 0;
-    w->cell = cell;
-    if (cell >= v->cells && within) {
-        const int32_t start = v->start ? v->start[volume_start_box(v, w->p)] : -1;
-        w->cell = start >= 0 ? (size_t)start : volume_tree_near(&v->cell_tree, w->p);
-    }
+    w->cell = cell < v->cells || !within ? cell : near_cell(v, w->p);
     return within;
 }
+
+enum { STEPS_NEAR = 4 }; /* after so many, the last point was not near, and the walk begins anew from nearer by */
 
 /* Looks at the cell that the walker is in, and moves it on. */
 static inline enum walker_state step(const struct probe_volume *v, struct walker *w)
@@ -335,7 +340,7 @@ static inline enum walker_state step(const struct probe_volume *v, struct walker
     }
     const int32_t next = volume_neighbour(v, w->cell, w->weights.lowest);
     if (next >= 0 && w->steps++ < v->steps_most) {
-        w->cell = (size_t)next;
+        w->cell = w->steps == STEPS_NEAR ? near_cell(v, w->p) : (size_t)next;
         return WALKING;
     }
     if (next < 0 && (v->convex || v->rays))
@@ -355,6 +360,22 @@ static inline void arrive(const struct probe_volume *v, struct walker *w, enum w
     }
 }
 
+/* Finds a point that is certainly within a cell: nearly every one of a path, in that of the last. Whatever is not finite is nowhere. */
+static inline bool still_within(const struct probe_volume *v, const double point[3], size_t cell, struct probe_place *place)
+{
+    struct weights w;
+    double p[3];
+    if (!v->cell || !v->near || cell >= v->cells)
+        return false;
+    round_to_lattice(v, point, p);
+    if (weigh_planes(&v->cell[cell], p, &w) != WITHIN)
+        return false;
+    place->inside = 1;
+    place->distance = 0;
+    place_in(v, cell, w.weight, place);
+    return true;
+}
+
 static inline bool finite_point(const double p[3])
 {
     return fabs(p[0]) < INFINITY && fabs(p[1]) < INFINITY && fabs(p[2]) < INFINITY;
@@ -371,9 +392,12 @@ static inline size_t cell_of(const struct probe_volume *v, const struct probe_pl
 enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3], struct probe_place *place)
 {
     struct walker w;
+    const size_t start = cell_of(v, place);
+    if (still_within(v, point, start, place))
+        return PROBE_OK;
     if (!finite_point(point))
         return PROBE_BAD_POINT;
-    enum walker_state state = begin(v, point, cell_of(v, place), &w) ? WALKING : OUTSIDE;
+    enum walker_state state = begin(v, point, start, &w) ? WALKING : OUTSIDE;
     while (state == WALKING)
         state = step(v, &w);
     arrive(v, &w, state, place);
@@ -407,9 +431,14 @@ enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t 
         for (size_t lane = 0; lane < LANES; lane++) {
             struct walker *w = &walker[lane];
             while (at[lane] < end[lane]) {
+                const double *const p = point + stride * (order ? order[at[lane]] : at[lane]);
                 enum walker_state state = WALKING;
+                if (!begun[lane] && still_within(v, p, w->cell, &place[at[lane]])) {
+                    open -= ++at[lane] == end[lane];
+                    continue;
+                }
                 if (!begun[lane])
-                    state = begin(v, point + stride * (order ? order[at[lane]] : at[lane]), w->cell, w) ? WALKING : OUTSIDE;
+                    state = begin(v, p, w->cell, w) ? WALKING : OUTSIDE;
                 begun[lane] = true;
                 if (state == WALKING)
                     state = step(v, w);
