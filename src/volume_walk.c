@@ -389,38 +389,51 @@ static inline size_t cell_of(const struct probe_volume *v, const struct probe_pl
     return v->inner ? (size_t)v->inner[place->cell] : (size_t)place->cell;
 }
 
-enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3], struct probe_place *place)
+/* Walks to a point from a cell, or from anywhere (v->cells). *cell becomes the last one. Returns how many steps it took. */
+static int walk_from(const struct probe_volume *v, const double point[3], size_t *cell, struct probe_place *place)
 {
     struct walker w;
-    const size_t start = cell_of(v, place);
-    if (still_within(v, point, start, place))
-        return PROBE_OK;
-    if (!finite_point(point))
-        return PROBE_BAD_POINT;
-    enum walker_state state = begin(v, point, start, &w) ? WALKING : OUTSIDE;
+    enum walker_state state = begin(v, point, *cell, &w) ? WALKING : OUTSIDE;
     while (state == WALKING)
         state = step(v, &w);
     arrive(v, &w, state, place);
+    *cell = w.cell;
+    return w.steps;
+}
+
+enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3], struct probe_place *place)
+{
+    size_t cell = cell_of(v, place);
+    if (still_within(v, point, cell, place))
+        return PROBE_OK;
+    if (!finite_point(point))
+        return PROBE_BAD_POINT;
+    walk_from(v, point, &cell, place);
     return PROBE_OK;
 }
 
 /* -- many points --------------------------------------------------------------------------------- */
 
+/* One point after the other, as long as each is near the one before. Returns how many that were; *cell is the last one's. */
+static size_t locate_along(const struct probe_volume *v, size_t count, const double *point, size_t stride, size_t *cell,
+                           struct probe_place *place)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!still_within(v, point + stride * i, *cell, &place[i]) &&
+            walk_from(v, point + stride * i, cell, &place[i]) >= STEPS_NEAR && i)
+            return i + 1;
+    return count;
+}
+
 /* Walks of several points take turns: one goes on until it needs a cell that it has not seen, asks memory for it, and the others
  * go on meanwhile. */
-enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride,
-                                           const uint32_t *order, struct probe_place *place)
+static void locate_in_turns(const struct probe_volume *v, size_t count, const double *point, size_t stride, const uint32_t *order,
+                            size_t start, struct probe_place *place)
 {
     enum { LANES = 8 };
     struct walker walker[LANES];
     size_t at[LANES], end[LANES], open = 0;
     bool begun[LANES] = {false};
-    if (!count)
-        return PROBE_OK;
-    const size_t start = cell_of(v, &place[0]);
-    for (size_t i = 0; i < count; i++)
-        if (!finite_point(point + stride * (order ? order[i] : i)))
-            return PROBE_BAD_POINT;
     for (size_t lane = 0; lane < LANES; lane++) {
         at[lane] = count * lane / LANES;
         end[lane] = count * (lane + 1) / LANES;
@@ -433,10 +446,6 @@ enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t 
             while (at[lane] < end[lane]) {
                 const double *const p = point + stride * (order ? order[at[lane]] : at[lane]);
                 enum walker_state state = WALKING;
-                if (!begun[lane] && still_within(v, p, w->cell, &place[at[lane]])) {
-                    open -= ++at[lane] == end[lane];
-                    continue;
-                }
                 if (!begun[lane])
                     state = begin(v, p, w->cell, w) ? WALKING : OUTSIDE;
                 begun[lane] = true;
@@ -454,6 +463,17 @@ enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t 
                 open -= ++at[lane] == end[lane];
             }
         }
+}
+
+enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride,
+                                           const uint32_t *order, struct probe_place *place)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!finite_point(point + stride * (order ? order[i] : i)))
+            return PROBE_BAD_POINT;
+    size_t cell = count ? cell_of(v, &place[0]) : v->cells;
+    const size_t along = order ? 0 : locate_along(v, count, point, stride, &cell, place);
+    locate_in_turns(v, count - along, point + stride * along, stride, order, cell, place + along);
     return PROBE_OK;
 }
 
