@@ -418,10 +418,19 @@ enum probe_status probe_volume_locate(const struct probe_volume *v, const double
 static size_t locate_along(const struct probe_volume *v, size_t count, const double *point, size_t stride, size_t *cell,
                            struct probe_place *place)
 {
-    for (size_t i = 0; i < count; i++)
-        if (!still_within(v, point + stride * i, *cell, &place[i]) &&
-            walk_from(v, point + stride * i, cell, &place[i]) >= STEPS_NEAR && i)
+    for (size_t i = 0; i < count; i++) {
+        if (still_within(v, point + stride * i, *cell, &place[i]))
+            continue;
+        if (walk_from(v, point + stride * i, cell, &place[i]) >= STEPS_NEAR && i)
             return i + 1;
+        for (int k = 0; k < 4 && v->cell && *cell < v->cells; k++) { /* one of these is the next */
+            const int32_t next = v->cell[*cell].neighbour[k];
+            if (next >= 0) {
+                __builtin_prefetch(&v->cell[next]);
+                __builtin_prefetch(v->cell[next].vertex);
+            }
+        }
+    }
     return count;
 }
 
