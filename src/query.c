@@ -63,7 +63,7 @@ struct worker {
     uint64_t *room;
     size_t order_capacity, room_capacity;
     int32_t last; /* the cell in which the next walk begins */
-    float *blend; /* one point's, before its irradiance is made */
+    float *blend; /* of a run of points, before their irradiance is made */
 };
 
 struct error *query_open(struct query **query, const struct interpolate *in, const struct query_settings *settings)
@@ -226,58 +226,80 @@ static struct error *make_irradiance(const struct query *q, const float *sh, con
     const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     if (!(length > 0) || !(length < INFINITY))
         return error_new("expected a normal with a length, got %g %g %g", normal[0], normal[1], normal[2]);
-    const float n[3] = {(float)(normal[0] / length), (float)(normal[1] / length), (float)(normal[2] / length)};
+    const double scale = 1 / length;
+    const float n[3] = {(float)(normal[0] * scale), (float)(normal[1] * scale), (float)(normal[2] * scale)};
     (q->in->convolved ? probe_irradiance_convolved : probe_irradiance)(q->in->order, sh, n, rgb);
     return NULL;
 }
 
-/* The light at a point whose place is known, into its row of w->job->light. */
-static struct error *light_point(struct worker *w, size_t i, const struct probe_place *place)
+/* The column's values at a point whose place is known. */
+static struct error *light_point(struct worker *w, const double point[3], const struct probe_place *place, float *light)
 {
     const struct query *q = w->query;
-    const double *point = w->job->block.value + i * w->job->block.width;
-    float *result = w->job->light + i * result_width(q), *sh = q->point_width == 6 ? w->blend : result;
     if (!place->inside) {
         w->job->outside++;
         if (q->settings.outside == QUERY_ERROR)
             return error_new("the point is outside of the hull of the probes, %g away from it", place->distance);
         if (q->settings.outside == QUERY_ZERO) {
-            memset(result, 0, result_width(q) * sizeof *result);
+            memset(light, 0, q->in->width * sizeof *light);
             return NULL;
         }
     }
-    struct error *err = interpolate_at(q->in, point, place, sh);
-    return !err && q->point_width == 6 ? make_irradiance(q, sh, point + 3, result) : err;
+    return interpolate_at(q->in, point, place, light);
+}
+
+/* The error of a block's point, to be told if it is the first that has one. */
+struct wrong {
+    struct error *err;
+    size_t point;
+};
+
+static void take_error(struct wrong *wrong, struct error *err, size_t point)
+{
+    if (!err)
+        return;
+    error_destroy(wrong->err);
+    *wrong = (struct wrong){err, point};
+}
+
+enum { RUN = 256, NEXT = 8 }; /* points whose places are found before their light; of these, how far memory is asked ahead */
+
+/* Answers n points of the block: those that order names, or those behind `first`. Light is made of all before the irradiance of any: what
+ * was just stored cannot be read at once. */
+static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t first, struct wrong *wrong)
+{
+    const struct query *q = w->query;
+    const struct points_block *block = &w->job->block;
+    const bool irradiance = q->point_width == 6;
+    const size_t width = q->in->width;
+    struct probe_place place[RUN];
+    place[0].cell = w->last;
+    interpolate_find_many(q->in, n, block->value + (order ? 0 : first * block->width), block->width, order, place);
+    w->last = place[n - 1].cell;
+    for (size_t j = 0; j < n; j++) {
+        const size_t i = order ? order[j] : first + j;
+        if (j + NEXT < n && (order || place[j + NEXT].cell != place[j + NEXT - 1].cell))
+            interpolate_fetch(q->in, &place[j + NEXT]);
+        if (i < wrong->point)
+            take_error(wrong, light_point(w, block->value + i * block->width, &place[j], irradiance ? w->blend + j * width : w->job->light + i * width), i);
+        if (w->job->place)
+            w->job->place[i] = place[j];
+    }
+    for (size_t j = 0; j < n && irradiance; j++) {
+        const size_t i = order ? order[j] : first + j;
+        if (i < wrong->point)
+            take_error(wrong, make_irradiance(q, w->blend + j * width, block->value + i * block->width + 3, w->job->light + 3 * i), i);
+    }
 }
 
 /* Answers the block's points, in the given order or as they come. The error is that of the first point that has one. */
 static struct error *light_block(struct worker *w, const uint32_t *order)
 {
-    enum { RUN = 256, NEXT = 8 }; /* points whose places are found before their light; of these, how far memory is asked ahead */
-    const size_t count = w->job->block.count, width = w->job->block.width;
-    struct probe_place place[RUN];
-    struct error *err = NULL;
-    size_t wrong = count;
-    for (size_t k = 0; k < count && (order || !err); k += RUN) {
-        const size_t n = count - k < RUN ? count - k : RUN;
-        place[0].cell = w->last;
-        interpolate_find_many(w->query->in, n, w->job->block.value + (order ? 0 : k * width), width, order ? order + k : NULL, place);
-        w->last = place[n - 1].cell;
-        for (size_t j = 0; j < n; j++) {
-            const size_t i = order ? order[k + j] : k + j;
-            if (j + NEXT < n && (order || place[j + NEXT].cell != place[j + NEXT - 1].cell))
-                interpolate_fetch(w->query->in, &place[j + NEXT]);
-            struct error *here = i < wrong ? light_point(w, i, &place[j]) : NULL;
-            if (here) {
-                error_destroy(err);
-                err = here;
-                wrong = i;
-            }
-            if (w->job->place)
-                w->job->place[i] = place[j];
-        }
-    }
-    return points_block_place(w->query->points, &w->job->block, wrong, err);
+    const size_t count = w->job->block.count;
+    struct wrong wrong = {.point = count};
+    for (size_t k = 0; k < count && (order || !wrong.err); k += RUN)
+        light_run(w, count - k < RUN ? count - k : RUN, order ? order + k : NULL, k, &wrong);
+    return points_block_place(w->query->points, &w->job->block, wrong.point, wrong.err);
 }
 
 /* Finds an order for a block whose points are far from one another; NULL: they are answered as they come. */
@@ -309,7 +331,7 @@ static struct error *answer(struct worker *w)
     if (!err && q->settings.explain)
         err = array_reserve(&w->job->place, &w->job->place_capacity, w->job->block.count, sizeof *w->job->place);
     if (!err && !w->blend)
-        err = array_create(&w->blend, q->in->width, sizeof *w->blend);
+        err = array_create(&w->blend, RUN * q->in->width, sizeof *w->blend);
     if (!err)
         err = find_order(w, &order);
     if (!err)

@@ -190,6 +190,17 @@ static void basis_three(const float n[3], int cosine, float y[9])
     y[8] = 0.546274215f * a2 * (x * x - n[1] * n[1]);
 }
 
+/* Sum of y[i] sh[i] for red, green, blue, and the next red for nobody. */
+static inline __attribute__((always_inline)) four weighted_sum(int count, const float *y, const float *sh)
+{
+    four sum = {0};
+    const float *last = sh + 3 * (count - 1); /* there is no next */
+#pragma GCC unroll 8
+    for (int i = 0; i < count - 1; i++)
+        sum += y[i] * load(sh + 3 * i);
+    return sum + y[count - 1] * (four){last[0], last[1], last[2]};
+}
+
 static void irradiance(int order, const float *sh, int cosine, const float normal[3], float rgb[3])
 {
     if (order > 3) {
@@ -201,12 +212,9 @@ static void irradiance(int order, const float *sh, int cosine, const float norma
         return;
     }
     float y[9];
-    four sum = {0}; /* of red, green, blue, and the next red for nobody */
-    const int last = order * order - 1;
+    four sum;
     basis_three(normal, cosine, y);
-    for (int i = 0; i < last; i++)
-        sum += y[i] * load(sh + 3 * i);
-    sum += y[last] * (four){sh[3 * last], sh[3 * last + 1], sh[3 * last + 2]}; /* there is no next */
+    sum = order == 3 ? weighted_sum(9, y, sh) : weighted_sum(order * order, y, sh); /* the usual one is unrolled */
     rgb[0] = sum[0];
     rgb[1] = sum[1];
     rgb[2] = sum[2];
