@@ -7,6 +7,7 @@
 #include "stream_private.h"
 #include "threads.h"
 
+#include <float.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -163,7 +164,7 @@ static char *explain(char *at, const struct probe_place *place)
         *at++ = ' ';
     }
     at = stpcpy(at, place->inside ? "inside " : "outside ");
-    at = number_write_f32(at, (float)place->distance);
+    at = place->distance < (double)FLT_MAX ? number_write_f32(at, (float)place->distance) : number_write_f64(at, place->distance);
     *at++ = ' ';
     return at;
 }

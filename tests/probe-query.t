@@ -144,5 +144,6 @@ refused 1 "stdin: point 0: expected 24 bytes, got 5" sh -c "printf 12345 | probe
 refused 1 "No space left" sh -c "probe-query -q baked.probe points.txt >/dev/full"
 refused 2 "cannot both" probe-query -
 refused 2 "BAKED" probe-query
+check "and the distance of a point at 1e300 is told" sh -c "echo 1e300 0 0 | probe-query -q --explain baked.probe | tail -1 | grep -q ' outside 1e+300\$'"
 check "1e300 is answered" sh -c "echo 1e300 -1e300 1 | probe-query -q baked.probe | awk '{ exit NF != 12 }'"
 tap_done
