@@ -42,7 +42,7 @@ static struct error *open_cells(struct baked *b, const struct stream *stream)
     if (!mesh_exists(stream))
         return NULL;
     struct error *err = mesh_find(stream, &b->mesh);
-    return err || b->cells ? err : mesh_volume(&b->mesh, b->in->settings.nearest ? PROBE_NEAREST : 0, &b->cells);
+    return err || b->cells ? err : mesh_volume(&b->mesh, b->in->settings.outside, &b->cells);
 }
 
 struct error *baked_open(struct baked *b, const struct stream *stream, const struct interpolate_settings *settings)

@@ -119,7 +119,7 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
     case INTERPOLATE_CUBIC: err = open_gradient(in, stream); break;
     default: break;
     }
-    return err ? err : mesh_volume(mesh, in->settings.nearest ? PROBE_NEAREST : 0, &in->volume);
+    return err ? err : mesh_volume(mesh, in->settings.outside, &in->volume);
 }
 
 struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
@@ -199,7 +199,7 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     in->settings = *settings;
     err = map_file(path, &in->image, &in->image_bytes);
     if (!err) {
-        const enum probe_status status = probe_volume_open(&in->volume, in->image, in->image_bytes, settings->nearest ? PROBE_NEAREST : 0, &row);
+        const enum probe_status status = probe_volume_open(&in->volume, in->image, in->image_bytes, settings->outside, &row);
         err = error_wrap(mesh_error(status, row), "%s", path);
     }
     if (!err) {

@@ -40,7 +40,7 @@ struct interpolate_settings {
     enum interpolate_falloff falloff; /* Shepard: weights are (radius - distance)^1, 2 or 3 */
     double radius;                    /* Shepard; 0: scatter_spacing */
     const char *column;               /* an f32 column of table probe; gradients are in the column of that name and _gradient */
-    bool nearest;       /* outside of the hull: the light of its nearest point, instead of cells beyond it */
+    unsigned outside;                 /* of the hull: PROBE_NEAREST, PROBE_EXTEND, or 0 (probe-query.h) */
 };
 
 struct interpolate {

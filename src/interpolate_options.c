@@ -9,7 +9,7 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
 {
     static const char *const kinds[] = {"barycentric", "gradient", "cubic", "nearest", "shepard", "trilinear", "tricubic", NULL};
     static const char *const falloffs[] = {"linear", "quadratic", "cubic", NULL};
-    static const char *const outsides[] = {"extend", "nearest", NULL};
+    static const char *const outsides[] = {"auto", "extend", "nearest", NULL};
     const struct option_row all[INTERPOLATE_OPTIONS_ROWS] = {
         {.name = "interpolate", .argument = "HOW", .kind = OPTION_CHOICE, .choices = kinds, .value = &o->kind,
          .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
@@ -19,7 +19,7 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
         {.name = "falloff", .argument = "SHAPE", .kind = OPTION_CHOICE, .choices = falloffs, .value = &o->falloff,
          .help = "shepard: of the weights, towards the radius"},
         {.name = "outside", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = outsides, .value = &o->outside,
-         .help = "outside of the hull of the probes: light goes on from it along rays\n(extend), or is that of its nearest point"},
+         .help = "outside of the hull of the probes: the light of its nearest point,\nwhich has least error (nearest), light that goes on from it along rays\n(extend), or as the hull is (auto, see the manual)"},
         {0}};
     memcpy(rows, all, sizeof all);
     return rows;
@@ -32,8 +32,14 @@ struct error *interpolate_options_check(const struct interpolate_options *o)
     return NULL;
 }
 
+/* What a volume is asked for: auto, extend, nearest. Other choices of a program give light outside of the hull no say. */
+static unsigned outside_flags(int outside)
+{
+    return outside == 0 ? 0 : outside == 1 ? PROBE_EXTEND : PROBE_NEAREST;
+}
+
 struct interpolate_settings interpolate_options_settings(const struct interpolate_options *o, const char *column)
 {
     return (struct interpolate_settings){.kind = (enum interpolate_kind)o->kind, .falloff = (enum interpolate_falloff)o->falloff,
-                                         .radius = o->radius, .column = column, .nearest = o->outside != 0};
+                                         .radius = o->radius, .column = column, .outside = outside_flags(o->outside)};
 }

@@ -17,7 +17,7 @@ struct option_row;
 /* As options give them; {0}: their defaults. */
 struct interpolate_options {
     int kind, falloff;
-    int outside; /* 0: extend; else nearest, or what a program makes of its own choices */
+    int outside; /* auto, extend, nearest, or what a program makes of its own choices beyond these */
     double radius;
 };
 

@@ -52,9 +52,9 @@ static const char *light_outside(const struct interpolate *in, enum query_outsid
 {
     if (outside == QUERY_ZERO)
         return "they have no light";
-    if (outside == QUERY_EXTEND && in->volume && probe_volume_extends(in->volume))
+    if (in->volume && probe_volume_extends(in->volume))
         return "their light goes on from the hull along rays";
-    if (outside == QUERY_NEAREST || !in->volume)
+    if (outside != QUERY_EXTEND || !in->volume)
         return "their light is that of the hull's nearest point";
     return probe_volume_corners(in->volume) < 4 ? "the probes are in a plane or on a line, so their light is that of the nearest point there"
                                                 : "no middle sees all of it, so their light is that of its nearest point";
@@ -90,7 +90,7 @@ int main(int argc, char **argv)
 {
     static const char *const from_formats[] = {"text", "binary", NULL};
     static const char *const to_formats[] = {"text", "binary", "stream", NULL};
-    static const char *const outsides[] = {"extend", "nearest", "zero", "error", NULL};
+    static const char *const outsides[] = {"auto", "extend", "nearest", "zero", "error", NULL};
     static const char *const packings[] = {"float", "half", NULL};
     struct arguments a = {.from = POINTS_TEXT, .to = QUERY_TEXT, .column = "sh"};
     bool pack = false;
@@ -127,7 +127,7 @@ int main(int argc, char **argv)
         if (strcmp(row->name, "outside"))
             continue;
         row->choices = outsides;
-        row->help = "outside of the hull of the probes: light goes on from it along rays\n(extend), is that of its nearest point, is none (zero), or is refused\n(error)";
+        row->help = "outside of the hull of the probes: the light of its nearest point,\nwhich has least error (nearest), light that goes on from it along rays\n(extend), one of these as the hull is (auto, see the manual), none\n(zero), or the point is refused (error)";
     }
     struct error *err = options_parse(&program, argc, argv);
     if (!err && a.explain && a.to != QUERY_TEXT)

@@ -67,8 +67,10 @@ struct probe_volume;
 
 enum {
     PROBE_LEAN = 1,    /* no matrices: a point costs about three times as much, memory beside the given arrays is a tenth */
-    PROBE_NEAREST = 2  /* outside of the hull: the light of the nearest point of it (which jumps across a dent), instead of cells that go on to
-                        * infinity (see probe_volume_extends) */
+    /* Outside of the hull, light is that of its nearest point. But before a dent that would jump: where the hull has some, light
+     * goes on along rays in cells to infinity, if these leave the hull well. Or always as is said here: */
+    PROBE_NEAREST = 2,
+    PROBE_EXTEND = 4   /* where it can: see probe_volume_extends */
 };
 
 /* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (with PROBE_LEAN, and where a cell has fewer than 4
@@ -87,7 +89,8 @@ size_t probe_volume_probes(const struct probe_volume *volume);
 size_t probe_volume_cells(const struct probe_volume *volume);
 int probe_volume_corners(const struct probe_volume *volume);
 
-/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point (0): where PROBE_NEAREST asks for that, where
+/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point (0): where PROBE_NEAREST asks for that, where PROBE_EXTEND does not ask for it and the hull is convex or its rays
+ * would run along it, where
  * cells have fewer than 4 corners, and where no middle of the mesh sees all of its hull, as it does in what probe-tet makes. */
 int probe_volume_extends(const struct probe_volume *volume);
 

@@ -26,7 +26,8 @@ enum query_format {
 };
 
 enum query_outside {
-    QUERY_EXTEND,  /* cells beyond the hull (probe-query.h) */
+    QUERY_AUTO,    /* one of the next two, as the hull is (probe-query.h) */
+    QUERY_EXTEND,  /* cells beyond the hull */
     QUERY_NEAREST, /* the light of the hull's nearest point */
     QUERY_ZERO,    /* no light */
     QUERY_ERROR,   /* refused */

@@ -468,7 +468,7 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
         status = make_facets(v, row);
     if (!status && v->corners == 4)
         status = join_facets(v);
-    if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST))
+    if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) && (!v->convex || v->flags & PROBE_EXTEND))
         status = volume_outer_init(v);
     v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) + tree_bytes(&v->image_tree) +
                 v->facets * sizeof *v->facet;

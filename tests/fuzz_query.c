@@ -77,7 +77,7 @@ static void try_packed(const uint8_t *data, size_t size)
         const uint64_t sum = XXH3_64bits((const char *)image + 16, size - 16);
         image[1] = sum;
     }
-    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST); flags++) {
+    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST | PROBE_EXTEND); flags++) {
         struct probe_volume *v;
         const enum probe_status status = probe_volume_open(&v, image, size, flags, NULL);
         require((status == PROBE_OK) == (v != NULL), "a volume or a status");
@@ -106,7 +106,7 @@ static void try_mesh(const uint8_t *data, size_t size)
     memcpy(position, data + 3, bytes[0]);
     memcpy(vertex, data + 3 + bytes[0], bytes[1]);
     memcpy(neighbour, data + 3 + bytes[0] + bytes[1], bytes[2]);
-    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST); flags++) {
+    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST | PROBE_EXTEND); flags++) {
         struct probe_volume *v;
         const enum probe_status status = probe_volume_create(&v, &m, flags, NULL);
         require((status == PROBE_OK) == (v != NULL), "a volume or a status");
@@ -266,7 +266,7 @@ int main(int argc, char **argv)
         make_seed(1 + i % 4, i >= 4, i >= 8 ? PROBE_PACK_HALF : PROBE_PACK_FLOAT, &seeds[i]);
         LLVMFuzzerTestOneInput(seeds[i].data, seeds[i].size);
     }
-    ok(accepted == 48, "the seeds are meshes, of each dimension, plain and packed (%lu)", accepted);
+    ok(accepted == 96, "the seeds are meshes, of each dimension, plain and packed (%lu)", accepted);
     for (unsigned long i = 0; i < mutations; i++) {
         const struct bytes *seed = &seeds[i % 3 ? i % 12 : (i / 3) % 3 * 4 + 3]; /* tetrahedra more often */
         b.size = seed->size;

@@ -155,7 +155,7 @@ static void test_bytes(int corners)
 {
     static struct baked b;
     bake(&b, corners, 1500);
-    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST); flags++) {
+    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST | PROBE_EXTEND); flags++) {
         bool freed = true, says = true;
         size_t of_order[2];
         heap_begin(0);

@@ -206,6 +206,11 @@ static double slope(const struct probe_volume *v, size_t cell, const float *valu
     return sqrt(square) / v->lattice.step;
 }
 
+static const char *outside_name(unsigned flags)
+{
+    return flags == PROBE_NEAREST ? "nearest" : flags == PROBE_EXTEND ? "extended" : "unasked";
+}
+
 /* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the same
  * cell or the one beside it, by no more than these two allow. */
 static void test_continuity(enum shape shape, unsigned flags)
@@ -257,7 +262,7 @@ static void test_continuity(enum shape shape, unsigned flags)
         }
     }
     ok(worst <= 1.0001 && worst_local <= 1.0001, "%s, %s: along lines, light changes by at most %.3f of what the cells there allow, %.3f of the steepest",
-       shape_names[shape], flags & PROBE_NEAREST ? "nearest" : "extended", worst_local, worst);
+       shape_names[shape], outside_name(flags), worst_local, worst);
     probe_volume_destroy(v);
     tetra_clear(&m.t);
 }
@@ -269,12 +274,16 @@ static void test_outside(enum shape shape)
     static struct mesh_of m;
     make_mesh(shape, is_grid(shape) ? 729 : 400, &m);
     struct probe_volume *v;
-    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    must_be(probe_volume_create(&v, &m.mesh, PROBE_EXTEND, NULL), PROBE_OK);
     struct random r = random_start(19, (uint64_t)shape, 0);
     const double size = size_of(&m.mesh);
     double worst = 0, worst_step = 0;
     int lost = 0;
     enum { POINTS = 4000 };
+    struct probe_volume *unasked;
+    must_be(probe_volume_create(&unasked, &m.mesh, 0, NULL), PROBE_OK);
+    ok(probe_volume_extends(unasked) == !v->convex, "%s: unasked, rays are where there are dents", shape_names[shape]);
+    probe_volume_destroy(unasked);
     ok(probe_volume_extends(v) && (!v->convex || shape < TURNED_FINE), "%s: there are rays, of a hull %s dents", shape_names[shape], v->convex ? "without" : "with");
     for (int i = 0; i < POINTS && v->rays; i++) {
         int32_t vertex[3];
@@ -371,12 +380,12 @@ static void test_no_jumps(enum shape shape)
     struct random r = random_start(20, (uint64_t)shape, 0);
     for (size_t i = 0; i < m.mesh.probes; i++)
         value[i] = random_float(&r);
-    for (unsigned flags = 0; flags <= PROBE_NEAREST; flags += PROBE_NEAREST) {
+    for (unsigned flags = 0; flags <= PROBE_EXTEND; flags += PROBE_NEAREST) {
         struct probe_volume *v;
         must_be(probe_volume_create(&v, &m.mesh, flags, NULL), PROBE_OK);
         const double left = steepest_left(v, &m.mesh, value, &r);
-        if (!flags || v->convex) /* in a dent the nearest point jumps from one side to the other */
-            ok(left < 1e-3, "%s, %s: light does not jump: of steps halved 34 times, %.0e is left", shape_names[shape], flags ? "nearest" : "extended", left);
+        if (probe_volume_extends(v) || v->convex) /* in a dent the nearest point jumps from one side to the other */
+            ok(left < 1e-3, "%s, %s: light does not jump: of steps halved 34 times, %.0e is left", shape_names[shape], outside_name(flags), left);
         probe_volume_destroy(v);
     }
     tetra_clear(&m.t);
@@ -437,7 +446,7 @@ static void test_one_cell(enum shape shape)
     static struct mesh_of m;
     make_mesh(shape, is_grid(shape) ? 343 : 200, &m);
     struct probe_volume *v, *nearest;
-    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    must_be(probe_volume_create(&v, &m.mesh, PROBE_EXTEND, NULL), PROBE_OK);
     must_be(probe_volume_create(&nearest, &m.mesh, PROBE_NEAREST, NULL), PROBE_OK);
     nearest->convex = false; /* which side of the hull a point is on is asked of the tree */
     struct random r = random_start(21, (uint64_t)shape, 0);
@@ -499,7 +508,7 @@ static void test_no_rays(void)
         }
     m.mesh.cells = kept;
     struct probe_volume *v;
-    must_be(probe_volume_create(&v, &m.mesh, 0, NULL), PROBE_OK);
+    must_be(probe_volume_create(&v, &m.mesh, PROBE_EXTEND, NULL), PROBE_OK);
     struct probe_place place = {.cell = PROBE_COLD};
     probe_volume_locate(v, (const double[]){2, 2.25, 2}, &place);
     ok(!probe_volume_extends(v) && !place.inside && fabs(place.distance - 0.75) < 1e-9, "a ring has no rays, and says so; in its hole is outside, %g from it", place.distance);
@@ -779,7 +788,7 @@ int main(void)
     for (int shape = 0; shape < SHAPES; shape++)
         test_inside((enum shape)shape);
     for (int shape = RANDOM; shape <= SLAB; shape++)
-        for (unsigned flags = 0; flags <= PROBE_NEAREST; flags += PROBE_NEAREST)
+        for (unsigned flags = 0; flags <= PROBE_EXTEND; flags += PROBE_NEAREST)
             test_continuity((enum shape)shape, flags);
     for (int shape = 0; shape < SHAPES; shape++) {
         test_outside((enum shape)shape);
