@@ -114,7 +114,7 @@ holds "change along a given path, in steps no longer than asked for" '$1 == 1 &&
 # -- what is measured is what probe-query answers -----------------------------------------------------------------------
 probe-place grid -q --spacing 1.2 "$rooms" | probe-capture -q --rays 64 --bounces 8 --columns sh_gradient "$rooms" | probe-tet >sloped.probe
 probe-error -q --tsv --paths 0 --points 60 --truth-rays 16 --leak-samples 0 --truth way.truth "$rooms" sloped.probe >barycentric
-for how in "barycentric" "barycentric --outside nearest" gradient cubic "nearest" "shepard --radius 2 --falloff cubic"; do
+for how in "barycentric" "barycentric --outside extend" gradient cubic "nearest" "shepard --radius 2 --falloff cubic"; do
     # shellcheck disable=SC2086 # $how is options
     probe-error -q --paths 0 --leak-samples 0 --truth way.truth --map how.probe --text --interpolate $how "$rooms" sloped.probe >/dev/null
     sed '1,/^table probe/d; /^end/d' how.probe >how.map

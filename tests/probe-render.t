@@ -80,7 +80,7 @@ render nearest.png --interpolate nearest "$scene" baked.probe
 check "another way to interpolate is another picture" sh -c "! cmp -s nearest.png probes.png"
 probe-cat --tables probe baked.probe >alone.probe
 check "and nearest needs no cells" sh -c "probe-render $view --interpolate nearest --offset 0.2 -o a.png '$scene' alone.probe && probe-render $view --interpolate nearest --offset 0.2 -o b.png '$scene' baked.probe && cmp a.png b.png"
-check "outside of the hull, another picture" sh -c "probe-render $view --outside nearest -o outside.png '$scene' baked.probe && ! cmp -s outside.png probes.png"
+check "outside of the hull, another picture" sh -c "probe-render $view --outside extend -o outside.png '$scene' baked.probe && ! cmp -s outside.png probes.png"
 refused 2 "need --interpolate shepard" render x.png --radius 1 "$scene" baked.probe
 refused 1 "--columns sh_gradient" render x.png --interpolate cubic "$scene" baked.probe
 awk 'BEGIN { for (x = 0.5; x < 5; x++) for (z = 0.5; z < 4; z++) print x, 1.5, z }' >plane.txt
