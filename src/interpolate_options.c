@@ -19,7 +19,7 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
         {.name = "falloff", .argument = "SHAPE", .kind = OPTION_CHOICE, .choices = falloffs, .value = &o->falloff,
          .help = "shepard: of the weights, towards the radius"},
         {.name = "outside", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = outsides, .value = &o->outside,
-         .help = "outside of the hull of the probes: the light of its nearest point,\nwhich has least error (nearest), light that goes on from it along rays\n(extend), or as the hull is (auto, see the manual)"},
+         .help = "outside of the hull of the probes: the light of its nearest point\n(nearest), light that goes on from it along rays (extend), or one of\nthese as the hull is (auto: see probe-query's manual)"},
         {0}};
     memcpy(rows, all, sizeof all);
     return rows;

@@ -127,7 +127,7 @@ int main(int argc, char **argv)
         if (strcmp(row->name, "outside"))
             continue;
         row->choices = outsides;
-        row->help = "outside of the hull of the probes: the light of its nearest point,\nwhich has least error (nearest), light that goes on from it along rays\n(extend), one of these as the hull is (auto, see the manual), none\n(zero), or the point is refused (error)";
+        row->help = "outside of the hull of the probes: the light of its nearest point\n(nearest), light that goes on from it along rays (extend), one of these\nas the hull is (auto: see the manual), none (zero), or the point is\nrefused (error)";
     }
     struct error *err = options_parse(&program, argc, argv);
     if (!err && a.explain && a.to != QUERY_TEXT)

@@ -20,9 +20,10 @@
  * once, without locks, each with places of its own. What is given to a volume must outlive it; nothing of it is copied but what
  * is said below.
  *
- * The same point gives the same bytes, whatever cell the search began in. Light is continuous everywhere, on the faces of cells
- * and across the hull. Positions are in scene units, right-handed; colour is linear RGB; SH are real and orthonormal with positive constants in
- * the first band, coefficient-major, colour fastest: sh[3 * (l * (l + 1) + m) + channel] (man probe-tools).
+ * The same point gives the same bytes, whatever cell the search began in. Light is continuous on the faces of cells and across
+ * the hull; outside of it, too, where the hull is convex or light goes on along rays (PROBE_EXTEND). Positions are in scene units,
+ * right-handed; colour is linear RGB; SH are real and orthonormal with positive constants in the first band, coefficient-major,
+ * colour fastest: sh[3 * (l * (l + 1) + m) + channel] (man probe-tools).
  */
 #ifndef PROBE_QUERY_H
 #define PROBE_QUERY_H
@@ -89,9 +90,9 @@ size_t probe_volume_probes(const struct probe_volume *volume);
 size_t probe_volume_cells(const struct probe_volume *volume);
 int probe_volume_corners(const struct probe_volume *volume);
 
-/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point (0): where PROBE_NEAREST asks for that, where PROBE_EXTEND does not ask for it and the hull is convex or its rays
- * would run along it, where
- * cells have fewer than 4 corners, and where no middle of the mesh sees all of its hull, as it does in what probe-tet makes. */
+/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point (0): where PROBE_NEAREST asks
+ * for that; where PROBE_EXTEND does not ask for rays, and the hull is convex or rays would run along it; where cells have fewer
+ * than 4 corners; and where no middle of the mesh sees all of its hull, as it does in what probe-tet makes. */
 int probe_volume_extends(const struct probe_volume *volume);
 
 /* Bytes that the volume holds beside what was given to it. */

@@ -421,7 +421,12 @@ static void try_core(struct probe_volume *v, const struct core *core, double sca
 
 enum probe_status volume_outer_init(struct probe_volume *v)
 {
-    enum { HALVINGS = 5, UNASKED = 2, TURNED = 8 }; /* times the volume that a turned core must have: even of a cube along its diagonal it is 5 */
+    enum {
+        HALVINGS = 5, /* of the core, before it is a point */
+        UNASKED = 2,  /* of them, for rays that are not asked for: those of a small core run along the hull rather than away from it,
+                       * and bring its light from afar */
+        TURNED = 8,   /* times the volume that a turned core must have: even of a cube along its diagonal it is 5 */
+    };
     struct core core = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, turned;
     double moment[3][3] = {{0}};
     if (!v->closed)
@@ -432,7 +437,6 @@ enum probe_status volume_outer_init(struct probe_volume *v)
     const double volume = fit_core(v, &core);
     if (fit_core(v, &turned) > TURNED * volume)
         core = turned;
-    /* Unasked, no rays that come from a small core: they run along the hull rather than away from it, and bring its light from afar. */
     const bool asked = v->flags & PROBE_EXTEND;
     for (int attempt = 0; attempt <= (asked ? HALVINGS : UNASKED) && !v->rays; attempt++)
         try_core(v, &core, attempt == HALVINGS ? 0 : 0.75 / (1 << attempt));

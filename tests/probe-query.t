@@ -51,6 +51,19 @@ for set in random grid turned; do
         probe-tet other.probe | probe-query -q --to binary - places.txt >b && [ \$(wc -c <a) -eq \$((48 * \$(wc -l <places.txt))) ] && cmp a b"
 done
 
+# Unasked, light outside is that of the nearest point; before dents it goes on along rays, unless their core is small, as of this hull which leakfix mended.
+probe-tet turned.probe >dented.probe
+probe-place grid -q --count 400 "$SRC/scenes/coloured-walls.gltf" | probe-capture -q --order 1 --columns none --rays 16 "$SRC/scenes/coloured-walls.gltf" |
+    probe-tet -q | probe-leakfix -q "$SRC/scenes/coloured-walls.gltf" >mended.probe
+outside() { # outside WHAT STREAM HOW: what is said of a point outside
+    check "outside of $2, $1: $3" sh -c "echo 99 0 0 | probe-query --outside $1 $2 2>&1 >light | grep -q '$3\$' && [ -s light ]"
+}
+check "these hulls have dents" sh -c "probe-tet --verify dented.probe 2>&1 | grep -q '[1-9][0-9]* dents' && probe-tet --verify mended.probe 2>&1 | grep -q '[1-9][0-9]* dents'"
+outside auto baked.probe "nearest point"
+outside auto dented.probe "along rays"
+outside auto mended.probe "nearest point"
+outside extend mended.probe "along rays"
+
 # an octree: a box of two cells, of which the second is cut, and one part of that again; light as above, then with a bend
 awk 'function nodes(x, y, z, s, n, i) {
          for (i = 0; i < (n + 1) ^ 3; i++)
