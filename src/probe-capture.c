@@ -1,14 +1,14 @@
 /* probe-capture: path traces the light that reaches each probe of a stream and projects it to SH. */
-#include "capture.h"
-#include "capture_options.h"
-#include "convert.h"
-#include "error.h"
-#include "interrupt.h"
-#include "options.h"
-#include "progress.h"
-#include "scene.h"
-#include "stream.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/interrupt.h"
+#include "base/options.h"
+#include "base/progress.h"
+#include "base/warning.h"
+#include "capture/capture.h"
+#include "capture/capture_options.h"
+#include "light/convert.h"
+#include "scene/scene.h"
+#include "stream/stream.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,15 +1,15 @@
 /* probe-cat: converts, merges, selects and describes probe streams, and converts their light. */
-#include "array.h"
-#include "convert.h"
-#include "error.h"
-#include "number.h"
-#include "options.h"
-#include "sh.h"
-#include "stream.h"
-#include "stream_edit.h"
-#include "stream_fill.h"
-#include "stream_salvage.h"
-#include "warning.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "libprobe-query/sh.h"
+#include "light/convert.h"
+#include "stream/stream.h"
+#include "stream/stream_edit.h"
+#include "stream/stream_fill.h"
+#include "stream/stream_salvage.h"
 
 #include <errno.h>
 #include <stdint.h>

@@ -1,16 +1,16 @@
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how smoothly it changes. */
-#include "baked.h"
-#include "error.h"
-#include "interpolate_options.h"
-#include "measure.h"
-#include "options.h"
-#include "progress.h"
-#include "report.h"
-#include "stage.h"
-#include "stream.h"
-#include "truth.h"
-#include "unseen.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/progress.h"
+#include "base/warning.h"
+#include "capture/stage.h"
+#include "interpolate/baked.h"
+#include "interpolate/interpolate_options.h"
+#include "measure/measure.h"
+#include "measure/report.h"
+#include "measure/truth.h"
+#include "measure/unseen.h"
+#include "stream/stream.h"
 
 #include <errno.h>
 #include <math.h>

@@ -1,14 +1,14 @@
 /* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both sides of the wall. */
-#include "array.h"
-#include "cells.h"
-#include "error.h"
-#include "leak.h"
-#include "options.h"
-#include "place.h"
-#include "progress.h"
-#include "stage.h"
-#include "stream.h"
-#include "warning.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/progress.h"
+#include "base/warning.h"
+#include "capture/stage.h"
+#include "leak/leak.h"
+#include "place/place.h"
+#include "stream/cells.h"
+#include "stream/stream.h"
 
 #include <math.h>
 #include <stdio.h>

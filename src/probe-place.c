@@ -1,13 +1,13 @@
 /* probe-place: puts probes into a scene. */
-#include "array.h"
-#include "error.h"
-#include "options.h"
-#include "place.h"
-#include "scene.h"
-#include "stream.h"
-#include "trace.h"
-#include "vec.h"
-#include "warning.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "math/vec.h"
+#include "place/place.h"
+#include "scene/scene.h"
+#include "stream/stream.h"
+#include "trace/trace.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,12 +1,12 @@
 /* probe-query: the light at points, interpolated between the probes around each. */
-#include "array.h"
-#include "error.h"
-#include "interpolate_options.h"
-#include "options.h"
-#include "points.h"
-#include "query.h"
-#include "stream_private.h"
-#include "warning.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "interpolate/interpolate_options.h"
+#include "interpolate/query.h"
+#include "stream/points.h"
+#include "stream/stream_private.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,10 +1,10 @@
 /* probe-tet: makes the Delaunay tetrahedra of a stream's probes. */
-#include "cells.h"
-#include "error.h"
-#include "options.h"
-#include "stream.h"
-#include "tetra.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "stream/cells.h"
+#include "stream/stream.h"
+#include "tetra/tetra.h"
 
 #include <math.h>
 #include <stdio.h>

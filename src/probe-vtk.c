@@ -1,12 +1,12 @@
 /* probe-vtk: writes probes, tetrahedra and the scene for ParaView. */
-#include "error.h"
-#include "grid.h"
-#include "options.h"
-#include "scene.h"
-#include "stream.h"
-#include "surface.h"
-#include "vtk_export.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "scene/scene.h"
+#include "stream/stream.h"
+#include "vtk/vtk_export.h"
+#include "vtk/vtk_probes.h"
+#include "vtk/vtk_scene.h"
 
 #include <math.h>
 #include <stdio.h>

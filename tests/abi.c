@@ -1,7 +1,7 @@
 /* What a program that was compiled against probe-query.h has in it: sizes and places of its structs, and its numbers. As lines
  * for tests/libprobe-query.t, which compares them with tests/libprobe-query.abi.
  */
-#include "probe-query.h"
+#include "libprobe-query/probe-query.h"
 
 #include <stdio.h>
 

@@ -1,12 +1,12 @@
 /* The lowest layer: errors gain context, arrays refuse to overflow, random numbers depend on their
  * name alone, loops report the first failure whatever the threads do, options mean what they say. */
-#include "array.h"
-#include "error.h"
-#include "options.h"
-#include "random.h"
-#include "tap.h"
-#include "threads.h"
-#include "warning.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/threads.h"
+#include "base/warning.h"
+#include "math/random.h"
+#include "support/tap.h"
 
 #include <errno.h>
 #include <stdint.h>

@@ -1,10 +1,10 @@
 /* Other bases: what their functions must be, and that fits are the best there are. */
-#include "basis.h"
-#include "content.h"
-#include "error.h"
-#include "sh_light.h"
-#include "stream.h"
-#include "tap.h"
+#include "light/basis.h"
+#include "base/error.h"
+#include "light/content.h"
+#include "stream/stream.h"
+#include "support/sh_light.h"
+#include "support/tap.h"
 
 #include <string.h>
 

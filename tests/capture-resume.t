@@ -1,6 +1,6 @@
 #!/bin/sh
 # A bake in pieces is the bake in one: slices, a capture that was killed, a capture that was asked to end.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 scene=$SRC/scenes/two-rooms.obj
 options="--quiet --threads 2 --bounces 2"
 capture() { probe-capture $options "$@"; }

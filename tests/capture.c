@@ -1,9 +1,9 @@
 /* Capture, one probe at a time: what the rays learn, seeds, alpha, instances, the header, and the coverage of sh_error. z-scores,
  * (value - truth) / sh_error, are held within 4.5 (a chance of 7e-6 of failing by luck). Closed forms: tests/forms.c; scale and
  * distance: tests/extremes.c. */
-#include "capture_bench.h"
-#include "random.h"
-#include "stream.h"
+#include "math/random.h"
+#include "stream/stream.h"
+#include "support/capture_bench.h"
 
 /* Largest |z| of the coefficients against a truth. */
 static double worst_z(const struct capture_probe *p, int order, const double *truth)

@@ -1,9 +1,9 @@
 /* Radiance and irradiance: both kinds of coefficients against closed forms, orders 1 to 6, with their error and gradient; and
  * what can be turned into which. */
-#include "capture_runs.h"
-#include "content.h"
-#include "order.h"
-#include "stream.h"
+#include "light/content.h"
+#include "light/order.h"
+#include "stream/stream.h"
+#include "support/capture_runs.h"
 
 /* A_l, Ramamoorthi and Hanrahan 2001, eq. 8, by hand. */
 static const double A[6] = {PI, 2 * PI / 3, PI / 4, 0, -PI / 24, 0};

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Light in other shapes, as users ask for it: irradiance, de-ringing, other bases; from probe-capture and from probe-cat, the same.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 scene=$SRC/scenes/two-rooms.obj
 lamp="--point 1,1.5,1,9,6,3"
 capture() { probe-capture --quiet --rays 32 --bounces 2 $lamp "$@"; }

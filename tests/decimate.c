@@ -1,9 +1,9 @@
 /* Decimated scenes: flat surfaces lose their triangles and nothing else, round ones keep their area and volume, textures stay
  * where they were, materials and lamps keep their shape, what was closed stays closed, and whatever a file may hold is
  * survived. */
-#include "capture_bench.h"
-#include "random.h"
-#include "warning.h"
+#include "base/warning.h"
+#include "math/random.h"
+#include "support/capture_bench.h"
 
 static double mesh_area(const struct scene *s, int32_t material)
 {

@@ -1,11 +1,11 @@
 /* De-ringing: windows whose least r is known in closed form; what no window may do; the minimum over the sphere against many
  * samples. */
-#include "dering.h"
-#include "content.h"
-#include "error.h"
-#include "sh_light.h"
-#include "stream.h"
-#include "tap.h"
+#include "light/dering.h"
+#include "base/error.h"
+#include "light/content.h"
+#include "stream/stream.h"
+#include "support/sh_light.h"
+#include "support/tap.h"
 
 #include <string.h>
 

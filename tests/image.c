@@ -1,7 +1,7 @@
 /* Pictures: every format gives the texels that were put in, and damage is an error. */
-#include "error.h"
-#include "image.h"
-#include "tap.h"
+#include "base/error.h"
+#include "image/image.h"
+#include "support/tap.h"
 
 #include <stb_image_write.h>
 #include <stdint.h>

@@ -1,11 +1,11 @@
 /* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees with its formula summed over
  * all probes. */
-#include "error.h"
-#include "interpolate.h"
-#include "random.h"
-#include "stream.h"
-#include "tap.h"
-#include "tetra.h"
+#include "base/error.h"
+#include "interpolate/interpolate.h"
+#include "math/random.h"
+#include "stream/stream.h"
+#include "support/tap.h"
+#include "tetra/tetra.h"
 
 #include <string.h>
 

@@ -1,13 +1,13 @@
 /* Placement and leaks: grids fill their box evenly and keep to their count; what is inside solids is recognised and rooms are
  * not; edges through walls are found, all of them, and the probes that mend them stand off the wall on both sides. */
-#include "error.h"
-#include "leak.h"
-#include "place.h"
-#include "random.h"
-#include "scene.h"
-#include "tap.h"
-#include "trace.h"
-#include "vec.h"
+#include "base/error.h"
+#include "leak/leak.h"
+#include "math/random.h"
+#include "math/vec.h"
+#include "place/place.h"
+#include "scene/scene.h"
+#include "support/tap.h"
+#include "trace/trace.h"
 
 #include <string.h>
 #include <unistd.h>

@@ -1,11 +1,11 @@
 #!/bin/sh
 # libprobe-query as it is installed: nothing shown but probe_*, no dependency but libc and libm, a header for C and C++, the same
 # binary interface as the last release, and an example that a compiler and pkg-config suffice for.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
-shared=$BUILD/src/.libs/libprobe-query.so
-archive=$BUILD/src/.libs/libprobe-query.a
+shared=$BUILD/src/libprobe-query/.libs/libprobe-query.so
+archive=$BUILD/src/libprobe-query/.libs/libprobe-query.a
 sanitized() { case "${CFLAGS-} ${LDFLAGS-}" in *-fsanitize*) return 0 ;; *) return 1 ;; esac; }
 
 make -s -C "$BUILD" install-libLTLIBRARIES install-includeHEADERS install-pkgconfigDATA install-dist_exampleDATA \

@@ -1,11 +1,11 @@
 /* libprobe-query as a game has it, through its public header alone: it holds as many bytes as it says, and no light; memory that
  * runs out anywhere is a status and no leak; halves are the nearest ones over a float's whole range; many threads may ask one
  * volume; a header that lies is refused, whatever its checksum. */
-#include "error.h"
-#include "probe-query.h"
-#include "random.h"
-#include "tap.h"
-#include "tetra.h"
+#include "base/error.h"
+#include "libprobe-query/probe-query.h"
+#include "math/random.h"
+#include "support/tap.h"
+#include "tetra/tetra.h"
 
 #include <float.h>
 #include <pthread.h>

@@ -1,7 +1,7 @@
 #!/bin/sh
 # The manual keeps its promises: pages are lint-clean, every option of --help is in its page and the
 # other way round, and every program names itself and its version.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 
 if command -v mandoc >/dev/null; then
     for page in "$SRC"/man/*.[1357]; do

@@ -1,6 +1,6 @@
 /* Numbers as text: floats read back to the same bits, with the fewest digits that do, and of these the nearest. */
-#include "number.h"
-#include "tap.h"
+#include "base/number.h"
+#include "support/tap.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,11 +3,11 @@
  *
  *     octree [SETS [SEED]]     of the mutated ones; part of make check with few
  */
-#include "error.h"
-#include "nodes.h"
-#include "octree.h"
-#include "random.h"
-#include "tap.h"
+#include "base/error.h"
+#include "interpolate/nodes.h"
+#include "interpolate/octree.h"
+#include "math/random.h"
+#include "support/tap.h"
 
 #include <string.h>
 

@@ -1,17 +1,17 @@
 /* Pictures: powers, colour spaces and maps have the values that are published; what is written reads back; screens show what
  * IEC 61966-2-1 says; FLIP has its paper's values. */
-#include "annotate.h"
-#include "cielab.h"
-#include "colour_map.h"
-#include "compare.h"
-#include "display.h"
-#include "error.h"
-#include "files.h"
-#include "flip.h"
-#include "image.h"
-#include "picture.h"
-#include "power.h"
-#include "tap.h"
+#include "base/error.h"
+#include "image/annotate.h"
+#include "image/cielab.h"
+#include "image/colour_map.h"
+#include "image/compare.h"
+#include "image/display.h"
+#include "image/flip.h"
+#include "image/image.h"
+#include "image/picture.h"
+#include "math/power.h"
+#include "support/files.h"
+#include "support/tap.h"
 
 static void must(struct error *err)
 {

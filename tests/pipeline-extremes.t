@@ -1,6 +1,6 @@
 #!/bin/sh
 # The whole pipeline at the ends of its range (scripts/extremes, in its short form), and that its table can fail.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 extremes=$SRC/scripts/extremes
 
 "$extremes" --short >table 2>err

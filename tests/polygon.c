@@ -1,8 +1,8 @@
 /* Polygons split into triangles: nothing is lost, nothing covered twice, in whatever plane and however hollow. */
-#include "error.h"
-#include "polygon.h"
-#include "tap.h"
-#include "vec.h"
+#include "base/error.h"
+#include "import/polygon.h"
+#include "math/vec.h"
+#include "support/tap.h"
 
 #include <stdint.h>
 #include <string.h>

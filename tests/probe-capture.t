@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-capture as users run it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 scene=$SRC/scenes/cornell-box.obj
 probe-place grid -q --count 40 "$scene" >placed.probe
 

@@ -1,7 +1,7 @@
 #!/bin/sh
 # probe-cat as people run it: converting keeps every bit, selections and merges do what they say, output
 # appears whole or not at all, and whatever goes wrong is said and makes the status non-zero.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 
 cat >small.probe <<'END'
 #?probe 1
@@ -337,7 +337,7 @@ wait $reader
 check "and is whole at the end" sh -c "grep -v '^# ' early | cmp - big.probe"
 
 # -- failing system calls ----------------------------------------------------------------------------
-library=$BUILD/tests/failing_io.so
+library=$BUILD/tests/support/failing_io.so
 # failing CALL AFTER HOW COMMAND...
 failing() {
     failing_call=$1 failing_after=$2 failing_how=$3

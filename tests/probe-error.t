@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-error as users run it: its figures where they are known, the truth that is kept, what is refused.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 rooms=$SRC/scenes/two-rooms.obj
 
 # figure MEASURE OF FILE: a figure of a --tsv report.

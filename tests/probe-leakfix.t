@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-leakfix as users run it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 rooms=$SRC/scenes/two-rooms.obj
 probe-place grid -q --count 120 "$rooms" | probe-capture -q --rays 32 --bounces 4 "$rooms" | probe-tet >cells.probe
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-place as users run it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 rooms=$SRC/scenes/two-rooms.obj
 
 positions() { grep -v '^[#a-z]' "$1"; }

@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-query as users run it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 
 # Probes whose light is linear in their place: L00 = (x, y, 2), order 2 with a gradient along y in L1-1.
 probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 --text | grep '^[0-9]' |

@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-render as users run it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 scene=$SRC/scenes/two-rooms.obj
 probe-place grid -q --count 60 "$scene" | probe-capture -q --rays 64 "$scene" | probe-tet >baked.probe
 view="--size 48x32 --samples 4 --eye 0.4,1.5,0.4 --look-at 3,1,3 -q"

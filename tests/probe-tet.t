@@ -1,6 +1,6 @@
 #!/bin/sh
 # probe-tet as users run it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 --text >grid.probe
 cat >stream <<'END'
 #!/bin/sh

@@ -1,8 +1,8 @@
 #!/bin/sh
-# probe-vtk: what it writes arrives in VTK's own readers (tests/vtk_read.py, on Debian's python3-vtk9) as it stood in
+# probe-vtk: what it writes arrives in VTK's own readers (tests/support/vtk_read.py, on Debian's python3-vtk9) as it stood in
 # the stream, derived arrays are what the manual says, and what cannot be written leaves the old file. scripts/picture
 # draws it.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 
 if [ ! -x "$BUILD/src/probe-vtk" ]; then
     printf '1..0 # SKIP probe-vtk is not built (--without-vtk)\n'
@@ -14,7 +14,7 @@ if "$python" -c 'import numpy, vtk' 2>/dev/null; then
     look() { # look NAME CHECK ARGUMENT...
         look_name=$1
         shift
-        check "$look_name" "$python" "$SRC/tests/vtk_read.py" "$@"
+        check "$look_name" "$python" "$SRC/tests/support/vtk_read.py" "$@"
     }
 else
     look() { skip "$1: python3-vtk9 or python3-numpy is not installed"; }

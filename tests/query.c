@@ -1,14 +1,14 @@
 /* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found it,
  * in the lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any
  * dimension; what is not a mesh is refused. */
-#include "cell.h"
-#include "error.h"
-#include "point_sets.h"
-#include "probe-query.h"
-#include "random.h"
-#include "tap.h"
-#include "tetra.h"
-#include "volume.h"
+#include "base/error.h"
+#include "libprobe-query/probe-query.h"
+#include "libprobe-query/volume.h"
+#include "math/cell.h"
+#include "math/random.h"
+#include "support/point_sets.h"
+#include "support/tap.h"
+#include "tetra/tetra.h"
 
 #include <string.h>
 

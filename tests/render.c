@@ -1,17 +1,17 @@
 /* Rendered pictures against closed forms: furnaces, a floor under the sky, probes of known light, a sphere in the sun; the
  * truth's noise is what it says; overlays cover what they should; the same bytes for any number of threads. */
-#include "angle.h"
-#include "array.h"
-#include "camera.h"
-#include "capture_bench.h"
-#include "colour_map.h"
-#include "object.h"
-#include "overlay.h"
-#include "render.h"
-#include "sh.h"
-#include "shot.h"
-#include "stream.h"
-#include "view.h"
+#include "base/array.h"
+#include "image/colour_map.h"
+#include "libprobe-query/sh.h"
+#include "math/angle.h"
+#include "render/camera.h"
+#include "render/object.h"
+#include "render/overlay.h"
+#include "render/render.h"
+#include "render/shot.h"
+#include "render/view.h"
+#include "stream/stream.h"
+#include "support/capture_bench.h"
 
 /* -- set-up ------------------------------------------------------------------------------------ */
 

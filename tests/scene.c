@@ -1,14 +1,14 @@
 /* Scenes as data: what scene_finish leaves of them, how maps, materials, sky and lights are read, which pieces are
  * closed, and settings that survive the way through options and header to the bit. */
-#include "angle.h"
-#include "error.h"
-#include "files.h"
-#include "image.h"
-#include "options.h"
-#include "scene_private.h"
-#include "stream.h"
-#include "tap.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "image/image.h"
+#include "import/import.h"
+#include "math/angle.h"
+#include "stream/stream.h"
+#include "support/files.h"
+#include "support/tap.h"
 
 #include <float.h>
 #include <stb_image_write.h>

@@ -1,10 +1,10 @@
 /* PLY, OFF and STL: what they hold is what the scene holds, in double where they say double; counts that lie, and ends
  * that come too soon, are errors that say where. */
-#include "error.h"
-#include "files.h"
-#include "scene.h"
-#include "tap.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/warning.h"
+#include "scene/scene.h"
+#include "support/files.h"
+#include "support/tap.h"
 
 #include <stdint.h>
 #include <string.h>

@@ -4,12 +4,12 @@
  * Files are put together here: JSON is written with ' for ", and the binary buffer is cut into views, one for each call
  * of view().
  */
-#include "error.h"
-#include "files.h"
-#include "image.h"
-#include "scene.h"
-#include "tap.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/warning.h"
+#include "image/image.h"
+#include "scene/scene.h"
+#include "support/files.h"
+#include "support/tap.h"
 
 #include <stb_image_write.h>
 #include <stdint.h>

@@ -1,9 +1,9 @@
 /* OBJ and MTL as real files are: each kind of dirt is read for what it means, or left out with a warning. */
-#include "error.h"
-#include "files.h"
-#include "scene.h"
-#include "tap.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/warning.h"
+#include "scene/scene.h"
+#include "support/files.h"
+#include "support/tap.h"
 
 #include <stb_image_write.h>
 #include <stdint.h>

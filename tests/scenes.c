@@ -1,9 +1,9 @@
 /* The bundled scenes are what scenes/README.md says: lit by themselves, closed where it says so, without faces that lie
  * upon each other, and read without a warning. */
-#include "error.h"
-#include "scene.h"
-#include "tap.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/warning.h"
+#include "scene/scene.h"
+#include "support/tap.h"
 
 #include <string.h>
 

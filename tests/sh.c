@@ -1,7 +1,7 @@
 /* Spherical harmonics: the functions are orthonormal and have the signs and constants that the manual states; irradiance
  * is the cosine convolution. */
-#include "sh.h"
-#include "tap.h"
+#include "libprobe-query/sh.h"
+#include "support/tap.h"
 
 #define PI 3.14159265358979323846
 

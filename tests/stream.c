@@ -1,10 +1,10 @@
 /* The stream: what is written is read back to the bit in both encodings, and what is not whole or not
  * valid is refused, whichever byte of it is wrong. */
-#include "error.h"
-#include "number.h"
-#include "random.h"
-#include "stream.h"
-#include "tap.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "math/random.h"
+#include "stream/stream.h"
+#include "support/tap.h"
 
 #include <fcntl.h>
 #include <float.h>

@@ -1,6 +1,6 @@
 #!/bin/sh
 # scripts/sweep as users run it: a table that a killed sweep completes, failures that are rows, files that are refused.
-. "${SRC:?}/tests/setup.sh"
+. "${SRC:?}/tests/support/setup.sh"
 for tool in python3 parallel setpriv time; do
     command -v $tool >/dev/null || { skip "$tool is not installed: no sweeps"; tap_done; }
 done

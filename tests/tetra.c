@@ -1,16 +1,16 @@
 /* Tetrahedra and location: every mesh passes the exact checker, and the checker finds each kind of damage; cells are Delaunay;
  * the order of the points does not matter; weights reproduce linear fields, sum to 1, and go over continuously into those of
  * the hull's nearest point, which is found exactly; what cannot be meshed is refused. */
-#include "cell.h"
-#include "error.h"
-#include "lattice.h"
-#include "mesh.h"
-#include "point_sets.h"
-#include "random.h"
-#include "sites.h"
-#include "tap.h"
-#include "tetra.h"
-#include "warning.h"
+#include "base/error.h"
+#include "base/warning.h"
+#include "interpolate/cells_volume.h"
+#include "libprobe-query/lattice.h"
+#include "math/cell.h"
+#include "math/random.h"
+#include "support/point_sets.h"
+#include "support/tap.h"
+#include "tetra/sites.h"
+#include "tetra/tetra.h"
 
 #include <string.h>
 

@@ -1,0 +1,115 @@
+/* options: a command line described by one table.
+ *
+ * A program lists its options once, in rows of name, letter, argument, help and where the value
+ * goes. The table parses, checks ranges and trailing rubbish, prints --help with each default
+ * (the value that stands in the variable before parsing), and writes the command line that
+ * goes into the stream's provenance. --help and --version leave from here.
+ *
+ *     double spacing = 1;
+ *     const struct option_row rows[] = {
+ *         {.name = "spacing", .letter = 's', .argument = "LENGTH", .help = "distance between probes",
+ *          .kind = OPTION_REAL, .value = &spacing, .least = 0, .least_open = true, .most = INFINITY},
+ *         {0}};
+ *     struct common common = common_default();
+ *     struct program program = {.name = "probe-place", .usage = "grid [OPTION]... SCENE", ...
+ *                               .groups = {rows, common_rows(&common, COMMON_STREAM)}};
+ *     err = options_parse(&program, argc, argv);
+ */
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#include "stream/stream.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct error;
+
+enum option_kind {
+    OPTION_FLAG,    /* bool: present or not, no argument */
+    OPTION_INTEGER, /* int64_t, within least..most */
+    OPTION_REAL,    /* double, finite, within least..most */
+    OPTION_REALS,   /* double[count]: comma-separated, each finite and within least..most */
+    OPTION_TEXT,    /* const char *: as it stands; points into argv */
+    OPTION_CHOICE,  /* int: index into choices */
+    OPTION_SET,     /* int: set to `count` when the option is present, no argument */
+    OPTION_CALL,    /* whatever parse makes of it; may repeat */
+};
+
+struct option_row {
+    const char *name;     /* without the dashes; NULL ends the table */
+    char letter;          /* 0: none */
+    const char *argument; /* its name in --help; NULL for a flag */
+    const char *help;     /* one line, or several separated by \n */
+    enum option_kind kind;
+    void *value;
+    double least, most; /* the range, ends included; both 0: no limit */
+    bool least_open;    /* least itself is not allowed */
+    int count; /* REALS: how many; SET: the value */
+    const char *const *choices; /* NULL-terminated */
+    struct error *(*parse)(void *value, const char *text);
+    const char *shown; /* the default as --help shows it; NULL: made from *value */
+    bool *given;       /* set to true when the option is present; may be NULL */
+    bool unrecorded;   /* cannot change the output's rows, so stays out of the provenance */
+};
+
+enum { OPTION_GROUPS = 6 };
+
+struct program {
+    const char *name;    /* "probe-tet" */
+    const char *usage;   /* what follows the name: "[OPTION]... [STREAM]" */
+    const char *summary; /* one or a few sentences under the usage */
+    const struct option_row *groups[OPTION_GROUPS]; /* tables, NULL after the last */
+    int operands_least, operands_most;
+    const char *notes; /* printed below the options: examples, files; may be NULL */
+
+    /* Filled by options_parse: */
+    const char **operands; /* point into argv */
+    int operand_count;
+    char *recorded; /* the command line for the provenance: options that matter, in order, quoted
+                       for a shell where needed; no operands: options_record adds those that matter */
+};
+
+/* Parses argv by the table. On --help or --version prints to standard output and exits (0, or 1
+ * when standard output cannot be written). A wrong command line is an error with exit status 2 that
+ * names the option, what was expected and what came. */
+struct error *options_parse(struct program *program, int argc, char **argv);
+
+/* Adds an operand (a scene's name, a method) to program->recorded, quoted where needed. */
+struct error *options_record(struct program *program, const char *operand);
+
+void program_clear(struct program *program);
+
+/* A number from the whole of `text`, finite; `what` names it in the error ("--spacing"). */
+struct error *options_real(const char *what, const char *text, double *value);
+
+/* `count` comma-separated numbers from the whole of `text`. */
+struct error *options_reals(const char *what, const char *text, int count, double *values);
+
+/* The options that many programs share, with one meaning everywhere. */
+struct common {
+    const char *output; /* -o: a file's path, or "-": standard output */
+    int encoding;       /* an enum stream_encoding; STREAM_AS_READ unless --text or --binary */
+    int64_t threads;    /* 1 or more; default threads_available() */
+    int64_t seed;       /* 0 .. 2^53 */
+    bool quiet;         /* no warnings, no progress */
+    bool progress;      /* default: standard error is a terminal */
+};
+
+enum {
+    COMMON_OUTPUT = 1,   /* --output */
+    COMMON_ENCODING = 2, /* --text, --binary */
+    COMMON_THREADS = 4,
+    COMMON_SEED = 8,
+    COMMON_PROGRESS = 16, /* --progress */
+    COMMON_STREAM = COMMON_OUTPUT | COMMON_ENCODING,
+    COMMON_ROWS = 10, /* room for all of them, --quiet (always there) and the end */
+};
+
+struct common common_default(void);
+
+/* Fills rows (COMMON_ROWS of them) with the options named by `which` (and --quiet) and returns rows. */
+const struct option_row *common_rows(struct common *common, unsigned which, struct option_row *rows);
+
+#endif

@@ -1,0 +1,11 @@
+# errors, arrays, warnings, threads, signals, progress, numbers as text, options, bytes of files
+base_sources = \
+	%D%/array.c %D%/array.h \
+	%D%/error.c %D%/error.h \
+	%D%/file.c \
+	%D%/interrupt.c %D%/interrupt.h \
+	%D%/number.cc %D%/number.h \
+	%D%/options.c %D%/options.h \
+	%D%/progress.c %D%/progress.h \
+	%D%/threads.c %D%/threads.h \
+	%D%/warning.c %D%/warning.h

@@ -1,0 +1,76 @@
+#include "base/warning.h"
+#include "base/array.h"
+#include "base/error.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct warning {
+    const char *kind;
+    char *message;
+    size_t count;
+};
+
+static struct warning *find(const struct warnings *warnings, const char *kind)
+{
+    for (size_t i = 0; i < warnings->count; i++)
+        if (!strcmp(warnings->list[i].kind, kind))
+            return &warnings->list[i];
+    return NULL;
+}
+
+void warnings_add(struct warnings *warnings, const char *kind, const char *format, ...)
+{
+    if (!warnings)
+        return;
+    struct warning *known = find(warnings, kind);
+    if (known) {
+        known->count++;
+        return;
+    }
+    struct error *err =
+        array_reserve(&warnings->list, &warnings->capacity, warnings->count + 1, sizeof *warnings->list);
+    if (err) {
+        error_destroy(err);
+        return;
+    }
+    va_list args;
+    va_start(args, format);
+    const int length = vsnprintf(NULL, 0, format, args);
+    va_end(args);
+    char *message = length < 0 ? NULL : malloc((size_t)length + 1);
+    if (!message)
+        return;
+    va_start(args, format);
+    vsnprintf(message, (size_t)length + 1, format, args);
+    va_end(args);
+    warnings->list[warnings->count++] = (struct warning){.kind = kind, .message = message, .count = 1};
+}
+
+size_t warnings_of_kind(const struct warnings *warnings, const char *kind)
+{
+    const struct warning *known = find(warnings, kind);
+    return known ? known->count : 0;
+}
+
+void warnings_print(struct warnings *warnings, const char *program)
+{
+    for (size_t i = 0; i < warnings->count; i++) {
+        const struct warning *w = &warnings->list[i];
+        fprintf(stderr, "%s: warning: %s", program, w->message);
+        if (w->count > 1)
+            fprintf(stderr, " (and %zu more like it)", w->count - 1);
+        fputc('\n', stderr);
+    }
+    warnings_clear(warnings);
+}
+
+void warnings_clear(struct warnings *warnings)
+{
+    for (size_t i = 0; i < warnings->count; i++)
+        free(warnings->list[i].message);
+    free(warnings->list);
+    *warnings = (struct warnings){0};
+}

@@ -1,0 +1,394 @@
+#include "capture/capture.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/interrupt.h"
+#include "base/number.h"
+#include "base/progress.h"
+#include "base/threads.h"
+#include "light/basis.h"
+#include "light/content.h"
+#include "scene/scene.h"
+#include "stream/stream.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const light_names[] = {[CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect"};
+
+struct capture_settings capture_settings_default(void)
+{
+    return (struct capture_settings){.order = 3, .rays = 512, .rays_most = 65536, .bounces = 64, .decimate = 1,
+                                     .ao_distance = (double)INFINITY, .columns = CAPTURE_DEFAULT};
+}
+
+/* -- header ----------------------------------------------------------------------------------- */
+
+static struct error *set_number(struct stream_header *header, const char *key, uint64_t value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%" PRIu64, value);
+    return header_set_key(header, key, text);
+}
+
+static struct error *set_real(struct stream_header *header, const char *key, double value)
+{
+    char text[32];
+    *number_write_f64(text, value) = '\0';
+    return header_set_key(header, key, text);
+}
+
+struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header)
+{
+    static const char *const optional[] = {"capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance",
+                                           "capture-decimate"};
+    for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)
+        header_remove_key(header, optional[i]);
+    struct error *err = set_number(header, "sh-order", (uint64_t)settings->order);
+    if (!err)
+        err = content_to_header(header, settings->convolved);
+    if (!err)
+        err = dering_to_header(&settings->dering, header);
+    if (!err)
+        err = header_set_key(header, "capture-light", light_names[settings->light]);
+    if (!err)
+        err = set_number(header, "capture-rays", (uint64_t)settings->rays);
+    if (!err && settings->error > 0) {
+        err = set_real(header, "capture-error", settings->error);
+        if (!err)
+            err = set_real(header, "capture-error-floor", settings->error_floor);
+        if (!err)
+            err = set_number(header, "capture-max-rays", (uint64_t)settings->rays_most);
+    }
+    if (!err && settings->ao_distance < (double)INFINITY)
+        err = set_real(header, "capture-ao-distance", settings->ao_distance);
+    if (!err && settings->decimate < 1)
+        err = set_real(header, "capture-decimate", settings->decimate);
+    if (!err)
+        err = set_number(header, "capture-bounces", (uint64_t)settings->bounces);
+    if (!err)
+        err = set_number(header, "capture-seed", settings->seed);
+    return err;
+}
+
+static struct error *get_number(const struct stream_header *header, const char *key, uint64_t least, uint64_t most,
+                                uint64_t *value)
+{
+    const char *text = header_key(header, key);
+    if (!text)
+        return NULL;
+    char *end;
+    const unsigned long long number = strtoull(text, &end, 10);
+    if (*text < '0' || *text > '9' || *end || number < least || number > most)
+        return error_new("header key %s: expected a whole number from %" PRIu64 " to %" PRIu64 ", got '%s'", key, least, most, text);
+    *value = number;
+    return NULL;
+}
+
+static struct error *get_real(const struct stream_header *header, const char *key, double *value)
+{
+    const char *text = header_key(header, key);
+    if (!text)
+        return NULL;
+    const char *end = text + strlen(text);
+    double number;
+    if (number_read_f64(text, end, &number) != end || !(number >= 0 && number < (double)INFINITY))
+        return error_new("header key %s: expected a number from 0, got '%s'", key, text);
+    *value = number;
+    return NULL;
+}
+
+static struct error *get_light(const struct stream_header *header, enum capture_light *light)
+{
+    const char *text = header_key(header, "capture-light");
+    for (int i = 0; text && i < 3; i++) {
+        if (!strcmp(text, light_names[i])) {
+            *light = (enum capture_light)i;
+            return NULL;
+        }
+    }
+    return text ? error_new("header key capture-light: expected all, direct or indirect, got '%s'", text) : NULL;
+}
+
+struct error *capture_settings_from_header(struct capture_settings *settings, const struct stream_header *header)
+{
+    uint64_t order = (uint64_t)settings->order, rays = (uint64_t)settings->rays, bounces = (uint64_t)settings->bounces;
+    uint64_t rays_most = (uint64_t)settings->rays_most;
+    struct error *err = get_number(header, "sh-order", 1, SH_ORDER_MAX, &order);
+    if (!err)
+        err = get_number(header, "capture-rays", 1, CAPTURE_RAYS_MOST, &rays);
+    if (!err)
+        err = get_number(header, "capture-max-rays", 1, CAPTURE_RAYS_MOST, &rays_most);
+    if (!err)
+        err = get_number(header, "capture-bounces", 0, CAPTURE_BOUNCES_MOST, &bounces);
+    if (!err)
+        err = get_number(header, "capture-seed", 0, (uint64_t)1 << 53, &settings->seed);
+    if (!err)
+        err = get_real(header, "capture-error", &settings->error);
+    if (!err)
+        err = get_real(header, "capture-error-floor", &settings->error_floor);
+    if (!err)
+        err = get_real(header, "capture-ao-distance", &settings->ao_distance);
+    if (!err)
+        err = get_real(header, "capture-decimate", &settings->decimate);
+    if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
+        err = error_new("header key capture-decimate: expected a share above 0 and at most 1, got '%s'",
+                        header_key(header, "capture-decimate"));
+    if (!err)
+        err = get_light(header, &settings->light);
+    if (!err)
+        err = content_from_header(header, &settings->convolved);
+    if (!err)
+        err = dering_from_header(&settings->dering, header);
+    settings->order = (int)order;
+    settings->rays = (int)rays;
+    settings->rays_most = (int)rays_most;
+    settings->bounces = (int)bounces;
+    return err;
+}
+
+bool capture_header_has_settings(const struct stream_header *header)
+{
+    return header_key(header, "capture-rays");
+}
+
+struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now)
+{
+    static const char *const keys[] = {"sh-order",      "sh-content",          "sh-dering",        "capture-light",    "capture-rays",
+                                       "capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance", "capture-decimate",
+                                       "capture-bounces", "capture-seed",      "scene-key"};
+    if (!capture_header_has_settings(before) || !capture_header_has_settings(now))
+        return NULL;
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
+        const char *was = header_key(before, keys[i]), *is = header_key(now, keys[i]);
+        was = was ? was : "none";
+        is = is ? is : "none";
+        if (!strcmp(was, is))
+            continue;
+        if (!strcmp(keys[i], "scene-key"))
+            return error_new("the probes were captured in another scene, or with other light in it");
+        return error_new("the probes were captured with %s %s, not %s", keys[i], was, is);
+    }
+    return NULL;
+}
+
+struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
+                                  const struct capture_settings *settings,
+                                  const struct scene_settings *light, uint64_t scene_key, bool again, const char *recorded)
+{
+    char key[32];
+    snprintf(key, sizeof key, "%016" PRIx64, scene_key);
+    struct error *err = header_copy(header, before);
+    if (!err)
+        err = header_add_provenance(header, recorded);
+    if (!err)
+        err = capture_settings_to_header(settings, header);
+    if (!err)
+        err = scene_settings_to_header(light, header);
+    if (!err)
+        err = header_set_key(header, "scene-key", key);
+    if (!err && !again)
+        err = error_wrap(capture_check_same(before, header), "--again captures all anew");
+    return err;
+}
+
+/* -- tables ----------------------------------------------------------------------------------- */
+
+/* A column that capture may write: its name beside points and beside surfaces (NULL: not there), its width, where a probe's
+ * result holds it, and the flag that asks for it (0: always). */
+struct output {
+    const char *point, *surface;
+    size_t width, offset;
+    unsigned flag;
+};
+
+enum { OUTPUTS = 10 }; /* without the count of rays, which is no float */
+
+#define AT(member) offsetof(struct capture_probe, member)
+
+static void make_outputs(const struct capture_settings *settings, bool surface, struct output output[OUTPUTS])
+{
+    const size_t count = (size_t)(settings->order * settings->order), light = surface ? 3 : 3 * count;
+    const struct output all[OUTPUTS] = {
+        {"sh", "irradiance", light, AT(sh), 0},
+        {"sh_error", "irradiance_error", light, AT(sh_error), CAPTURE_ERROR},
+        {"sh_gradient", NULL, 9 * count, AT(sh_gradient), CAPTURE_GRADIENT},
+        {"sh_window", NULL, 1, AT(sh_window), CAPTURE_WINDOW},
+        {"visibility", NULL, count, AT(visibility), CAPTURE_VISIBILITY},
+        {"validity", "validity", 1, AT(validity), CAPTURE_VALIDITY},
+        {"depth", "depth", 1, AT(depth), CAPTURE_DEPTH},
+        {"sky", "sky", 1, AT(sky), CAPTURE_SKY},
+        {"ao", "ao", 1, AT(ao), CAPTURE_AO},
+        {NULL, "bent_normal", 3, AT(bent_normal), CAPTURE_BENT_NORMAL}};
+    memcpy(output, all, sizeof all);
+}
+
+static struct error *add_column(struct table *table, const char *name, enum column_type type, size_t width, bool wanted)
+{
+    const struct column *there = table_column(table, name);
+    return (there ? there->type != type || there->width != width : wanted) ? table_add_column(table, name, type, width, NULL) : NULL;
+}
+
+struct error *capture_add_columns(const struct capture_settings *settings, struct table *table)
+{
+    const bool surface = table_column(table, "normal");
+    struct output output[OUTPUTS];
+    make_outputs(settings, surface, output);
+    struct error *err = NULL;
+    const unsigned columns = settings->columns | (settings->dering.target != DERING_NONE && !surface ? CAPTURE_WINDOW : 0);
+    for (size_t i = 0; i < OUTPUTS && !err; i++) {
+        const char *name = surface ? output[i].surface : output[i].point;
+        const bool wanted = !output[i].flag || columns & output[i].flag;
+        if (name)
+            err = add_column(table, name, COLUMN_F32, output[i].width, wanted);
+        else if (wanted)
+            err = error_new("%s is known of probes %s a normal alone", output[i].point ? output[i].point : output[i].surface,
+                            surface ? "without" : "with");
+    }
+    return err ? err : add_column(table, "rays", COLUMN_I32, 1, settings->columns & CAPTURE_RAYS);
+}
+
+void capture_drop_stale(struct table *table)
+{
+    table_remove_column(table, "sh_gradient");
+    table_remove_column(table, "sh_window");
+    basis_drop(table);
+}
+
+struct error *capture_forget(struct table *table)
+{
+    const struct capture_settings any = capture_settings_default();
+    struct output output[OUTPUTS];
+    make_outputs(&any, false, output);
+    const char *names[2 * OUTPUTS + 1] = {"rays"};
+    for (size_t i = 0; i < OUTPUTS; i++) {
+        names[2 * i + 1] = output[i].point;
+        names[2 * i + 2] = output[i].surface;
+    }
+    struct error *err = NULL;
+    for (size_t i = 0; i < sizeof names / sizeof *names && !err; i++) {
+        const struct column *c = names[i] ? table_column(table, names[i]) : NULL;
+        if (c)
+            err = table_add_column(table, names[i], c->type, c->width, NULL);
+    }
+    return err;
+}
+
+void capture_shape(const struct capture_settings *settings, struct capture_probe *result)
+{
+    float *error = result->sh_error, *gradient = settings->columns & CAPTURE_GRADIENT ? result->sh_gradient : NULL;
+    double r = 1;
+    if (settings->dering.target != DERING_NONE)
+        r = dering_window(&settings->dering, settings->order, false, result->sh);
+    if (r >= 0 && r < 1)
+        dering_apply(settings->order, r, result->sh, error, gradient);
+    result->sh_window = (float)(r < 0 ? 1 : r);
+    if (settings->convolved)
+        content_convolve(settings->order, result->sh, error, gradient);
+}
+
+/* The rows to be captured, and where their results go. */
+struct job {
+    const struct path_tracer *path;
+    struct capture_settings settings; /* with the columns that the table has */
+    const double *position;
+    const float *normal; /* NULL: points */
+    struct output output[OUTPUTS];
+    struct column *column[OUTPUTS], *rays; /* NULL: not in the table */
+    const size_t *row;
+    atomic_size_t left; /* rows that a signal came before */
+    struct progress *progress;
+};
+
+static struct error *capture_one(void *context, size_t index, int thread)
+{
+    (void)thread;
+    struct job *job = context;
+    if (interrupt_came()) {
+        job->left++;
+        return NULL;
+    }
+    const size_t row = job->row[index];
+    const float *normal = job->normal ? job->normal + 3 * row : NULL;
+    if (normal && !(vec3f_length((struct vec3f){normal[0], normal[1], normal[2]}) > 0))
+        return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0], (double)normal[1],
+                         (double)normal[2]);
+    struct capture_probe result;
+    struct error *err = capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
+    if (err)
+        return error_wrap(err, "probe %zu", row);
+    if (!normal)
+        capture_shape(&job->settings, &result);
+    for (size_t i = 0; i < OUTPUTS; i++) {
+        const struct column *column = job->column[i];
+        if (!column)
+            continue;
+        const float *value = (const float *)((const char *)&result + job->output[i].offset);
+        for (size_t k = 0; k < column->width; k++)
+            if (!isfinite(value[k]))
+                return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale brings light down", row,
+                                 column->name);
+        memcpy(column_f32(column) + row * column->width, value, column->width * sizeof *value);
+    }
+    if (job->rays)
+        column_i32(job->rays)[row] = result.rays;
+    progress_add(job->progress, 1);
+    return NULL;
+}
+
+/* Finds the columns that results go to. */
+static struct error *find_columns(struct job *job, const struct table *table)
+{
+    struct column *position = NULL, *normal = NULL;
+    struct error *err = table_require(table, "position", COLUMN_F64, 3, &position);
+    if (!err && table_column(table, "normal"))
+        err = table_require(table, "normal", COLUMN_F32, 3, &normal);
+    if (err)
+        return err;
+    job->position = column_f64(position);
+    job->normal = normal ? column_f32(normal) : NULL;
+    make_outputs(&job->settings, normal, job->output);
+    unsigned columns = 0;
+    for (size_t i = 0; i < OUTPUTS && !err; i++) {
+        const char *name = normal ? job->output[i].surface : job->output[i].point;
+        if (!name || (job->output[i].flag && !table_column(table, name)))
+            continue;
+        err = table_require(table, name, COLUMN_F32, job->output[i].width, &job->column[i]);
+        columns |= job->output[i].flag;
+    }
+    job->settings.columns = columns;
+    if (!err && table_column(table, "rays"))
+        err = table_require(table, "rays", COLUMN_I32, 1, &job->rays);
+    return err;
+}
+
+struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
+                           size_t first, size_t count, bool again, const struct capture_slice *slice, int threads,
+                           struct progress *progress, size_t *captured, size_t *left)
+{
+    struct job job = {.path = path, .settings = *settings, .progress = progress};
+    size_t *row = NULL, due = 0;
+    *captured = 0;
+    struct error *err = find_columns(&job, table);
+    if (!err)
+        err = array_create(&row, count, sizeof *row);
+    if (err)
+        return err;
+    const struct column *light = job.column[0];
+    for (size_t i = first; i < first + count; i++) {
+        const bool turn = !slice || (slice->number + i - first) % slice->parts == slice->part;
+        if (turn && (again || isnan(column_f32(light)[i * light->width])))
+            row[due++] = i;
+    }
+    job.row = row;
+    err = threads_for(threads, due, capture_one, &job);
+    *captured = due - job.left;
+    if (left)
+        *left = job.left;
+    free(row);
+    return err;
+}

@@ -1,0 +1,41 @@
+/* capture_options: probe-capture's command line, and what a stream's header says in its place.
+ *
+ *     struct capture_options o = capture_options_default();
+ *     err = capture_options_parse(&o, &program, argc, argv);
+ *     err = capture_options_take_over(&o, &program, header, argc, argv);   the header's settings, and the command line over them
+ *     ... o.capture, o.scene, o.common ...
+ *     capture_options_clear(&o);
+ */
+#ifndef CAPTURE_OPTIONS_H
+#define CAPTURE_OPTIONS_H
+
+#include "base/options.h"
+#include "capture/capture.h"
+#include "scene/scene.h"
+
+struct capture_options {
+    struct capture_settings capture;
+    bool order_auto; /* capture.order is the highest; the least is to be found */
+    double order_loss;
+    bool again;
+    struct capture_slice slice; /* its number: rows that came before */
+    struct scene_settings scene;
+    struct common common;
+    /* As options give them; parsing makes the settings of them. */
+    int64_t rays, max_rays, bounces;
+    int order, light, content, dering; /* order 0: auto */
+};
+
+struct capture_options capture_options_default(void);
+
+/* Parses the command line over what stands in `o`. */
+struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc, char **argv);
+
+/* Where probes were captured before, the light and what they were captured with take the place of the defaults, and the command
+ * line is read over that; where they are captured again, the light alone. */
+struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header,
+                                        int argc, char **argv);
+
+void capture_options_clear(struct capture_options *o);
+
+#endif

@@ -1,0 +1,361 @@
+/* One probe's capture: rounds of samples, what they add up to, and when they are enough. */
+#include "base/array.h"
+#include "base/error.h"
+#include "capture/capture.h"
+#include "capture/gradient.h"
+#include "capture/strata.h"
+#include "math/angle.h"
+#include "scene/scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Which of a probe's samples a random number belongs to: the upper two bits of its index. */
+enum kind { OWN, LIGHTS, SKY };
+
+/* For each ray of its own that a probe traces, it asks so many times for emissive surfaces and for an uneven sky. Cells make
+ * these smooth questions converge faster than the paths behind the rays, so fewer are as good. */
+#define ASK_SHARE 0.5
+
+/* One sample in each of rows * columns cells of the unit square; both even, since cells are judged by four. */
+struct grid {
+    int rows, columns;
+};
+
+static struct grid grid_for(int samples, double columns_per_row)
+{
+    const double cells = samples > 4 ? samples : 4;
+    const int pairs = (int)(sqrt(cells / columns_per_row) / 2 + 0.5), rows = 2 * (pairs > 1 ? pairs : 1);
+    return (struct grid){.rows = rows, .columns = 2 * (int)ceil(cells / rows / 2)};
+}
+
+static struct grid own_grid(int rays)
+{
+    return grid_for(rays, 3);
+}
+
+static int grid_samples(const struct grid *grid)
+{
+    return grid->rows * grid->columns;
+}
+
+int capture_ray_count(int rays)
+{
+    const struct grid grid = own_grid(rays);
+    return grid_samples(&grid);
+}
+
+/* A probe at work. */
+struct work {
+    const struct path_tracer *path;
+    const struct capture_settings *settings;
+    uint64_t name;
+    bool surface;
+    struct path_receiver receiver;
+    struct strata light;
+    double gradient[9 * SH_COUNT_MAX];       /* times rays */
+    double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
+    double certain_gradient[9 * SH_COUNT_MAX];
+    double visibility[SH_COUNT_MAX], open[3];
+    double nearness; /* sum of 1 / distance */
+    int rays, hits, fronts, near;
+    uint32_t asked[2]; /* of the lights, of the sky */
+};
+
+/* -- samples ----------------------------------------------------------------------------------- */
+
+/* A direction of the receiver: uniform over the sphere, by equal steps of z (Archimedes); or by the cosine about the normal. */
+static struct vec3f own_direction(const struct work *w, float x, double y)
+{
+    if (w->surface)
+        return path_scatter(w->receiver.at.normal, (float)y, x);
+    const float z = (float)(2 * y - 1), r = sqrtf(float_most(1 - z * z, 0));
+    float c, s;
+    angle_turn(x, &c, &s);
+    return (struct vec3f){r * c, r * s, z};
+}
+
+/* What a ray met, apart from light. */
+static void note(struct work *w, const struct path_sample *s, struct vec3f direction)
+{
+    w->rays++;
+    w->hits += s->hit;
+    w->fronts += s->hit && s->front;
+    w->nearness += s->hit ? 1 / (double)s->distance : 0;
+    if (s->hit && (double)s->distance / w->path->tracer->scale <= w->settings->ao_distance) {
+        w->near++;
+    } else if (w->surface) {
+        w->open[0] += (double)direction.x;
+        w->open[1] += (double)direction.y;
+        w->open[2] += (double)direction.z;
+    }
+}
+
+/* The samples of a wave: corner k (row by row) of its four f is number k * fours + f. */
+struct draw {
+    size_t fours;
+    int cell[PATH_WAVE]; /* row by row */
+    float x[PATH_WAVE];  /* a point of the unit square in that cell */
+    double y[PATH_WAVE];
+    struct random random[PATH_WAVE];
+};
+
+/* Draws a point in each cell of the grid's fours from `four` on; `first` is the number of the first sample of this kind. */
+static void draw_points(const struct work *w, enum kind kind, uint32_t first, const struct grid *grid, int four,
+                        struct draw *draw)
+{
+    const int across = grid->columns / 2, left = grid->rows / 2 * across - four;
+    draw->fours = left < STRATA_FOURS ? (size_t)left : STRATA_FOURS;
+    for (int corner = 0, i = 0; corner < 4; corner++) {
+        int row = four / across * 2 + (corner >> 1), column = four % across * 2 + (corner & 1);
+        for (size_t f = 0; f < draw->fours; f++, i++) {
+            draw->cell[i] = row * grid->columns + column;
+            struct random r = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | (first + (uint32_t)draw->cell[i]));
+            draw->x[i] = (float)(((double)column + (double)random_float(&r)) / grid->columns);
+            draw->y[i] = ((double)row + (double)random_float(&r)) / grid->rows;
+            draw->random[i] = r;
+            column += 2;
+            if (column >= grid->columns) {
+                column -= grid->columns;
+                row += 2;
+            }
+        }
+    }
+}
+
+/* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
+static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave, struct gradient_cells *cells)
+{
+    const enum capture_light which = w->settings->light;
+    const size_t count = 4 * draw->fours;
+    struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
+    struct path_sample met[PATH_WAVE];
+    for (size_t i = 0; i < count; i++)
+        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, draw->random, met);
+    for (size_t i = 0; i < count; i++) {
+        const struct path_sample *m = &met[i];
+        const struct vec3f straight = which != CAPTURE_INDIRECT ? m->straight : (struct vec3f){0};
+        float solid_angle = 4 * (float)ANGLE_PI; /* 1 / density */
+        if (w->surface)
+            solid_angle = (float)ANGLE_PI / float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+        light[i] = vec3f_scale(solid_angle, vec3f_fma(m->scattered, m->weight, straight));
+        note(w, m, direction[i]);
+        if (cells->cell) {
+            struct gradient_cell *cell = &cells->cell[draw->cell[i]];
+            *cell = (struct gradient_cell){.radiance = vec3f_add(m->scattered, straight), .direction = direction[i]};
+            if (m->hit)
+                cell->plane = vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
+        }
+    }
+    strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
+    for (size_t i = 0; i < count && w->settings->columns & CAPTURE_VISIBILITY && !w->surface; i++)
+        for (int k = 0; k < w->light.functions && !met[i].hit; k++)
+            w->visibility[k] += strata_function(wave, k, i / draw->fours, i % draw->fours);
+}
+
+/* Questions to the lights or the sky. */
+static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata_wave *wave)
+{
+    const size_t count = 4 * draw->fours;
+    struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
+    struct path_found found[PATH_WAVE];
+    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, draw->x, draw->y, draw->random, found);
+    for (size_t i = 0; i < count; i++) {
+        direction[i] = found[i].direction;
+        light[i] = found[i].light;
+    }
+    strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
+}
+
+/* -- rounds ------------------------------------------------------------------------------------ */
+
+/* A sample in every cell of a grid, by fours, as many fours at once as make a wave. */
+static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid, struct gradient_cells *cells)
+{
+    const int fours = grid->rows / 2 * (grid->columns / 2);
+    struct draw draw;
+    struct strata_wave wave;
+    for (int four = 0; four < fours; four += (int)draw.fours) {
+        draw_points(w, kind, first, grid, four, &draw);
+        if (kind == OWN)
+            take_own(w, &draw, &wave, cells);
+        else
+            ask(w, kind, &draw, &wave);
+    }
+}
+
+static void ask_cells(struct work *w, enum kind kind, const struct grid *grid)
+{
+    uint32_t *asked = &w->asked[kind == SKY];
+    sample_cells(w, kind, *asked, grid, NULL);
+    *asked += (uint32_t)grid_samples(grid);
+}
+
+/* A round of `rays` rays and of the questions that go with them. */
+static struct error *take_round(struct work *w, int rays)
+{
+    const struct grid own = own_grid(rays), asks = grid_for((int)(ASK_SHARE * rays), 1);
+    const bool direct = w->settings->light != CAPTURE_INDIRECT;
+    const bool ask_lights = direct && w->path->emissive, ask_sky = direct && w->path->sky.rows;
+    const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
+    struct gradient_cells cells = {.rows = own.rows, .columns = own.columns};
+    struct error *err = NULL;
+    if (w->settings->columns & CAPTURE_GRADIENT && !w->surface)
+        err = array_create(&cells.cell, (size_t)(own.rows * own.columns), sizeof *cells.cell);
+    if (!err) {
+        w->receiver.lights_share = w->receiver.sky_share = share;
+        sample_cells(w, OWN, (uint32_t)w->rays, &own, &cells);
+        if (ask_lights)
+            ask_cells(w, LIGHTS, &asks);
+        if (ask_sky)
+            ask_cells(w, SKY, &asks);
+    }
+    if (!err && cells.cell) /* distances are local: a world unit is `scale` of them */
+        gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale, w->gradient);
+    free(cells.cell);
+    return err;
+}
+
+/* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio capture_settings.error bounds. */
+static void irradiance_error(const struct work *w, double *mean, double *error)
+{
+    const int count = w->light.functions;
+    double luminance = 0, variance = 0;
+    for (int i = 0; i < (w->light.order ? 1 : count); i++) { /* of a surface, or of several in the mean */
+        luminance += strata_sum(&w->light, 3, i) +
+                     w->rays * (0.2126 * w->certain[3 * i] + 0.7152 * w->certain[3 * i + 1] + 0.0722 * w->certain[3 * i + 2]);
+        variance += strata_variance(&w->light, 3, i);
+    }
+    if (!w->light.order) {
+        *mean = luminance / count;
+        *error = sqrt(variance / count);
+        return;
+    }
+    variance = 0;
+    for (int l = 0, i = 0; l < w->settings->order; l++)
+        for (; i < (l + 1) * (l + 1); i++)
+            variance += sh_cosine(l) * sh_cosine(l) * strata_variance(&w->light, 3, i);
+    *mean = sh_cosine(0) * luminance * sqrt(1 / (4 * ANGLE_PI));
+    *error = sqrt(variance / (4 * ANGLE_PI));
+}
+
+/* How many more rays a probe needs; 0: none. */
+static int rays_wanted(const struct work *w)
+{
+    enum { DARK = 2048 }; /* rays after which a probe that saw no light is dark */
+    const struct capture_settings *s = w->settings;
+    double mean, error;
+    if (!(s->error > 0) || w->rays >= s->rays_most)
+        return 0;
+    irradiance_error(w, &mean, &error);
+    const double room = s->rays_most - w->rays;
+    if (!(mean > 0))
+        return w->rays < DARK ? (int)fmin(DARK, room) : 0;
+    const double ratio = error / fmax(mean, s->error_floor * w->rays) / s->error;
+    if (ratio <= 1)
+        return 0;
+    /* By the root of their number; not too far ahead of what so few rays know, nor in steps too small for their cells. */
+    const double wanted = w->rays * fmin(fmax(1.1 * ratio * ratio - 1, 0.5), 8);
+    return (int)fmin(wanted, room);
+}
+
+/* -- lights without a surface ------------------------------------------------------------------- */
+
+static void delta_of(const void *context, const double p[3], double direction[3], double rgb[3])
+{
+    double distance;
+    scene_light_at(context, p, direction, &distance, rgb);
+}
+
+static void add_to_normals(struct work *w, const double d[3], const double rgb[3], double visible)
+{
+    for (int i = 0; i < w->settings->normal_count; i++) {
+        const double *n = w->settings->normal + 3 * i, cosine = fmax(d[0] * n[0] + d[1] * n[1] + d[2] * n[2], 0);
+        for (int k = 0; k < 3; k++)
+            w->certain[3 * i + k] += visible * cosine * rgb[k];
+    }
+}
+
+/* Light that comes straight from point, spot and sun lights: a delta in its direction, certain. */
+static void add_punctual(const struct path_tracer *path, struct work *w, const double p[3])
+{
+    const struct scene *scene = trace_scene(path->tracer);
+    double start[3];
+    vec3_store(start, trace_to_world(path->tracer, w->receiver.at.position));
+    for (size_t i = 0; i < scene->light_count; i++) {
+        const struct scene_light *light = &scene->lights[i];
+        double d[3], distance, rgb[3];
+        scene_light_at(light, p, d, &distance, rgb);
+        if (!(rgb[0] > 0 || rgb[1] > 0 || rgb[2] > 0))
+            continue;
+        const double at[3] = {light->position.x, light->position.y, light->position.z};
+        const float visible =
+            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, start, d) : trace_visibility(path->tracer, start, at);
+        if (w->surface) {
+            const struct vec3f n = w->receiver.at.normal;
+            const double cosine = fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
+            for (int k = 0; k < 3; k++)
+                w->certain[k] += (double)visible * cosine * rgb[k];
+            continue;
+        }
+        if (w->settings->normal_count) {
+            add_to_normals(w, d, rgb, (double)visible);
+            continue;
+        }
+        double y[SH_COUNT_MAX];
+        sh_basis(w->settings->order, d, y);
+        sh_project(w->settings->order, y, rgb, (double)visible, w->certain);
+        if (w->settings->columns & CAPTURE_GRADIENT && light->kind != SCENE_SUN && visible > 0)
+            gradient_add_delta(delta_of, light, p, distance, w->settings->order, (double)visible, w->certain_gradient);
+    }
+}
+
+/* -- the probe --------------------------------------------------------------------------------- */
+
+static void finish(const struct work *w, struct capture_probe *result)
+{
+    const int count = w->settings->order * w->settings->order;
+    for (int k = 0; k < 3 * w->light.functions; k++) {
+        result->sh[k] = (float)(strata_sum(&w->light, k % 3, k / 3) / w->rays + w->certain[k]);
+        result->sh_error[k] = (float)(sqrt(strata_variance(&w->light, k % 3, k / 3)) / w->rays);
+    }
+    for (int k = 0; k < 9 * count; k++)
+        result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
+    for (int k = 0; k < count; k++)
+        result->visibility[k] = (float)(w->visibility[k] * 4 * ANGLE_PI / w->rays);
+    result->validity = w->hits ? (float)w->fronts / (float)w->hits : 1;
+    result->sky = (float)(w->rays - w->hits) / (float)w->rays;
+    result->depth = w->hits ? (float)(w->rays / w->nearness / w->path->tracer->scale) : 0;
+    result->ao = (float)(w->rays - w->near) / (float)w->rays;
+    const struct vec3 bent = vec3_normalize(vec3_load(w->open));
+    result->bent_normal[0] = (float)bent.x, result->bent_normal[1] = (float)bent.y, result->bent_normal[2] = (float)bent.z;
+    result->rays = w->rays;
+}
+
+/* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares of distances. */
+static const float farthest = 1e15f;
+
+struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
+                            const float *normal, struct capture_probe *result)
+{
+    struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
+    if (settings->normal_count && !normal)
+        strata_start_normals(&w.light, settings->normal, settings->normal_count, settings->error > 0);
+    else
+        strata_start(&w.light, normal ? 0 : settings->order, settings->error > 0);
+    if (normal)
+        w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
+    const struct vec3f local = trace_to_local(path->tracer, p);
+    if (!(fabsf(local.x) < farthest && fabsf(local.y) < farthest && fabsf(local.z) < farthest))
+        return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1], p[2], (double)farthest);
+    w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
+    if (settings->light != CAPTURE_INDIRECT)
+        add_punctual(path, &w, p);
+    struct error *err = NULL;
+    for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w))
+        err = take_round(&w, rays);
+    if (!err)
+        finish(&w, result);
+    return err;
+}

@@ -1,0 +1,9 @@
+# the light that reaches a probe
+capture_sources = \
+	%D%/capture.c %D%/capture.h \
+	%D%/capture_auto.c \
+	%D%/capture_options.c %D%/capture_options.h \
+	%D%/capture_probe.c \
+	%D%/gradient.c %D%/gradient.h \
+	%D%/stage.c %D%/stage.h \
+	%D%/strata.c %D%/strata.h

@@ -1,0 +1,52 @@
+#include "capture/stage.h"
+#include "base/error.h"
+#include "stream/stream.h"
+#include "trace/trace.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+struct error *stage_create(struct stage *stage, const char *path, const struct stream_header *header, struct warnings *warnings)
+{
+    *stage = (struct stage){.scene_settings = scene_settings_default(), .capture_settings = capture_settings_default(),
+                            .captured = capture_header_has_settings(header)};
+    struct error *err = scene_settings_from_header(&stage->scene_settings, header);
+    if (!err)
+        err = capture_settings_from_header(&stage->capture_settings, header);
+    if (!err)
+        err = scene_read(&stage->scene, path, &stage->scene_settings, true, warnings);
+    if (!err)
+        err = trace_create(&stage->tracer, stage->scene);
+    if (!err)
+        err = path_create(&stage->path, stage->tracer, stage->capture_settings.bounces);
+    if (err)
+        return err;
+    const char *captured = header_key(header, "scene-key");
+    snprintf(stage->key, sizeof stage->key, "%016" PRIx64, scene_key(stage->scene));
+    snprintf(stage->captured_key, sizeof stage->captured_key, "%s", captured ? captured : "");
+    stage->other = captured && strcmp(captured, stage->key);
+    return NULL;
+}
+
+struct error *stage_decimate(struct stage *stage, struct warnings *warnings)
+{
+    if (!(stage->capture_settings.decimate < 1))
+        return NULL;
+    path_clear(&stage->path);
+    trace_destroy(stage->tracer);
+    stage->path = (struct path_tracer){0};
+    stage->tracer = NULL;
+    struct error *err = scene_decimate(stage->scene, stage->capture_settings.decimate, warnings);
+    if (!err)
+        err = trace_create(&stage->tracer, stage->scene);
+    return err ? err : path_create(&stage->path, stage->tracer, stage->capture_settings.bounces);
+}
+
+void stage_destroy(struct stage *stage)
+{
+    path_clear(&stage->path);
+    trace_destroy(stage->tracer);
+    scene_destroy(stage->scene);
+    scene_settings_clear(&stage->scene_settings);
+}

@@ -1,0 +1,36 @@
+/* stage: the scene that a stream was captured in, with the light and the settings that its header names.
+ *
+ * What comes after probe-capture and sees the scene again starts here.
+ */
+#ifndef STAGE_H
+#define STAGE_H
+
+#include "capture/capture.h"
+#include "scene/scene.h"
+
+#include <stdbool.h>
+
+struct error;
+struct stream_header;
+struct warnings;
+
+struct stage {
+    struct scene_settings scene_settings;
+    struct capture_settings capture_settings;
+    bool captured; /* the header names settings: probes have light */
+    bool other;    /* they have it from another scene than this */
+    char key[24], captured_key[24]; /* of this scene, of the one that they were captured in ("": not known) */
+    struct scene *scene;
+    struct tracer *tracer;
+    struct path_tracer path;
+};
+
+/* Reads the scene at `path` as the header says. stage_destroy is legal, and needed, on error too. */
+struct error *stage_create(struct stage *stage, const char *path, const struct stream_header *header, struct warnings *warnings);
+
+/* The scene is the whole one, until this makes it the one that probes were captured in, where that was decimated: for who is to
+ * capture as they were. */
+struct error *stage_decimate(struct stage *stage, struct warnings *warnings);
+void stage_destroy(struct stage *stage);
+
+#endif

@@ -1,0 +1,10 @@
+# pictures: decoding, display, colour maps, differences, text on them
+image_sources = \
+	%D%/annotate.c %D%/annotate.h \
+	%D%/cielab.c %D%/cielab.h \
+	%D%/colour_map.c %D%/colour_map.h \
+	%D%/compare.c %D%/compare.h \
+	%D%/display.c %D%/display.h \
+	%D%/flip.c %D%/flip.h \
+	%D%/image.c %D%/image.h \
+	%D%/picture.c %D%/picture.h

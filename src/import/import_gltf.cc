@@ -1,0 +1,737 @@
+/* glTF 2.0 and GLB: from the structures that tinygltf made of the file (scene_gltf_file.cc) to the scene, with every
+ * bound checked.
+ *
+ * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake does not use
+ * (metalness, normal maps, cameras, animations) is left alone; what it would use and cannot (skins, morph targets,
+ * vertex colours) is left alone with a warning.
+ */
+#include "import/import_gltf.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+namespace {
+
+using std::string;
+using std::vector;
+using tinygltf::Value;
+
+struct importer {
+    struct scene_import *import;
+    gltf_file file;
+    vector<int> uv_set;                    /* by material: the texture coordinates that it reads, or -1 */
+    int32_t default_material = SCENE_NONE; /* for primitives without one */
+    vector<long> mesh_index;               /* by glTF mesh: the scene's, no_triangles or not_read */
+};
+
+const long no_triangles = -1, not_read = -2;
+
+/* -- values of extensions --------------------------------------------------------------------- */
+
+const Value *extension(const tinygltf::ExtensionMap &extensions, const char *name)
+{
+    const auto found = extensions.find(name);
+    return found != extensions.end() && found->second.IsObject() ? &found->second : nullptr;
+}
+
+const Value *member(const Value *object, const char *name)
+{
+    return object && object->IsObject() && object->Has(name) ? &object->Get(name) : nullptr;
+}
+
+double number_of(const Value *object, const char *name, double otherwise)
+{
+    const Value *const value = member(object, name);
+    return value && value->IsNumber() ? value->GetNumberAsDouble() : otherwise;
+}
+
+/* Number i of a list. */
+double number_of(const Value *object, const char *name, size_t i, double otherwise)
+{
+    const Value *const value = member(object, name);
+    const bool there = value && value->IsArray() && i < value->ArrayLen();
+    const Value *const element = there ? &value->Get(static_cast<int>(i)) : nullptr;
+    return element && element->IsNumber() ? element->GetNumberAsDouble() : otherwise;
+}
+
+int index_of(const Value *object, const char *name, int otherwise = -1)
+{
+    const double value = number_of(object, name, -1);
+    return value >= 0 && value < 1e9 ? static_cast<int>(value) : otherwise;
+}
+
+double at(const vector<double> &values, size_t i, double otherwise)
+{
+    return i < values.size() ? values[i] : otherwise;
+}
+
+/* -- accessors -------------------------------------------------------------------------------- */
+
+/* The bytes of a buffer view. */
+gltf_bytes view_of(const gltf_file &file, int index)
+{
+    if (index < 0 || static_cast<size_t>(index) >= file.model.bufferViews.size())
+        gltf_fail(error_new("buffer view %d does not exist", index));
+    const tinygltf::BufferView &view = file.model.bufferViews[static_cast<size_t>(index)];
+    if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= file.buffers.size())
+        gltf_fail(error_new("buffer view %d: buffer %d does not exist", index, view.buffer));
+    const gltf_bytes &buffer = file.buffers[static_cast<size_t>(view.buffer)];
+    if (view.byteOffset > buffer.size || view.byteLength > buffer.size - view.byteOffset)
+        gltf_fail(error_new("buffer view %d reaches beyond its buffer of %zu bytes", index, buffer.size));
+    return {buffer.owner, buffer.data + view.byteOffset, view.byteLength};
+}
+
+/* The first of `count` elements of `size` bytes, each `stride` bytes behind the one before. */
+const unsigned char *elements_of(const gltf_file &file, int view, size_t offset, size_t stride, size_t size,
+                                 size_t count)
+{
+    const gltf_bytes bytes = view_of(file, view);
+    const bool fits = count == 0 || (offset <= bytes.size && size <= bytes.size - offset &&
+                                     (count == 1 || stride <= (bytes.size - offset - size) / (count - 1)));
+    if (!fits)
+        gltf_fail(error_new("%zu elements do not fit into buffer view %d of %zu bytes", count, view, bytes.size));
+    return count == 0 ? bytes.data : bytes.data + offset;
+}
+
+double read_component(const unsigned char *from, int type, bool normalized)
+{
+    const auto get = [from](auto value) {
+        std::memcpy(&value, from, sizeof value);
+        return static_cast<double>(value);
+    };
+    switch (type) { /* normalized: glTF 2.0, 3.11 */
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+        return normalized ? std::max(get(int8_t{}) / 127, -1.0) : get(int8_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return normalized ? get(uint8_t{}) / 255 : get(uint8_t{});
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+        return normalized ? std::max(get(int16_t{}) / 32767, -1.0) : get(int16_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return normalized ? get(uint16_t{}) / 65535 : get(uint16_t{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return get(uint32_t{});
+    default:
+        return get(float{});
+    }
+}
+
+size_t component_size(int type)
+{
+    switch (type) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return 1;
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+        return 4;
+    default:
+        gltf_fail(error_new("component type %d is not known", type));
+    }
+}
+
+/* Puts in the elements that a sparse accessor replaces. */
+void read_sparse(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components, vector<double> &values)
+{
+    const auto &sparse = accessor.sparse;
+    if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
+        gltf_fail(error_new("a sparse accessor with negative numbers"));
+    const int index_type = sparse.indices.componentType;
+    const size_t count = static_cast<size_t>(sparse.count);
+    const size_t size = component_size(accessor.componentType), index_size = component_size(index_type);
+    const unsigned char *const index = elements_of(
+        file, sparse.indices.bufferView, static_cast<size_t>(sparse.indices.byteOffset), index_size, index_size, count);
+    const unsigned char *const value =
+        elements_of(file, sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset), size * components,
+                    size * components, count);
+    for (size_t i = 0; i < count; i++) {
+        const double element = read_component(index + i * index_size, index_type, false);
+        if (!(element >= 0 && element < static_cast<double>(accessor.count)))
+            gltf_fail(error_new("sparse index %.0f is out of range", element));
+        for (size_t k = 0; k < components; k++)
+            values[static_cast<size_t>(element) * components + k] =
+                read_component(value + (i * components + k) * size, accessor.componentType, accessor.normalized);
+    }
+}
+
+vector<double> read_accessor(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components)
+{
+    /* What an accessor without data claims is bounded by nothing else. */
+    const size_t most_zeros = size_t{1} << 22;
+    const int has = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor.type));
+    if (has != static_cast<int>(components))
+        gltf_fail(error_new("expected %zu numbers an element, got %d", components, has));
+    const size_t size = component_size(accessor.componentType), whole = size * components;
+    vector<double> values;
+    if (accessor.bufferView >= 0) {
+        const size_t view = static_cast<size_t>(accessor.bufferView);
+        const size_t stated = view < file.model.bufferViews.size() ? file.model.bufferViews[view].byteStride : 0;
+        const size_t stride = stated ? stated : whole;
+        const unsigned char *from =
+            elements_of(file, accessor.bufferView, accessor.byteOffset, stride, whole, accessor.count);
+        values.reserve(accessor.count * components);
+        for (size_t i = 0; i < accessor.count; i++)
+            for (size_t k = 0; k < components; k++)
+                values.push_back(
+                    read_component(from + i * stride + k * size, accessor.componentType, accessor.normalized));
+    } else if (accessor.count > most_zeros) {
+        gltf_fail(error_new("%zu elements without data", accessor.count));
+    } else {
+        values.resize(accessor.count * components);
+    }
+    if (accessor.sparse.isSparse)
+        read_sparse(file, accessor, components, values);
+    return values;
+}
+
+/* All numbers of an accessor, `components` an element. */
+vector<double> read_accessor(const gltf_file &file, int index, size_t components)
+{
+    if (index < 0 || static_cast<size_t>(index) >= file.model.accessors.size())
+        gltf_fail(error_new("accessor %d does not exist", index));
+    try {
+        return read_accessor(file, file.model.accessors[static_cast<size_t>(index)], components);
+    } catch (const gltf_error &e) {
+        gltf_fail(error_wrap(e.err, "accessor %d", index));
+    }
+}
+
+/* -- textures --------------------------------------------------------------------------------- */
+
+enum scene_wrap wrap_of(int wrap)
+{
+    return wrap == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? SCENE_CLAMP
+           : wrap == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? SCENE_MIRROR
+                                                           : SCENE_REPEAT;
+}
+
+int32_t read_picture(const importer &g, size_t index, struct scene_sampler sampler)
+{
+    const gltf_picture &picture = g.file.pictures[index];
+    int32_t result = SCENE_NONE;
+    if (!picture.uri.empty() && !gltf_is_data(picture.uri)) {
+        const string name = gltf_file_name(g.import, picture.uri);
+        gltf_check(scene_import_texture(g.import, name.c_str(), IMAGE_COLOUR, sampler, &result));
+        return result;
+    }
+    const string name = "image " + std::to_string(index);
+    try {
+        const gltf_bytes bytes = picture.uri.empty() ? view_of(g.file, picture.view) : gltf_data(picture.uri);
+        gltf_check(scene_import_picture(g.import, name.c_str(), bytes.data, bytes.size, IMAGE_COLOUR, sampler,
+                                        &result));
+        return result;
+    } catch (const gltf_error &e) {
+        gltf_fail(error_wrap(e.err, "%s", name.c_str()));
+    }
+}
+
+int32_t read_texture(const importer &g, int index)
+{
+    const bool there = index >= 0 && static_cast<size_t>(index) < g.file.model.textures.size();
+    const tinygltf::Texture texture = there ? g.file.model.textures[static_cast<size_t>(index)] : tinygltf::Texture();
+    const int source = index_of(extension(texture.extensions, "EXT_texture_webp"), "source", texture.source);
+    if (source < 0 || static_cast<size_t>(source) >= g.file.pictures.size()) {
+        warnings_add(g.import->warnings, "texture missing",
+                     "%s: texture %d has no picture that is understood: the material's factor alone is used",
+                     g.import->path, index);
+        return SCENE_NONE;
+    }
+    struct scene_sampler sampler = {SCENE_REPEAT, SCENE_REPEAT, false};
+    if (texture.sampler >= 0 && static_cast<size_t>(texture.sampler) < g.file.model.samplers.size()) {
+        const tinygltf::Sampler &s = g.file.model.samplers[static_cast<size_t>(texture.sampler)];
+        sampler = {wrap_of(s.wrapS), wrap_of(s.wrapT), s.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST};
+    }
+    return read_picture(g, static_cast<size_t>(source), sampler);
+}
+
+/* A texture as a material names it. */
+struct slot {
+    int texture, uv_set;
+    const Value *transform; /* KHR_texture_transform, or nullptr */
+};
+
+slot slot_of(int texture, int uv_set, const Value *transform)
+{
+    return {texture, index_of(transform, "texCoord", uv_set), transform};
+}
+
+slot slot_of(const tinygltf::TextureInfo &info)
+{
+    return slot_of(info.index, info.texCoord, extension(info.extensions, "KHR_texture_transform"));
+}
+
+slot slot_of(const Value *info) /* of an extension */
+{
+    return slot_of(index_of(info, "index"), index_of(info, "texCoord", 0),
+                   member(member(info, "extensions"), "KHR_texture_transform"));
+}
+
+/* KHR_texture_transform maps (u, v) with v down, by T; a scene's map has v up: F T F, where F turns v over. */
+struct scene_map read_map(const importer &g, const slot &from)
+{
+    struct scene_map map = scene_map_of(from.texture < 0 ? SCENE_NONE : read_texture(g, from.texture));
+    const double rotation = number_of(from.transform, "rotation", 0);
+    if (map.texture == SCENE_NONE || !from.transform)
+        return map;
+    if (!(std::fabs(rotation) < 1e4)) { /* as far as angle_sin goes */
+        warnings_add(g.import->warnings, "texture transform", "%s: a texture is rotated by %g radians: left as it is",
+                     g.import->path, rotation);
+        return map;
+    }
+    const double c = angle_cos(rotation), s = angle_sin(rotation);
+    const double scale_u = number_of(from.transform, "scale", 0, 1), scale_v = number_of(from.transform, "scale", 1, 1);
+    const double u_u = c * scale_u, u_v = s * scale_v, u_1 = number_of(from.transform, "offset", 0, 0);
+    const double v_u = -s * scale_u, v_v = c * scale_v, v_1 = number_of(from.transform, "offset", 1, 0);
+    const double turned[6] = {u_u, -u_v, u_1 + u_v, -v_u, v_v, 1 - v_1 - v_v};
+    std::transform(turned, turned + 6, map.transform, [](double x) { return static_cast<float>(x); });
+    return map;
+}
+
+/* -- materials -------------------------------------------------------------------------------- */
+
+void warn_material(const importer &g, const tinygltf::Material &from)
+{
+    const Value *const transmission = extension(from.extensions, "KHR_materials_transmission");
+    if (number_of(transmission, "transmissionFactor", 0) > 0)
+        warnings_add(g.import->warnings, "transmission", "%s: material '%.60s' lets light through: it is opaque here",
+                     g.import->path, from.name.c_str());
+    if (extension(from.extensions, "KHR_materials_unlit"))
+        warnings_add(g.import->warnings, "unlit", "%s: material '%.60s' is unlit: its colour is used as its albedo",
+                     g.import->path, from.name.c_str());
+}
+
+/* The texture coordinates that a material reads; both its maps must read the same. */
+int uv_set_of(const importer &g, const struct scene_material &m, const slot &base, const slot &glow, const string &name)
+{
+    const bool reads_base = m.albedo_map.texture != SCENE_NONE, reads_glow = m.emission_map.texture != SCENE_NONE;
+    if (reads_base && reads_glow && base.uv_set != glow.uv_set)
+        warnings_add(g.import->warnings, "texture coordinates",
+                     "%s: material '%.60s' reads its textures with different texture coordinates: those of its colour "
+                     "are used for both", g.import->path, name.c_str());
+    return reads_base ? base.uv_set : reads_glow ? glow.uv_set : -1;
+}
+
+void read_material(importer &g, const tinygltf::Material &from)
+{
+    struct scene_material m = scene_material_default();
+    double factor[4], glow_factor[3];
+    for (size_t k = 0; k < 4; k++)
+        factor[k] = at(from.pbrMetallicRoughness.baseColorFactor, k, 1);
+    slot base = slot_of(from.pbrMetallicRoughness.baseColorTexture);
+    const slot glow = slot_of(from.emissiveTexture);
+    if (const Value *const glossy = extension(from.extensions, "KHR_materials_pbrSpecularGlossiness")) {
+        for (size_t k = 0; k < 4; k++)
+            factor[k] = number_of(glossy, "diffuseFactor", k, 1);
+        base = slot_of(member(glossy, "diffuseTexture"));
+    }
+    const Value *const strong = extension(from.extensions, "KHR_materials_emissive_strength");
+    for (size_t k = 0; k < 3; k++)
+        glow_factor[k] = at(from.emissiveFactor, k, 0) * number_of(strong, "emissiveStrength", 1);
+    m.albedo = {static_cast<float>(factor[0]), static_cast<float>(factor[1]), static_cast<float>(factor[2])};
+    m.albedo_map = read_map(g, base);
+    m.emission = {static_cast<float>(glow_factor[0]), static_cast<float>(glow_factor[1]),
+                  static_cast<float>(glow_factor[2])};
+    if (scene_emits(&m))
+        m.emission_map = read_map(g, glow);
+    if (from.alphaMode == "MASK" || from.alphaMode == "BLEND") {
+        m.alpha = from.alphaMode == "MASK" ? SCENE_CUTOUT : SCENE_BLEND;
+        m.opacity = static_cast<float>(factor[3]);
+        m.cutoff = static_cast<float>(from.alphaCutoff);
+        m.alpha_map = m.albedo_map;
+    }
+    warn_material(g, from);
+    g.uv_set.push_back(uv_set_of(g, m, base, glow, from.name));
+    m.name = strdup(from.name.c_str());
+    gltf_check(m.name ? scene_push_material(g.import->scene, m, nullptr) : error_memory());
+}
+
+int32_t material_of(importer &g, int index)
+{
+    if (index >= 0 && static_cast<size_t>(index) < g.file.model.materials.size())
+        return index;
+    if (index >= 0)
+        warnings_add(g.import->warnings, "material missing", "%s: material %d does not exist: white is used",
+                     g.import->path, index);
+    if (g.default_material == SCENE_NONE) {
+        g.uv_set.push_back(-1);
+        gltf_check(scene_push_material(g.import->scene, scene_material_default(), &g.default_material));
+    }
+    return g.default_material;
+}
+
+/* -- meshes ----------------------------------------------------------------------------------- */
+
+struct triangles {
+    vector<double> position;
+    vector<uint32_t> index;
+    vector<float> uv; /* two a corner, v up; those of the last corners may lack */
+    vector<int32_t> material;
+};
+
+const uint32_t no_vertex = std::numeric_limits<uint32_t>::max();
+
+/* The vertices that a primitive names one after the other; without indices, all. */
+vector<uint32_t> indices_of(const gltf_file &file, const tinygltf::Primitive &primitive, uint32_t vertices)
+{
+    vector<uint32_t> index;
+    if (primitive.indices < 0) {
+        for (uint32_t i = 0; i < vertices; i++)
+            index.push_back(i);
+        return index;
+    }
+    const vector<double> numbers = read_accessor(file, primitive.indices, 1);
+    index.reserve(numbers.size());
+    for (const double i : numbers)
+        index.push_back(i >= 0 && i < vertices ? static_cast<uint32_t>(i) : no_vertex);
+    return index;
+}
+
+/* The corners of the triangles of a list, a strip or a fan (glTF 2.0, 3.7.2.1), without the triangles of which a corner
+ * is no vertex. */
+vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, int mode)
+{
+    const bool list = mode == TINYGLTF_MODE_TRIANGLES, strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
+    vector<uint32_t> corner;
+    corner.reserve(list ? index.size() : 3 * index.size());
+    for (size_t i = 0; i + 2 < index.size(); i += list ? 3 : 1) {
+        const uint32_t fan[3] = {index[i + 1], index[i + 2], index[0]};
+        const uint32_t turned[3] = {index[i], index[i + 2], index[i + 1]};
+        const uint32_t *const three = list ? &index[i] : !strip ? fan : i % 2 ? turned : &index[i];
+        if (three[0] != no_vertex && three[1] != no_vertex && three[2] != no_vertex)
+            corner.insert(corner.end(), three, three + 3);
+        else
+            warnings_add(g.import->warnings, "index out of range",
+                         "%s: a triangle has a corner that is not among its primitive's vertices: left out",
+                         g.import->path);
+    }
+    return corner;
+}
+
+/* Adds the triangles and, in order, the vertices that are their corners: primitives may share one long list. */
+void add_corners(const vector<double> &vertex, const vector<uint32_t> &corner, triangles &to)
+{
+    vector<uint32_t> place(vertex.size() / 3, no_vertex); /* in to.position */
+    for (const uint32_t c : corner)
+        place[c] = 0;
+    for (size_t v = 0; v < place.size(); v++) {
+        if (place[v] == no_vertex)
+            continue;
+        if (to.position.size() / 3 >= no_vertex)
+            gltf_fail(error_new("its mesh has 2^32 vertices or more"));
+        place[v] = static_cast<uint32_t>(to.position.size() / 3);
+        to.position.insert(to.position.end(), &vertex[3 * v], &vertex[3 * v] + 3);
+    }
+    for (const uint32_t c : corner)
+        to.index.push_back(place[c]);
+}
+
+/* Adds the texture coordinates of the newest corners, if any; zeros for those before that have none. */
+void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set, const vector<uint32_t> &corner,
+            size_t vertices, triangles &to)
+{
+    const auto attribute = primitive.attributes.find("TEXCOORD_" + std::to_string(set));
+    if (attribute == primitive.attributes.end())
+        return;
+    const vector<double> uv = read_accessor(file, attribute->second, 2);
+    if (uv.size() < 2 * vertices)
+        gltf_fail(error_new("%zu texture coordinates for %zu vertices", uv.size() / 2, vertices));
+    to.uv.resize(2 * (to.index.size() - corner.size()));
+    for (const size_t c : corner)
+        to.uv.insert(to.uv.end(), {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
+}
+
+void warn_primitive(const importer &g, const tinygltf::Primitive &primitive)
+{
+    if (!primitive.targets.empty())
+        warnings_add(g.import->warnings, "morph targets", "%s: morph targets are left out", g.import->path);
+    if (primitive.attributes.count("COLOR_0"))
+        warnings_add(g.import->warnings, "vertex colours", "%s: colours of vertices are left out", g.import->path);
+}
+
+void add_primitive(importer &g, const tinygltf::Primitive &primitive, triangles &to)
+{
+    const int mode = primitive.mode;
+    if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP && mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+        warnings_add(g.import->warnings, "points and lines", "%s: points and lines are left out", g.import->path);
+        return;
+    }
+    const auto position = primitive.attributes.find("POSITION");
+    if (position == primitive.attributes.end())
+        return; /* nothing to be drawn: glTF 2.0, 3.7.2.1 */
+    warn_primitive(g, primitive);
+    const vector<double> vertex = read_accessor(g.file, position->second, 3);
+    const size_t vertices = vertex.size() / 3;
+    if (vertices >= no_vertex)
+        gltf_fail(error_new("%zu vertices, expected fewer than 2^32", vertices));
+    const vector<uint32_t> index = indices_of(g.file, primitive, static_cast<uint32_t>(vertices));
+    const vector<uint32_t> corner = corners_of(g, index, mode);
+    const int32_t material = material_of(g, primitive.material);
+    add_corners(vertex, corner, to);
+    add_uv(g.file, primitive, g.uv_set[static_cast<size_t>(material)], corner, vertices, to);
+    to.material.insert(to.material.end(), corner.size() / 3, material);
+}
+
+template <typename T> T *copy_array(const vector<T> &from)
+{
+    T *to = nullptr;
+    gltf_check(array_create(&to, from.size(), sizeof(T)));
+    std::copy(from.begin(), from.end(), to);
+    return to;
+}
+
+long push_mesh(const importer &g, triangles &t)
+{
+    struct scene_mesh mesh = {};
+    size_t pushed = 0;
+    try {
+        mesh.position = copy_array(t.position);
+        mesh.index = copy_array(t.index);
+        mesh.material = copy_array(t.material);
+        if (!t.uv.empty()) {
+            t.uv.resize(2 * t.index.size());
+            mesh.uv = copy_array(t.uv);
+        }
+    } catch (...) {
+        scene_mesh_clear(&mesh);
+        throw;
+    }
+    mesh.vertex_count = t.position.size() / 3;
+    mesh.triangle_count = t.index.size() / 3;
+    gltf_check(scene_push_mesh(g.import->scene, mesh, &pushed));
+    return static_cast<long>(pushed);
+}
+
+/* The scene's mesh for a glTF mesh, which is read when it is placed for the first time. */
+long mesh_of(importer &g, int index)
+{
+    const size_t i = static_cast<size_t>(index);
+    if (index < 0 || i >= g.mesh_index.size())
+        gltf_fail(error_new("mesh %d does not exist", index));
+    if (g.mesh_index[i] != not_read)
+        return g.mesh_index[i];
+    const vector<tinygltf::Primitive> &primitives = g.file.model.meshes[i].primitives;
+    triangles t;
+    for (size_t p = 0; p < primitives.size(); p++) {
+        try {
+            add_primitive(g, primitives[p], t);
+        } catch (const gltf_error &e) {
+            gltf_fail(error_wrap(e.err, "mesh %d, primitive %zu", index, p));
+        }
+    }
+    g.mesh_index[i] = t.index.empty() ? no_triangles : push_mesh(g, t);
+    return g.mesh_index[i];
+}
+
+/* -- nodes ------------------------------------------------------------------------------------ */
+
+using matrix = std::array<double, 12>; /* rows of a 3x4 matrix */
+
+matrix multiply(const matrix &a, const matrix &b)
+{
+    matrix c;
+    for (size_t row = 0; row < 3; row++) {
+        for (size_t k = 0; k < 4; k++) {
+            c[4 * row + k] = k == 3 ? a[4 * row + 3] : 0;
+            for (size_t j = 0; j < 3; j++)
+                c[4 * row + k] += a[4 * row + j] * b[4 * j + k];
+        }
+    }
+    return c;
+}
+
+/* Translation times rotation (a quaternion x, y, z, w of any length) times scale; glTF 2.0, 3.5.3. */
+matrix place(const double t[3], const double q[4], const double scale[3])
+{
+    const double norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], s = norm > 0 ? 2 / norm : 0;
+    const double x = q[0], y = q[1], z = q[2], w = q[3];
+    const double rotation[9] = {1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w),
+                                s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w),
+                                s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)};
+    matrix m;
+    for (size_t row = 0; row < 3; row++) {
+        for (size_t k = 0; k < 3; k++)
+            m[4 * row + k] = rotation[3 * row + k] * scale[k];
+        m[4 * row + 3] = t[row];
+    }
+    return m;
+}
+
+matrix matrix_of(const tinygltf::Node &node)
+{
+    if (node.matrix.size() == 16) { /* column-major */
+        matrix m;
+        for (size_t row = 0; row < 3; row++)
+            for (size_t k = 0; k < 4; k++)
+                m[4 * row + k] = node.matrix[4 * k + row];
+        return m;
+    }
+    if (!node.matrix.empty())
+        gltf_fail(error_new("expected a matrix of 16 numbers, got %zu", node.matrix.size()));
+    double t[3], q[4], s[3];
+    for (size_t k = 0; k < 4; k++)
+        q[k] = at(node.rotation, k, k == 3 ? 1 : 0);
+    for (size_t k = 0; k < 3; k++) {
+        t[k] = at(node.translation, k, 0);
+        s[k] = at(node.scale, k, 1);
+    }
+    return place(t, q, s);
+}
+
+/* KHR_lights_punctual: the light shines along the node's -Z; its intensity is not scaled by the node. */
+void add_light(const importer &g, int index, const matrix &m)
+{
+    if (static_cast<size_t>(index) >= g.file.model.lights.size())
+        gltf_fail(error_new("light %d does not exist", index));
+    const tinygltf::Light &from = g.file.model.lights[static_cast<size_t>(index)];
+    struct scene_light light = {};
+    if (from.type == "point")
+        light.kind = SCENE_POINT;
+    else if (from.type == "spot")
+        light.kind = SCENE_SPOT;
+    else if (from.type == "directional")
+        light.kind = SCENE_SUN;
+    else
+        gltf_fail(error_new("light %d: expected point, spot or directional, got '%.40s'", index, from.type.c_str()));
+    light.position = {m[3], m[7], m[11]};
+    light.direction = vec3_normalize({-m[2], -m[6], -m[10]});
+    for (size_t k = 0; k < 3; k++)
+        light.intensity[k] = at(from.color, k, 1) * from.intensity;
+    light.range = from.range;
+    light.cos_inner = angle_cos(std::clamp(from.spot.innerConeAngle, 0.0, ANGLE_PI));
+    light.cos_outer = std::min(angle_cos(std::clamp(from.spot.outerConeAngle, 0.0, ANGLE_PI)), light.cos_inner);
+    gltf_check(scene_push_light(g.import->scene, light));
+}
+
+/* The numbers of an attribute of EXT_mesh_gpu_instancing, `components` an instance; none where it is not stated. */
+vector<double> instance_numbers(const importer &g, const Value *attributes, const char *name, size_t components)
+{
+    const int accessor = index_of(attributes, name);
+    return accessor < 0 ? vector<double>() : read_accessor(g.file, accessor, components);
+}
+
+/* EXT_mesh_gpu_instancing: the mesh once for each of the attributes' elements, instead of once. */
+void add_instances(const importer &g, size_t mesh, const Value *attributes, const matrix &m)
+{
+    const vector<double> t = instance_numbers(g, attributes, "TRANSLATION", 3);
+    const vector<double> q = instance_numbers(g, attributes, "ROTATION", 4);
+    const vector<double> s = instance_numbers(g, attributes, "SCALE", 3);
+    const size_t count = std::max({t.size() / 3, q.size() / 4, s.size() / 3});
+    if ((!t.empty() && t.size() < 3 * count) || (!q.empty() && q.size() < 4 * count) ||
+        (!s.empty() && s.size() < 3 * count))
+        gltf_fail(error_new("the attributes of its instances differ in number"));
+    const double no_t[3] = {0, 0, 0}, no_q[4] = {0, 0, 0, 1}, no_s[3] = {1, 1, 1};
+    for (size_t i = 0; i < count; i++) {
+        const matrix here = multiply(m, place(t.empty() ? no_t : &t[3 * i], q.empty() ? no_q : &q[4 * i],
+                                              s.empty() ? no_s : &s[3 * i]));
+        gltf_check(scene_push_instance(g.import->scene, mesh, here.data()));
+    }
+}
+
+void add_node(importer &g, const tinygltf::Node &node, const matrix &m)
+{
+    if (node.skin >= 0)
+        warnings_add(g.import->warnings, "skins", "%s: skins are left out: skinned meshes stand as they were modelled",
+                     g.import->path);
+    const long mesh = node.mesh >= 0 ? mesh_of(g, node.mesh) : no_triangles;
+    const Value *const many = member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
+    if (mesh >= 0 && many)
+        add_instances(g, static_cast<size_t>(mesh), many, m);
+    else if (mesh >= 0)
+        gltf_check(scene_push_instance(g.import->scene, static_cast<size_t>(mesh), m.data()));
+    const int light = index_of(extension(node.extensions, "KHR_lights_punctual"), "light");
+    if (light >= 0)
+        add_light(g, light, m);
+}
+
+/* KHR_node_visibility: what is not visible is not there, nor what hangs below it. */
+bool is_visible(const tinygltf::Node &node)
+{
+    const Value *const visible = member(extension(node.extensions, "KHR_node_visibility"), "visible");
+    return !visible || !visible->IsBool() || visible->Get<bool>();
+}
+
+/* The nodes of the default scene, or of the first; where there is no scene, the nodes that nobody has as a child. */
+vector<int> roots_of(const tinygltf::Model &model)
+{
+    if (!model.scenes.empty()) {
+        const size_t scene = model.defaultScene >= 0 ? static_cast<size_t>(model.defaultScene) : 0;
+        if (scene >= model.scenes.size())
+            gltf_fail(error_new("scene %zu does not exist", scene));
+        return model.scenes[scene].nodes;
+    }
+    vector<bool> is_child(model.nodes.size());
+    for (const tinygltf::Node &node : model.nodes)
+        for (const int child : node.children)
+            if (child >= 0 && static_cast<size_t>(child) < is_child.size())
+                is_child[static_cast<size_t>(child)] = true;
+    vector<int> roots;
+    for (size_t i = 0; i < is_child.size(); i++)
+        if (!is_child[i])
+            roots.push_back(static_cast<int>(i));
+    return roots;
+}
+
+/* Walks the nodes without recursion, so that no depth is too deep. Each node has one place, as glTF demands: a second
+ * is an error, which ends cycles too. */
+void add_nodes(importer &g)
+{
+    struct placed {
+        int node;
+        matrix m; /* of the parent */
+    };
+    const vector<tinygltf::Node> &nodes = g.file.model.nodes;
+    const vector<int> roots = roots_of(g.file.model);
+    matrix identity;
+    std::copy(scene_identity, scene_identity + 12, identity.begin());
+    vector<placed> left;
+    vector<bool> seen(nodes.size());
+    for (auto root = roots.rbegin(); root != roots.rend(); ++root)
+        left.push_back({*root, identity});
+    while (!left.empty()) {
+        const placed next = left.back();
+        left.pop_back();
+        const size_t i = static_cast<size_t>(next.node);
+        if (next.node < 0 || i >= nodes.size())
+            gltf_fail(error_new("node %d does not exist", next.node));
+        if (seen[i])
+            gltf_fail(error_new("node %d has two parents, or is its own ancestor", next.node));
+        seen[i] = true;
+        if (!is_visible(nodes[i]))
+            continue;
+        try {
+            const matrix m = multiply(next.m, matrix_of(nodes[i]));
+            add_node(g, nodes[i], m);
+            for (auto child = nodes[i].children.rbegin(); child != nodes[i].children.rend(); ++child)
+                left.push_back({*child, m});
+        } catch (const gltf_error &e) {
+            gltf_fail(error_wrap(e.err, "node %zu", i));
+        }
+    }
+}
+
+struct error *read(struct scene_import *import)
+{
+    try {
+        importer g = {};
+        g.import = import;
+        g.file = gltf_open(import);
+        g.mesh_index.assign(g.file.model.meshes.size(), not_read);
+        for (const tinygltf::Material &material : g.file.model.materials)
+            read_material(g, material);
+        add_nodes(g);
+        return nullptr;
+    } catch (const gltf_error &e) {
+        return e.err;
+    }
+}
+
+} // namespace
+
+extern "C" struct error *scene_read_gltf(struct scene_import *import)
+{
+    return scene_guard([import] { return read(import); });
+}

@@ -1,0 +1,285 @@
+/* A glTF or GLB file as it lies on the disk: its container, its JSON, and the buffers and pictures that it names.
+ *
+ * tinygltf (2.7.0) makes structures of the JSON, and no more is asked of it. Where it reads other data it goes past the
+ * end of a buffer for a picture, knows few media types of data: URIs, takes "+" in a file's name for a blank, looks
+ * into the working directory, and wants a file to be exactly as long as its buffer; and it recurses as deep as the JSON
+ * is nested. So the JSON is looked at first: its depth is limited, the data that it names are fetched here, and what is
+ * of no use is taken out.
+ */
+#include "import/import_gltf.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#include <nlohmann/json.hpp>
+#pragma GCC diagnostic pop
+
+namespace {
+
+using nlohmann::json;
+using std::string;
+
+const int most_depth = 200; /* of the JSON: files that are meant to be read stay below 20 */
+
+/* Extensions that are honoured, or that change nothing that a diffuse bake sees. */
+const char *const known_extensions[] = {
+    "EXT_mesh_gpu_instancing", "EXT_texture_webp", "KHR_animation_pointer", "KHR_lights_punctual",
+    "KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_specular", "KHR_materials_unlit",
+    "KHR_materials_variants", "KHR_mesh_quantization", "KHR_node_visibility", "KHR_texture_transform",
+    "KHR_xmp_json_ld"};
+
+/* -- files and URIs --------------------------------------------------------------------------- */
+
+gltf_bytes read_file(const char *path)
+{
+    char *data = nullptr;
+    size_t size = 0;
+    gltf_check(scene_file_read(path, &data, &size));
+    return {std::shared_ptr<const void>(data, std::free), reinterpret_cast<const unsigned char *>(data), size};
+}
+
+int hex_digit(char c)
+{
+    const char *const digits = "0123456789abcdef", *const found = std::strchr(digits, std::tolower((unsigned char)c));
+    return c && found ? static_cast<int>(found - digits) : -1;
+}
+
+/* Percent-encoding undone; a percent sign that encodes nothing stays. */
+string decode(const string &text)
+{
+    string out;
+    for (size_t i = 0; i < text.size(); i++) {
+        const bool room = text[i] == '%' && i + 2 < text.size();
+        const int high = room ? hex_digit(text[i + 1]) : -1, low = room ? hex_digit(text[i + 2]) : -1;
+        out += high < 0 || low < 0 ? text[i] : static_cast<char>(16 * high + low);
+        i += high < 0 || low < 0 ? 0 : 2;
+    }
+    return out;
+}
+
+/* The path of the file of that name, or nothing. */
+std::shared_ptr<char> find(const struct scene_import *import, const string &name)
+{
+    char *path = nullptr;
+    gltf_check(scene_import_find(import, name.c_str(), &path));
+    return std::shared_ptr<char>(path, std::free);
+}
+
+/* -- GLB -------------------------------------------------------------------------------------- */
+
+uint32_t word_at(const gltf_bytes &bytes, size_t at)
+{
+    const unsigned char *b = bytes.data + at;
+    return b[0] | uint32_t{b[1]} << 8 | uint32_t{b[2]} << 16 | uint32_t{b[3]} << 24;
+}
+
+/* Finds the JSON and the binary chunk (none: without data) of a GLB file; glTF 2.0, 4.4. */
+void split_glb(const gltf_bytes &file, gltf_bytes &text, gltf_bytes &chunk)
+{
+    const uint32_t json_type = 0x4E4F534A, binary_type = 0x004E4942;
+    const size_t length = file.size < 12 ? 12 : word_at(file, 8);
+    if (length > file.size)
+        gltf_fail(error_new("the file is cut off: it has %zu bytes of %zu", file.size, length));
+    if (word_at(file, 4) != 2)
+        gltf_fail(error_new("GLB of version %u, expected 2", (unsigned)word_at(file, 4)));
+    text = {};
+    for (size_t at = 12, number = 0; at + 8 <= length; number++) {
+        const size_t size = word_at(file, at), type = word_at(file, at + 4);
+        if (size > length - at - 8)
+            gltf_fail(error_new("chunk %zu of %zu bytes reaches beyond the file's end", number, size));
+        const gltf_bytes content = {file.owner, file.data + at + 8, size};
+        if (number == 0 && type == json_type)
+            text = content;
+        else if (number == 1 && type == binary_type)
+            chunk = content;
+        at += 8 + size;
+    }
+    if (!text.data)
+        gltf_fail(error_new("the file's first chunk is not JSON"));
+}
+
+/* -- JSON ------------------------------------------------------------------------------------- */
+
+json parse(const gltf_bytes &text)
+{
+    const auto limit_depth = [](int depth, json::parse_event_t, json &) {
+        if (depth > most_depth)
+            gltf_fail(error_new("JSON that is nested more than %d deep", most_depth));
+        return true;
+    };
+    try {
+        return json::parse(text.data, text.data + text.size, limit_depth);
+    } catch (const json::exception &e) { /* "[json.exception.parse_error.101] parse error at line 1 ..." */
+        const char *const behind = std::strchr(e.what(), ']');
+        gltf_fail(error_new("JSON: %.200s", behind && behind[1] ? behind + 2 : e.what()));
+    }
+}
+
+/* A member of an object, or nullptr. */
+const json *member(const json &object, const char *name)
+{
+    const auto found = object.find(name);
+    return found != object.end() ? &*found : nullptr;
+}
+
+/* A member that is text, or "". */
+const string &text_of(const json &object, const char *name)
+{
+    static const string empty;
+    const json *const value = member(object, name);
+    return value && value->is_string() ? value->get_ref<const string &>() : empty;
+}
+
+/* A member that is a list, or an empty list. */
+const json &list_of(const json &object, const char *name)
+{
+    static const json empty = json::array();
+    const json *const value = member(object, name);
+    return value && value->is_array() ? *value : empty;
+}
+
+void check_version(const json &document)
+{
+    const json *const asset = member(document, "asset");
+    const string version = asset ? text_of(*asset, "version") : string();
+    const string least = asset ? text_of(*asset, "minVersion") : string();
+    if (version.empty())
+        gltf_fail(error_new("not glTF: no asset.version"));
+    if (version.compare(0, 2, "2.") != 0 || (!least.empty() && least != "2.0"))
+        gltf_fail(error_new("glTF of version %.20s, expected 2.0", (least.empty() ? version : least).c_str()));
+}
+
+void check_extensions(const json &document)
+{
+    for (const json &required : list_of(document, "extensionsRequired")) {
+        const string name = required.is_string() ? required.get<string>() : string();
+        bool known = false;
+        for (const char *const extension : known_extensions)
+            known = known || name == extension;
+        if (!known)
+            gltf_fail(error_new("the file requires the extension %.60s, which is not supported", name.c_str()));
+    }
+}
+
+/* -- buffers and pictures --------------------------------------------------------------------- */
+
+gltf_bytes fetch_buffer(const struct scene_import *import, const string &uri)
+{
+    if (gltf_is_data(uri))
+        return gltf_data(uri);
+    const string name = gltf_file_name(import, uri);
+    const std::shared_ptr<char> path = find(import, name);
+    if (!path)
+        gltf_fail(error_new("%.200s is missing", name.c_str()));
+    try {
+        return read_file(path.get());
+    } catch (const gltf_error &e) {
+        gltf_fail(error_wrap(e.err, "%.200s", name.c_str()));
+    }
+}
+
+gltf_bytes read_buffer(const struct scene_import *import, const json &buffer, const gltf_bytes &chunk)
+{
+    const json *const length = member(buffer, "byteLength");
+    if (!length || !length->is_number_unsigned())
+        gltf_fail(error_new("no byteLength"));
+    const string &uri = text_of(buffer, "uri");
+    if (uri.empty() && !chunk.data)
+        gltf_fail(error_new("neither a URI nor a GLB file's binary chunk holds its bytes"));
+    gltf_bytes bytes = uri.empty() ? chunk : fetch_buffer(import, uri);
+    const uint64_t stated = length->get<uint64_t>();
+    const string name = uri.empty() ? "the binary chunk" : gltf_is_data(uri) ? "its data: URI" : decode(uri);
+    if (bytes.size < stated)
+        gltf_fail(error_new("%.200s has %zu bytes, expected %llu", name.c_str(), bytes.size,
+                            (unsigned long long)stated));
+    bytes.size = static_cast<size_t>(stated);
+    return bytes;
+}
+
+void read_buffers(const struct scene_import *import, const json &document, const gltf_bytes &chunk, gltf_file &file)
+{
+    for (const json &buffer : list_of(document, "buffers")) {
+        const size_t number = file.buffers.size();
+        try {
+            file.buffers.push_back(read_buffer(import, buffer, number == 0 ? chunk : gltf_bytes()));
+        } catch (const gltf_error &e) {
+            gltf_fail(error_wrap(e.err, "buffer %zu", number));
+        }
+    }
+}
+
+void list_pictures(const json &document, gltf_file &file)
+{
+    for (const json &image : list_of(document, "images")) {
+        const json *const view = member(image, "bufferView");
+        const bool whole = view && view->is_number_unsigned() && view->get<uint64_t>() < 1000000000;
+        file.pictures.push_back({text_of(image, "uri"), whole ? view->get<int>() : -1});
+    }
+}
+
+} // namespace
+
+bool gltf_is_data(const string &uri)
+{
+    return uri.compare(0, 5, "data:") == 0;
+}
+
+gltf_bytes gltf_data(const string &uri)
+{
+    const size_t comma = uri.find(',');
+    if (comma == string::npos)
+        return {};
+    const string base64 = ";base64", content = decode(uri.substr(comma + 1));
+    auto bytes = std::make_shared<std::vector<unsigned char>>();
+    if (comma >= base64.size() && uri.compare(comma - base64.size(), base64.size(), base64) == 0) {
+        string type;
+        tinygltf::DecodeDataURI(bytes.get(), type, "data:application/octet-stream;base64," + content, 0, false);
+    } else {
+        bytes->assign(content.begin(), content.end());
+    }
+    return {bytes, bytes->data(), bytes->size()};
+}
+
+string gltf_file_name(const struct scene_import *import, const string &uri)
+{
+    const string decoded = decode(uri);
+    return decoded == uri || find(import, decoded) || !find(import, uri) ? decoded : uri;
+}
+
+gltf_file gltf_open(const struct scene_import *import)
+{
+    const gltf_bytes whole = read_file(import->path);
+    gltf_bytes text = whole, chunk;
+    if (whole.size >= 4 && !std::memcmp(whole.data, "glTF", 4))
+        split_glb(whole, text, chunk);
+    json document = parse(text);
+    check_version(document);
+    check_extensions(document);
+    gltf_file file;
+    read_buffers(import, document, chunk, file);
+    list_pictures(document, file);
+    for (const char *const name : {"buffers", "images", "animations", "cameras", "skins"})
+        document.erase(name);
+    const string rest = document.dump();
+    if (rest.size() > std::numeric_limits<unsigned>::max())
+        gltf_fail(error_new("more than 4 GB of JSON"));
+    string wrong, warning;
+    tinygltf::TinyGLTF loader;
+    const bool good = loader.LoadASCIIFromString(&file.model, &wrong, &warning, rest.c_str(),
+                                                 static_cast<unsigned>(rest.size()), "");
+    wrong.resize(std::min(wrong.find('\n'), wrong.size()));
+    if (!good)
+        gltf_fail(error_new("%.200s", wrong.empty() ? "not a glTF file that can be read" : wrong.c_str()));
+    if (!wrong.empty())
+        warnings_add(import->warnings, "glTF", "%s: %.200s: the part that this belongs to is left out", import->path,
+                     wrong.c_str());
+    return file;
+}

@@ -1,0 +1,582 @@
+/* OBJ and MTL, read by tinyobjloader.
+ *
+ * tinyobjloader takes a clean file. What real files hold and it stumbles over is set right line by line before it
+ * sees the text (obj_clean, mtl_clean); each case says what the library (2.0.0rc9) would make of it.
+ */
+#include "import/import.h"
+
+#define TINYOBJLOADER_USE_DOUBLE
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <istream>
+#include <map>
+#include <memory>
+#include <set>
+#include <streambuf>
+#include <string>
+#include <string_view>
+#include <strings.h>
+#include <vector>
+
+namespace {
+
+using std::string;
+using std::string_view;
+
+const char blanks[] = " \t\f\v\r";
+const double unstated = -1; /* what no file means by Kd or Ke */
+const float default_albedo = 0.8f;
+
+/* A string as a stream, without a copy. */
+struct string_stream : private std::streambuf, public std::istream {
+    explicit string_stream(string &text) : std::istream(this) { setg(&text[0], &text[0], &text[0] + text.size()); }
+};
+
+/* -- lines and words -------------------------------------------------------------------------- */
+
+string_view trimmed(string_view s)
+{
+    const size_t first = s.find_first_not_of(blanks);
+    return first == s.npos ? string_view() : s.substr(first, s.find_last_not_of(blanks) - first + 1);
+}
+
+/* Takes the first word off a line. */
+string_view take_word(string_view &line)
+{
+    line = trimmed(line);
+    const string_view word = line.substr(0, line.find_first_of(blanks));
+    line = trimmed(line.substr(word.size()));
+    return word;
+}
+
+bool equal_but_case(string_view a, const char *b)
+{
+    return a.size() == strlen(b) && !strncasecmp(a.data(), b, a.size());
+}
+
+/* The part of a line of names before a comment: # at its start, or after a blank. */
+string_view without_comment(string_view line)
+{
+    for (size_t at = line.find('#'); at != line.npos; at = line.find('#', at + 1))
+        if (at == 0 || strchr(blanks, line[at - 1]))
+            return trimmed(line.substr(0, at));
+    return line;
+}
+
+/* The same of a line of numbers, where the comment may follow a digit (but 1.#INF is no comment). */
+string_view numbers_without_comment(string_view line)
+{
+    const size_t at = line.find('#');
+    return at == line.npos || (at > 0 && line[at - 1] == '.') ? line : trimmed(line.substr(0, at));
+}
+
+bool is_number(string_view s)
+{
+    size_t i = !s.empty() && (s[0] == '+' || s[0] == '-'), digits = 0;
+    for (; i < s.size() && isdigit((unsigned char)s[i]); i++)
+        digits++;
+    if (i < s.size() && s[i] == '.')
+        for (i++; i < s.size() && isdigit((unsigned char)s[i]); i++)
+            digits++;
+    if (digits && i < s.size() && (s[i] == 'e' || s[i] == 'E')) {
+        i += i + 1 < s.size() && (s[i + 1] == '+' || s[i + 1] == '-') ? 2 : 1;
+        digits = 0;
+        for (; i < s.size() && isdigit((unsigned char)s[i]); i++)
+            digits++;
+    }
+    return digits && i == s.size();
+}
+
+/* Takes the numbers that a line begins with, at most `most`. */
+std::vector<string_view> take_numbers(string_view &line, size_t most)
+{
+    std::vector<string_view> numbers;
+    while (numbers.size() < most) {
+        string_view rest = line;
+        const string_view word = take_word(rest);
+        if (!is_number(word))
+            break;
+        numbers.push_back(word);
+        line = rest;
+    }
+    return numbers;
+}
+
+/* A text line by line. Lines end with \n, \r or both; a backslash at the end joins the next line, which
+ * tinyobjloader takes for a new statement. A byte order mark, which hides the first statement from it, is skipped. */
+class lines {
+public:
+    lines(const char *text, size_t size) : rest(text, size)
+    {
+        if (rest.substr(0, 3) == "\xef\xbb\xbf")
+            rest.remove_prefix(3);
+    }
+
+    bool next(string_view &line)
+    {
+        if (rest.empty())
+            return false;
+        line = take();
+        if (line.empty() || line.back() != '\\')
+            return true;
+        joined.clear();
+        for (; !line.empty() && line.back() == '\\'; line = rest.empty() ? string_view() : take())
+            joined.append(line.substr(0, line.size() - 1)).push_back(' ');
+        line = joined.append(line);
+        return true;
+    }
+
+private:
+    string_view take()
+    {
+        const size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
+        const string_view line = rest.substr(0, end);
+        const size_t newline = rest.substr(end, 2) == "\r\n" ? 2 : 1;
+        rest.remove_prefix(std::min(end + newline, rest.size()));
+        return line;
+    }
+
+    string_view rest;
+    string joined;
+};
+
+/* -- MTL -------------------------------------------------------------------------------------- */
+
+struct materials {
+    std::vector<tinyobj::material_t> list;
+    std::vector<string> directory; /* of the MTL file of each, as its OBJ names it */
+    std::map<string, int> by_name; /* the first of each name */
+    std::set<string> files;        /* read so far */
+};
+
+/* The options before a texture's name and the name. -s, -o and -t may have one to three numbers: tinyobjloader always
+ * takes three words, and the name with them. Quotes around the name are none of it. */
+void clean_map(string &out, string_view line)
+{
+    static const char *const plain[] = {"-blendu", "-blendv", "-boost",    "-bm",   "-clamp",
+                                        "-imfchan", "-texres", "-colorspace", "-type", "-mm"};
+    for (;;) {
+        string_view rest = line;
+        const string_view option = take_word(rest);
+        const bool scale = option == "-s";
+        size_t arguments = 0;
+        for (const char *name : plain)
+            if (option == name)
+                arguments = option == "-mm" ? 2 : 1;
+        if (!arguments && !scale && option != "-o" && option != "-t")
+            break;
+        out.append(option).push_back(' ');
+        if (arguments) {
+            for (; arguments > 0; arguments--)
+                out.append(take_word(rest)).push_back(' ');
+        } else {
+            const std::vector<string_view> numbers = take_numbers(rest, 3);
+            for (size_t i = 0; i < 3; i++)
+                out.append(i < numbers.size() ? numbers[i] : scale ? "1" : "0").push_back(' ');
+        }
+        line = rest;
+    }
+    if (line.size() >= 2 && line.front() == '"' && line.back() == '"')
+        line = line.substr(1, line.size() - 2);
+    out.append(line).push_back('\n');
+}
+
+/* A colour: tinyobjloader reads one number as red alone, and words (spectral, nan) as 0. */
+void clean_colour(string &out, string_view key, string_view line, struct scene_import *import, const string &material)
+{
+    const std::vector<string_view> n = take_numbers(line, 3);
+    if (n.size() != 1 && n.size() != 3) {
+        warnings_add(import->warnings, "colour not understood",
+                     "%s: material '%s': %.*s is not one or three numbers: ignored",
+                     import->path, material.c_str(), (int)key.size(), key.data());
+        return;
+    }
+    out.append(key).push_back(' ');
+    out.append(n[0]).push_back(' ');
+    out.append(n[n.size() / 2]).push_back(' ');
+    out.append(n[n.size() - 1]).push_back('\n');
+}
+
+/* Keeps the statements that we use, in one spelling. Each material begins with colours that no file means, so that what
+ * is not stated can be told apart: tinyobjloader gives 0, or 0.6 with a texture, or neither after a material that had
+ * Kd. */
+string mtl_clean(const char *text, size_t size, struct scene_import *import)
+{
+    static const char *const keys[] = {"newmtl", "Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"};
+    string out, material;
+    lines reader(text, size);
+    for (string_view line; reader.next(line);) {
+        const string_view word = take_word(line);
+        string key;
+        for (const char *name : keys)
+            if (equal_but_case(word, name))
+                key = name;
+        if (key == "newmtl") {
+            material = line.empty() ? "(nameless)" : string(line);
+            out += "newmtl " + material + "\nKd -1 -1 -1\nKe -1 -1 -1\n";
+        } else if (key == "Kd" || key == "Ke") {
+            clean_colour(out, key, line, import, material);
+        } else if (key == "d" || key == "Tr") {
+            string_view rest = line;
+            if (take_word(rest) == "-halo") /* tinyobjloader reads it as 0 */
+                line = rest;
+            const std::vector<string_view> numbers = take_numbers(line, 1);
+            if (!numbers.empty())
+                out += key + " " + string(numbers[0]) + "\n";
+        } else if (!key.empty() && !line.empty()) {
+            out += key + " ";
+            clean_map(out, line);
+        }
+    }
+    return out;
+}
+
+/* Reads one MTL file; *found says whether there is one of this name. */
+struct error *mtl_read(struct scene_import *import, const string &name, materials &all, bool *found)
+{
+    *found = all.files.count(name) > 0;
+    if (*found)
+        return nullptr;
+    char *path = nullptr, *text = nullptr;
+    size_t size = 0;
+    struct error *err = scene_import_find(import, name.c_str(), &path);
+    const std::unique_ptr<char, decltype(&free)> path_owner(path, free);
+    if (err || !path)
+        return err;
+    err = error_wrap(scene_file_read(path, &text, &size), "%s", path);
+    const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
+    if (err)
+        return err;
+    string clean = mtl_clean(text, size, import), warning, error;
+    string_stream stream(clean);
+    const size_t known = all.list.size();
+    tinyobj::LoadMtl(&all.by_name, &all.list, &stream, &warning, &error);
+    const size_t slash = name.find_last_of("/\\");
+    all.directory.resize(all.list.size(), slash == name.npos ? string() : name.substr(0, slash + 1));
+    for (size_t i = known; i < all.list.size(); i++) {
+        const string &material = all.list[i].name;
+        if (all.by_name[material] != (int)i)
+            warnings_add(import->warnings, "material defined twice",
+                         "%s: material '%s' is defined twice: the first is used",
+                         import->path, material.c_str());
+        all.by_name.insert({string(without_comment(material)), (int)i});
+    }
+    all.files.insert(name);
+    *found = true;
+    return nullptr;
+}
+
+/* Reads what one mtllib statement names: one file whose name may hold blanks and backslashes, or several
+ * (tinyobjloader splits at blanks, drops backslashes, and takes the first file alone). */
+struct error *mtl_read_all(struct scene_import *import, string_view names, materials &all)
+{
+    string_view line = without_comment(names);
+    if (line.size() > 1 && line.front() == '"' && line.back() == '"')
+        line = line.substr(1, line.size() - 2);
+    bool found = false;
+    struct error *err = mtl_read(import, string(names), all, &found);
+    if (!err && !found)
+        err = mtl_read(import, string(line), all, &found);
+    while (!err && !found && !line.empty()) {
+        const string name(take_word(line));
+        bool there = false;
+        err = mtl_read(import, name, all, &there);
+        if (!err && !there)
+            warnings_add(import->warnings, "material file missing",
+                         "%s: material file %s is missing: an albedo of 0.8 is used", import->path, name.c_str());
+    }
+    return err;
+}
+
+/* -- materials -------------------------------------------------------------------------------- */
+
+bool is_stated(const double colour[3])
+{
+    return !(colour[0] == unstated && colour[1] == unstated && colour[2] == unstated);
+}
+
+struct vec3f to_colour(const double c[3])
+{
+    return {(float)c[0], (float)c[1], (float)c[2]};
+}
+
+/* The name under which a texture is found: beside its MTL file, beside the OBJ file, or either without a comment behind
+ * it. */
+struct error *find_texture(struct scene_import *import, const string &directory, const string &name, string *found)
+{
+    const string bare(without_comment(name));
+    const string tries[] = {directory + name, name, directory + bare, bare};
+    *found = name;
+    for (const string &attempt : tries) {
+        char *path = nullptr;
+        struct error *err = scene_import_find(import, attempt.c_str(), &path);
+        const bool there = path != nullptr;
+        free(path);
+        if (err)
+            return err;
+        if (there) {
+            *found = attempt;
+            break;
+        }
+    }
+    return nullptr;
+}
+
+struct error *to_map(struct scene_import *import, const string &directory, const string &name,
+                     const tinyobj::texture_option_t &options, enum image_use use, struct scene_map *map)
+{
+    *map = scene_map_of(SCENE_NONE);
+    if (name.empty())
+        return nullptr;
+    if (options.brightness != 0 || options.contrast != 1 || options.turbulence[0] != 0 || options.turbulence[1] != 0)
+        warnings_add(import->warnings, "texture option", "%s: texture %s: options -mm and -t are ignored", import->path,
+                     name.c_str());
+    const enum scene_wrap wrap = options.clamp ? SCENE_CLAMP : SCENE_REPEAT;
+    const struct scene_sampler sampler = {wrap, wrap, false};
+    string found;
+    struct error *err = find_texture(import, directory, name, &found);
+    if (!err)
+        err = scene_import_texture(import, found.c_str(), use, sampler, &map->texture);
+    map->transform[0] = (float)options.scale[0];
+    map->transform[2] = (float)options.origin_offset[0];
+    map->transform[4] = (float)options.scale[1];
+    map->transform[5] = (float)options.origin_offset[1];
+    return err;
+}
+
+struct error *push_material(struct scene_import *import, const tinyobj::material_t &from, const string &directory,
+                            int32_t *index)
+{
+    struct scene_material m = scene_material_default();
+    struct error *err =
+        to_map(import, directory, from.diffuse_texname, from.diffuse_texopt, IMAGE_COLOUR, &m.albedo_map);
+    if (!err)
+        err = to_map(import, directory, from.emissive_texname, from.emissive_texopt, IMAGE_COLOUR, &m.emission_map);
+    if (!err)
+        err = to_map(import, directory, from.alpha_texname, from.alpha_texopt, IMAGE_MASK, &m.alpha_map);
+    if (err)
+        return err;
+    const float albedo = m.albedo_map.texture == SCENE_NONE ? default_albedo : 1;
+    const float emission = m.emission_map.texture == SCENE_NONE ? 0 : 1;
+    m.albedo = is_stated(from.diffuse) ? to_colour(from.diffuse) : vec3f{albedo, albedo, albedo};
+    m.emission = is_stated(from.emission) ? to_colour(from.emission) : vec3f{emission, emission, emission};
+    m.opacity = (float)from.dissolve;
+    if (m.opacity < 1)
+        m.alpha = SCENE_BLEND;
+    else if (m.alpha_map.texture != SCENE_NONE)
+        m.alpha = SCENE_CUTOUT;
+    m.name = strdup(from.name.c_str());
+    return m.name ? scene_push_material(import->scene, m, index) : error_memory();
+}
+
+/* -- OBJ -------------------------------------------------------------------------------------- */
+
+const uint32_t nowhere = UINT32_MAX; /* an index that no array has */
+
+/* What tinyobjloader's callbacks gather. */
+struct geometry {
+    struct scene_import *import;
+    const materials *all;
+    std::vector<double> position;
+    std::vector<float> texture; /* (u, v) */
+    std::vector<uint32_t> size, corner, corner_texture;
+    std::vector<int32_t> material; /* of each face: index into materials::list, or -1 */
+    int32_t current = -1;
+};
+
+void add_position(void *data, double x, double y, double z, double)
+{
+    std::vector<double> &to = static_cast<geometry *>(data)->position;
+    to.insert(to.end(), {x, y, z});
+}
+
+void add_texture(void *data, double u, double v, double)
+{
+    std::vector<float> &to = static_cast<geometry *>(data)->texture;
+    to.insert(to.end(), {(float)u, (float)v});
+}
+
+/* From 1 up, or from -1 down counting back from what was read so far; 0 is none. */
+uint32_t absolute(int index, size_t count)
+{
+    if (index > 0)
+        return (uint32_t)index - 1;
+    return index < 0 && (size_t)-(long)index <= count ? (uint32_t)(count - (size_t)-(long)index) : nowhere;
+}
+
+void add_face(void *data, tinyobj::index_t *indices, int count)
+{
+    geometry &g = *static_cast<geometry *>(data);
+    for (int i = 0; i < count; i++) {
+        g.corner.push_back(absolute(indices[i].vertex_index, g.position.size() / 3));
+        g.corner_texture.push_back(absolute(indices[i].texcoord_index, g.texture.size() / 2));
+    }
+    g.size.push_back((uint32_t)count);
+    g.material.push_back(g.current);
+}
+
+void use_material(void *data, const char *name, int)
+{
+    geometry &g = *static_cast<geometry *>(data);
+    std::map<string, int>::const_iterator at = g.all->by_name.find(name);
+    if (at == g.all->by_name.end())
+        at = g.all->by_name.find(string(without_comment(name)));
+    g.current = at == g.all->by_name.end() ? -1 : at->second;
+    if (g.current < 0)
+        warnings_add(g.import->warnings, "material missing",
+                     "%s: material '%s' is not defined: an albedo of 0.8 is used",
+                     g.import->path, name);
+}
+
+/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no vertex. A slash at the
+ * end of a corner goes: tinyobjloader takes the next corner for what should follow it. */
+void clean_face(string &out, string_view line)
+{
+    out += "f ";
+    for (size_t i = 0, digits = 0; i < line.size(); i++) {
+        digits = isdigit((unsigned char)line[i]) ? digits + 1 : 0;
+        while (strchr(blanks, line[i]) && out.back() == '/')
+            out.pop_back();
+        out.push_back(line[i]);
+        if (digits > 9)
+            out.replace(out.size() - digits, digits, digits, '0');
+    }
+    while (out.back() == '/')
+        out.pop_back();
+    out.push_back('\n');
+}
+
+/* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads the material files.
+ * A vertex that is not three numbers, which it would put at 0, goes to infinity: its triangles are left out and
+ * counted. */
+struct error *obj_clean(const char *text, size_t size, struct scene_import *import, materials &all, string &out)
+{
+    struct error *err = nullptr;
+    out.reserve(size);
+    lines reader(text, size);
+    for (string_view line; !err && reader.next(line);) {
+        const string_view whole = numbers_without_comment(trimmed(line)), word = take_word(line);
+        if (word == "v") {
+            string_view rest = whole.substr(1);
+            if (take_numbers(rest, 3).size() == 3) {
+                out.append(whole).push_back('\n');
+            } else {
+                out += "v 9e999 0 0\n";
+                warnings_add(import->warnings, "vertex not understood",
+                             "%s: the vertex '%.*s' is not three numbers: its faces are left out", import->path,
+                             (int)std::min<size_t>(whole.size(), 60), whole.data());
+            }
+        } else if (word == "vt") {
+            out.append(whole).push_back('\n');
+        } else if (word == "f" || word == "fo") {
+            clean_face(out, numbers_without_comment(line));
+        } else if (word == "usemtl") {
+            out.append("usemtl ").append(line).push_back('\n');
+        } else if (word == "mtllib") {
+            err = mtl_read_all(import, line, all);
+        } else if (word == "surf" || word == "curv" || word == "curv2") {
+            warnings_add(import->warnings, "free-form geometry", "%s: free-form curves and surfaces are left out",
+                         import->path);
+        }
+    }
+    return err;
+}
+
+/* Materials that faces use become the scene's; face materials become its indices. */
+struct error *push_materials(geometry &g)
+{
+    struct scene_import *import = g.import;
+    std::map<int32_t, int32_t> pushed;
+    for (int32_t &material : g.material) {
+        const std::map<int32_t, int32_t>::const_iterator known = pushed.find(material);
+        if (known != pushed.end()) {
+            material = known->second;
+            continue;
+        }
+        int32_t index = 0;
+        struct error *err;
+        if (material < 0) {
+            struct scene_material none = scene_material_default();
+            none.albedo = {default_albedo, default_albedo, default_albedo};
+            err = scene_push_material(import->scene, none, &index);
+        } else {
+            err = push_material(import, g.all->list[(size_t)material], g.all->directory[(size_t)material], &index);
+        }
+        if (err)
+            return err;
+        pushed[material] = index;
+        material = index;
+    }
+    return nullptr;
+}
+
+/* Texture coordinates corner by corner; 0 where a corner has none. Empty when none has. */
+std::vector<float> corner_uv(const geometry &g)
+{
+    std::vector<float> uv;
+    if (g.texture.empty())
+        return uv;
+    uv.resize(2 * g.corner.size());
+    const size_t count = g.texture.size() / 2;
+    for (size_t i = 0; i < g.corner.size(); i++) {
+        const uint32_t from = g.corner_texture[i];
+        if (from < count) {
+            uv[2 * i] = g.texture[2 * (size_t)from];
+            uv[2 * i + 1] = g.texture[2 * (size_t)from + 1];
+        } else if (from != nowhere) {
+            warnings_add(g.import->warnings, "texture coordinate missing",
+                         "%s: a corner names texture coordinate %u of %zu: 0 is used", g.import->path, from + 1, count);
+        }
+    }
+    return uv;
+}
+
+struct error *read(struct scene_import *import)
+{
+    materials all;
+    geometry g;
+    g.import = import;
+    g.all = &all;
+    {
+        string clean;
+        char *text = nullptr;
+        size_t size = 0;
+        struct error *err = scene_file_read(import->path, &text, &size);
+        const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
+        if (!err)
+            err = obj_clean(text, size, import, all, clean);
+        if (err)
+            return err;
+        tinyobj::callback_t callbacks;
+        callbacks.vertex_cb = add_position;
+        callbacks.texcoord_cb = add_texture;
+        callbacks.index_cb = add_face;
+        callbacks.usemtl_cb = use_material;
+        string_stream stream(clean);
+        string warning, error;
+        if (!tinyobj::LoadObjWithCallback(stream, callbacks, &g, nullptr, &warning, &error))
+            return error_new("%s", error.c_str());
+    }
+    struct error *err = push_materials(g);
+    if (err)
+        return err;
+    const std::vector<float> uv = corner_uv(g);
+    struct scene_polygons polygons = {};
+    polygons.position = g.position.data();
+    polygons.vertex_count = g.position.size() / 3;
+    polygons.size = g.size.data();
+    polygons.count = g.size.size();
+    polygons.corner = g.corner.data();
+    polygons.uv = uv.empty() ? nullptr : uv.data();
+    polygons.material = g.material.data();
+    return scene_import_polygons(import, &polygons);
+}
+
+} /* namespace */
+
+struct error *scene_read_obj(struct scene_import *import)
+{
+    return scene_guard([import] { return read(import); });
+}

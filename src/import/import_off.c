@@ -1,0 +1,126 @@
+/* OFF in text: Geomview's Object File Format, with or without colours, normals and texture coordinates, which are left
+ * alone.
+ *
+ * Read here and not by OpenMesh, whose reader rounds positions to float and knows neither comments nor counts in the
+ * first line.
+ */
+#include "base/number.h"
+#include "import/import.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct off {
+    const char *at, *end;
+};
+
+/* Moves to the next word, over line ends and comments; false at the end of the file. */
+static bool skip_blanks(struct off *off)
+{
+    while (off->at < off->end && (isspace((unsigned char)*off->at) || *off->at == '#')) {
+        if (*off->at == '#')
+            while (off->at < off->end && *off->at != '\n')
+                off->at++;
+        else
+            off->at++;
+    }
+    return off->at < off->end;
+}
+
+static void skip_line(struct off *off)
+{
+    while (off->at < off->end && *off->at != '\n')
+        off->at++;
+}
+
+static struct error *take_number(struct off *off, double *value)
+{
+    if (!skip_blanks(off))
+        return error_new("the file ends here");
+    const char *end = number_read_f64(off->at, off->end, value);
+    if (!end || (end < off->end && !isspace((unsigned char)*end) && *end != '#'))
+        return error_new("expected a number");
+    off->at = end;
+    return NULL;
+}
+
+/* A whole number below 2^32 - 1; anything else becomes UINT32_MAX. */
+static struct error *take_index(struct off *off, uint32_t *index)
+{
+    double value = 0;
+    struct error *err = take_number(off, &value);
+    *index = value >= 0 && value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
+    return err;
+}
+
+/* The first word: OFF behind what vertices carry, N normals, C colours, ST texture coordinates; 4 and n are other
+ * dimensions. */
+static struct error *take_header(struct off *off, uint32_t *vertices, uint32_t *faces)
+{
+    uint32_t edges;
+    skip_blanks(off);
+    const char *word = off->at;
+    while (off->at < off->end && isalnum((unsigned char)*off->at))
+        off->at++;
+    size_t length = (size_t)(off->at - word);
+    if (length < 3 || memcmp(off->at - 3, "OFF", 3))
+        return error_new("expected OFF");
+    if (strcspn(word, "4n") < length)
+        return error_new("%.*s: only three dimensions are understood", (int)length, word);
+    skip_blanks(off);
+    if (off->end - off->at >= 6 && !memcmp(off->at, "BINARY", 6))
+        return error_new("binary OFF is not understood");
+    struct error *err = take_index(off, vertices);
+    if (!err)
+        err = take_index(off, faces);
+    if (!err)
+        err = take_index(off, &edges);
+    return error_wrap(err, "counts of vertices, faces and edges");
+}
+
+static struct error *take_vertex(struct off *off, struct scene_faces *faces)
+{
+    double p[3] = {0};
+    struct error *err = NULL;
+    for (int axis = 0; axis < 3 && !err; axis++)
+        err = take_number(off, &p[axis]);
+    skip_line(off);
+    return err ? err : scene_faces_vertex(faces, p[0], p[1], p[2]);
+}
+
+static struct error *take_face(struct off *off, struct scene_faces *faces)
+{
+    uint32_t size = 0, vertex = 0;
+    struct error *err = take_index(off, &size);
+    if (!err)
+        err = scene_faces_begin(faces);
+    for (uint32_t k = 0; k < size && !err; k++) {
+        err = take_index(off, &vertex);
+        if (!err)
+            err = scene_faces_corner(faces, vertex);
+    }
+    skip_line(off);
+    return err;
+}
+
+struct error *scene_read_off(struct scene_import *import)
+{
+    char *data = NULL;
+    size_t size = 0;
+    uint32_t vertex_count = 0, face_count = 0;
+    struct scene_faces faces = {0};
+    struct error *err = scene_file_read(import->path, &data, &size);
+    struct off off = {.at = data, .end = data ? data + size : NULL};
+    if (!err)
+        err = take_header(&off, &vertex_count, &face_count);
+    for (uint32_t v = 0; v < vertex_count && !err; v++)
+        err = error_wrap(take_vertex(&off, &faces), "vertex %u of %u", v + 1, vertex_count);
+    for (uint32_t f = 0; f < face_count && !err; f++)
+        err = error_wrap(take_face(&off, &faces), "face %u of %u", f + 1, face_count);
+    if (!err)
+        err = scene_import_faces(import, &faces);
+    scene_faces_clear(&faces);
+    free(data);
+    return err;
+}

@@ -1,0 +1,126 @@
+/* STL, text and binary.
+ *
+ * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone, and passes over
+ * facets that are cut off.
+ */
+#include "base/number.h"
+#include "import/import.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+enum { HEADER = 84, FACET = 50 }; /* bytes of the binary kind */
+
+/* -- text ------------------------------------------------------------------------------------- */
+
+struct text {
+    const char *at, *end;
+};
+
+/* Takes the next word; false at the end of the file. */
+static bool take_word(struct text *text, const char **word, size_t *length)
+{
+    while (text->at < text->end && isspace((unsigned char)*text->at))
+        text->at++;
+    *word = text->at;
+    while (text->at < text->end && !isspace((unsigned char)*text->at))
+        text->at++;
+    *length = (size_t)(text->at - *word);
+    return *length > 0;
+}
+
+static bool is_word(const char *word, size_t length, const char *wanted)
+{
+    return length == strlen(wanted) && !strncasecmp(word, wanted, length);
+}
+
+static struct error *take_vertex(struct text *text, struct scene_faces *faces)
+{
+    double p[3];
+    for (int axis = 0; axis < 3; axis++) {
+        const char *word;
+        size_t length;
+        if (!take_word(text, &word, &length) || number_read_f64(word, text->end, &p[axis]) != word + length)
+            return error_new("facet %zu: expected 3 coordinates of a vertex", faces->count);
+    }
+    struct error *err = scene_faces_vertex(faces, p[0], p[1], p[2]);
+    return err ? err : scene_faces_corner(faces, (uint32_t)(faces->vertex_count - 1));
+}
+
+static struct error *read_text(const char *data, size_t size, struct scene_faces *faces)
+{
+    struct text text = {data, data + size};
+    struct error *err = NULL;
+    bool in_loop = false, ended = false;
+    const char *word;
+    size_t length;
+    while (!err && take_word(&text, &word, &length)) {
+        ended = is_word(word, length, "endsolid");
+        if (is_word(word, length, "loop")) {
+            in_loop = true;
+            err = scene_faces_begin(faces);
+        } else if (is_word(word, length, "endloop")) {
+            in_loop = false;
+        } else if (in_loop && is_word(word, length, "vertex")) {
+            err = take_vertex(&text, faces);
+        } else if (ended || is_word(word, length, "solid")) { /* a name follows */
+            while (text.at < text.end && *text.at != '\n')
+                text.at++;
+        }
+    }
+    if (!err && !ended)
+        err = error_new("the file ends in facet %zu, without endsolid", faces->count);
+    return err;
+}
+
+/* -- binary ----------------------------------------------------------------------------------- */
+
+static struct error *read_binary(const char *data, size_t size, struct scene_faces *faces)
+{
+    uint32_t count;
+    if (size < HEADER)
+        return error_new("expected STL, got %zu bytes", size);
+    memcpy(&count, data + HEADER - sizeof count, sizeof count);
+    if ((size - HEADER) / FACET < count)
+        return error_new("the header promises %u facets, there is room for %zu", (unsigned)count,
+                         (size - HEADER) / FACET);
+    struct error *err = NULL;
+    for (size_t f = 0; f < count && !err; f++) {
+        float p[12]; /* normal, then three vertices */
+        memcpy(p, data + HEADER + f * FACET, sizeof p);
+        err = scene_faces_begin(faces);
+        for (size_t k = 3; k < 12 && !err; k += 3) {
+            err = scene_faces_vertex(faces, (double)p[k], (double)p[k + 1], (double)p[k + 2]);
+            if (!err)
+                err = scene_faces_corner(faces, (uint32_t)(faces->vertex_count - 1));
+        }
+    }
+    return err;
+}
+
+/* Text begins with "solid", but so do headers of some binary files. */
+static bool is_text(const char *data, size_t size)
+{
+    uint32_t count = 0;
+    if (size >= HEADER)
+        memcpy(&count, data + HEADER - sizeof count, sizeof count);
+    return !strncasecmp(data + strspn(data, " \t\r\n"), "solid", 5) &&
+           (size < HEADER || size != HEADER + FACET * (size_t)count);
+}
+
+struct error *scene_read_stl(struct scene_import *import)
+{
+    char *data = NULL;
+    size_t size = 0;
+    struct scene_faces faces = {0};
+    struct error *err = scene_file_read(import->path, &data, &size);
+    if (!err)
+        err = (is_text(data, size) ? read_text : read_binary)(data, size, &faces);
+    if (!err)
+        err = scene_import_faces(import, &faces);
+    scene_faces_clear(&faces);
+    free(data);
+    return err;
+}

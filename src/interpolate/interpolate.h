@@ -1,0 +1,93 @@
+/* interpolate: a column of the probes at any point, in one of several ways.
+ *
+ *     err = interpolate_open(&in, stream, &settings);
+ *     interpolate_find(in, p, &place);          where the point is: cheap to do for a few points ahead
+ *     err = interpolate_at(in, p, &place, out);
+ *     interpolate_close(in);
+ *
+ * Read-only once it is open: threads share it.
+ */
+#ifndef INTERPOLATE_H
+#define INTERPOLATE_H
+
+#include "interpolate/nodes.h"
+#include "interpolate/octree.h"
+#include "libprobe-query/probe-query.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct error;
+struct scatter;
+struct stream;
+
+enum interpolate_kind {
+    INTERPOLATE_BARYCENTRIC, /* of the four probes of a cell: reproduces linear fields, continuous */
+    INTERPOLATE_GRADIENT,    /* the same of what each probe's gradient foretells for the point (Tatarchuk 2005): exact gradients at probes, continuous */
+    INTERPOLATE_CUBIC,       /* a cubic Bezier polynomial in each cell from values and gradients (Farin 1986): reproduces quadratic fields, continuous, and smooth at
+                              * probes and along edges */
+    INTERPOLATE_NEAREST,     /* the nearest probe's value; jumps. Without cells */
+    INTERPOLATE_SHEPARD,     /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
+    INTERPOLATE_TRILINEAR,   /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes; or of an octree (octree.h):
+                              * linear fields, continuous. Without cells */
+    INTERPOLATE_TRICUBIC,    /* the same with cubics: reproduces parabolas along a grid's axes, smooth */
+};
+
+enum interpolate_falloff { INTERPOLATE_FALL_LINEAR, INTERPOLATE_FALL_QUADRATIC, INTERPOLATE_FALL_CUBIC };
+
+struct interpolate_settings {
+    enum interpolate_kind kind;
+    enum interpolate_falloff falloff; /* Shepard: weights are (radius - distance)^1, 2 or 3 */
+    double radius;                    /* Shepard; 0: scatter_spacing */
+    const char *column;               /* an f32 column of table probe; gradients are in the column of that name and _gradient */
+    unsigned outside;                 /* of the hull: PROBE_NEAREST, PROBE_EXTEND, or 0 (probe-query.h) */
+};
+
+struct interpolate {
+    struct interpolate_settings settings;
+    struct probe_volume *volume; /* owned; NULL where there are no cells to it */
+    struct scatter *scatter;     /* owned: nearest, Shepard */
+    struct nodes nodes;          /* owned: trilinear, tricubic */
+    struct octree octree;        /* owned: the same, where the probes are no grid */
+    float *data;                 /* of the octree's nodes; owned */
+    const double *position;      /* 3 a probe */
+    const float *value;          /* the column */
+    const float *gradient;       /* 3 * width a probe: d/dx of all, d/dy, d/dz; NULL: not used */
+    size_t width;
+    int order; /* of SH, where the column is sh; else 0 */
+    bool convolved;
+    const struct stream *stream; /* NULL: a packed file */
+    float *owned;                /* value of a packed file */
+    void *image;                 /* of a packed file; mapped */
+    size_t image_bytes;
+};
+
+/* The stream must outlive it. Errors: no cells (says to run probe-tet), no such column (says to run probe-capture), no grid and no octree, a
+ * probe of an octree whose value is not known. */
+struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
+                               const struct interpolate_settings *settings);
+
+/* A packed file (man probe-query). */
+struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
+                                      const struct interpolate_settings *settings);
+
+void interpolate_close(struct interpolate *interpolate); /* NULL is legal */
+
+/* Whether a file starts as a packed one does. */
+bool interpolate_is_packed(const char *path);
+
+/* The place of a point (finite). place->cell: where to start. */
+void interpolate_find(const struct interpolate *interpolate, const double point[3], struct probe_place *place);
+
+/* The places of many points (probe_volume_locate_many). */
+void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point, size_t stride,
+                           const uint32_t *order, struct probe_place *place);
+
+/* Brings what interpolate_at will read nearer. */
+void interpolate_fetch(const struct interpolate *interpolate, const struct probe_place *place);
+
+/* The column's values at a point, whose place was found. Error: a probe's value is not known. */
+struct error *interpolate_at(const struct interpolate *interpolate, const double point[3], const struct probe_place *place,
+                             float *out);
+
+#endif

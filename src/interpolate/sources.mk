@@ -1,0 +1,10 @@
+# light between probes: the kinds of interpolation, the baked stream, the engine of probe-query
+interpolate_sources = \
+	%D%/baked.c %D%/baked.h \
+	%D%/cells_volume.c %D%/cells_volume.h \
+	%D%/interpolate.c %D%/interpolate.h \
+	%D%/interpolate_options.c %D%/interpolate_options.h \
+	%D%/nodes.c %D%/nodes.h \
+	%D%/octree.c %D%/octree.h \
+	%D%/query.c %D%/query.h \
+	%D%/scatter.c %D%/scatter.h

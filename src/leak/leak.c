@@ -1,0 +1,307 @@
+/* Based on: Sukys, "Light probe cloud generation for games", Chalmers 2014, sec. 3.2.2. */
+#include "leak/leak.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/threads.h"
+#include "math/cubes.h"
+#include "math/vec.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+const int leak_edge[5][6][2] = {
+    [2] = {{0, 1}}, [3] = {{0, 1}, {0, 2}, {1, 2}}, [4] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+int leak_edges_of(int corners)
+{
+    return corners * (corners - 1) / 2;
+}
+
+/* -- edges ------------------------------------------------------------------------------------ */
+
+struct edge {
+    int32_t low, high; /* rows */
+    uint32_t slot;     /* 6 * cell + edge of the cell */
+};
+
+static int compare_edges(const void *a, const void *b)
+{
+    const struct edge *e = a, *f = b;
+    if (e->low != f->low)
+        return e->low < f->low ? -1 : 1;
+    if (e->high != f->high)
+        return e->high < f->high ? -1 : 1;
+    return e->slot < f->slot ? -1 : e->slot > f->slot;
+}
+
+/* All edges of all cells, sorted: those of several cells stand together. */
+static struct error *list_edges(int corners, size_t cell_count, const int32_t *vertex, struct edge **edges, size_t *count)
+{
+    const size_t each = (size_t)leak_edges_of(corners);
+    *count = each * cell_count;
+    if (cell_count > UINT32_MAX / 6)
+        return error_new("more than %u cells", UINT32_MAX / 6);
+    struct error *err = array_create(edges, *count, sizeof **edges);
+    for (size_t i = 0; i < *count && !err; i++) {
+        const int32_t *v = vertex + i / each * (size_t)corners;
+        const int *edge = leak_edge[corners][i % each];
+        const int32_t a = v[edge[0]], b = v[edge[1]];
+        (*edges)[i] = (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
+    }
+    if (!err)
+        qsort(*edges, *count, sizeof **edges, compare_edges);
+    return err;
+}
+
+static bool same_edge(const struct edge *a, const struct edge *b)
+{
+    return a->low == b->low && a->high == b->high;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count,
+                                const int32_t *vertex)
+{
+    struct edge *edges = NULL;
+    double *length = NULL;
+    size_t count = 0, all = 0;
+    struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
+    if (!err)
+        err = array_create(&length, all, sizeof *length);
+    for (size_t i = 0; i < all && !err; i++) {
+        if (i && same_edge(&edges[i - 1], &edges[i]))
+            continue;
+        length[count++] = vec3_length(vec3_sub(vec3_load(position + 3 * (size_t)edges[i].high),
+                                               vec3_load(position + 3 * (size_t)edges[i].low)));
+    }
+    if (!err)
+        qsort(length, count, sizeof *length, compare_doubles);
+    const double median = err || !count ? 0 : length[count / 2];
+    *settings = (struct leak_settings){
+        .graze = 0.1, .margin = 0.1, .offset = 0.05 * median, .separation = 0.5 * median, .threads = 1};
+    free(edges);
+    free(length);
+    return err;
+}
+
+/* -- looking along edges ---------------------------------------------------------------------- */
+
+/* What the rays along one edge found. */
+struct finding {
+    bool crossed;
+    bool stands[2];       /* a probe can stand before the surface, on the side of the low, the high end */
+    bool asks[2];         /* and is asked for: the end is far from the surface */
+    struct vec3 probe[2]; /* where */
+};
+
+struct look {
+    const struct tracer *tracer;
+    const struct leak_settings *settings;
+    const double *position;
+    int corners; /* of a cell */
+    const struct edge *edges;
+    const size_t *first; /* of each distinct edge, in edges */
+    struct finding *finding;
+};
+
+/* Off the surface on the side of the unit normal n, by the offset, or half way to what is in front of it. */
+static struct vec3 stand_off(const struct look *look, struct vec3 on_surface, struct vec3 n)
+{
+    double from[3], direction[3];
+    const double offset = look->settings->offset;
+    vec3_store(from, vec3_fma(on_surface, offset * 1e-3, n));
+    vec3_store(direction, n);
+    const struct trace_hit ahead = trace_nearest(look->tracer, from, direction, 2 * offset);
+    return vec3_fma(on_surface, ahead.hit ? ahead.distance / 2 : offset, n);
+}
+
+/* On the edge, so that what is added to probes in a plane or on a line stays there: off it by little, it would make space of the
+ * plane, and slivers of the cells. Off the surface by the offset all the same, or half way. */
+static struct vec3 stand_on_edge(const struct look *look, struct vec3 a, struct vec3 direction, double distance, double cosine)
+{
+    return vec3_fma(a, distance - fmin(look->settings->offset / fabs(cosine), distance / 2), direction);
+}
+
+/* The ray from `a` towards `b`, whose findings are those of `side`. */
+static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int side, struct finding *f)
+{
+    const struct vec3 way = vec3_sub(b, a);
+    const double length = vec3_length(way);
+    const struct vec3 direction = vec3_scale(1 / length, way);
+    double from[3], along[3];
+    vec3_store(from, a);
+    vec3_store(along, direction);
+    const struct trace_hit hit = trace_nearest(look->tracer, from, along, length);
+    if (!hit.hit)
+        return;
+    f->crossed = true;
+    const double cosine = vec3_dot(hit.normal, direction);
+    if (fabs(cosine) < look->settings->graze)
+        return;
+    f->stands[side] = true;
+    f->asks[side] = hit.distance >= look->settings->margin * length && hit.distance * fabs(cosine) >= 2 * look->settings->offset;
+    /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that plane, else its hull would be
+     * all slivers. */
+    const struct vec3 on_edge = vec3_fma(a, hit.distance, direction), facing = vec3_scale(cosine < 0 ? 1 : -1, hit.normal);
+    f->probe[side] = look->corners < 4 ? stand_on_edge(look, a, direction, hit.distance, cosine)
+                                       : stand_off(look, on_edge, facing);
+}
+
+static struct error *look_along(void *context, size_t index, int thread)
+{
+    (void)thread;
+    const struct look *look = context;
+    const struct edge *edge = &look->edges[look->first[index]];
+    const struct vec3 low = vec3_load(look->position + 3 * (size_t)edge->low),
+        high = vec3_load(look->position + 3 * (size_t)edge->high);
+    struct finding *f = &look->finding[index];
+    look_from(look, low, high, 0, f);
+    look_from(look, high, low, 1, f);
+    return NULL;
+}
+
+/* -- choosing probes -------------------------------------------------------------------------- */
+
+struct view {
+    const struct tracer *tracer;
+    const double *from;
+};
+
+static bool sees(void *context, const double *point)
+{
+    const struct view *view = context;
+    return trace_visibility(view->tracer, view->from, point) > 0;
+}
+
+/* Whether a probe nearer than `reach` (at most a cube's size) is seen from p: it stands for p, on the same side. */
+static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p, double reach)
+{
+    double at[3];
+    vec3_store(at, p);
+    struct view view = {tracer, at};
+    return cubes_find(c, at, reach, sees, &view, NULL);
+}
+
+static int compare_positions(struct vec3 p, struct vec3 q)
+{
+    if (p.x != q.x)
+        return p.x < q.x ? -1 : 1;
+    if (p.y != q.y)
+        return p.y < q.y ? -1 : 1;
+    return p.z < q.z ? -1 : p.z > q.z;
+}
+
+/* An edge that asks for probes. */
+struct candidate {
+    struct vec3 position; /* of the first probe that it asks for, in canonical order */
+    const struct finding *finding;
+};
+
+static int compare_candidates(const void *a, const void *b)
+{
+    return compare_positions(((const struct candidate *)a)->position, ((const struct candidate *)b)->position);
+}
+
+static struct candidate make_candidate(const struct finding *f)
+{
+    const int first = !f->asks[0] || (f->asks[1] && compare_positions(f->probe[1], f->probe[0]) < 0);
+    return (struct candidate){f->probe[first], f};
+}
+
+/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in pairs, one on each side of
+ * the wall: a probe at a wall without a twin behind it would be joined, through the wall, to probes far away. */
+static struct error *choose(const struct look *look, size_t distinct, size_t probe_count, struct leaks *leaks)
+{
+    for (size_t i = 0; i < distinct; i++)
+        leaks->leaking += look->finding[i].asks[0] || look->finding[i].asks[1];
+    struct candidate *candidate = NULL;
+    struct cubes cubes = {0};
+    struct error *err = array_create(&candidate, leaks->leaking, sizeof *candidate);
+    if (!err)
+        err = cubes_create(&cubes, look->settings->separation, probe_count + 2 * leaks->leaking);
+    if (!err)
+        err = array_create(&leaks->probe, 6 * leaks->leaking, sizeof *leaks->probe);
+    size_t count = 0;
+    for (size_t i = 0; i < distinct && !err; i++)
+        if (look->finding[i].asks[0] || look->finding[i].asks[1])
+            candidate[count++] = make_candidate(&look->finding[i]);
+    if (count)
+        qsort(candidate, count, sizeof *candidate, compare_candidates);
+    for (size_t i = 0; i < probe_count && !err; i++)
+        cubes_add(&cubes, look->position + 3 * i);
+    const double twin_reach = fmin(2 * look->settings->offset, look->settings->separation);
+    for (size_t i = 0; i < count && !err; i++) {
+        const struct finding *f = candidate[i].finding;
+        const int first = compare_positions(f->probe[0], f->probe[1]) > 0; /* whichever row has the smaller number */
+        bool wanted = false;
+        for (int side = 0; side < 2; side++)
+            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f->probe[side], look->settings->separation));
+        for (int turn = 0; wanted && turn < 2; turn++) {
+            const int side = turn ? !first : first;
+            if (!f->stands[side] || is_served(&cubes, look->tracer, f->probe[side], twin_reach))
+                continue;
+            double *added = leaks->probe + 3 * leaks->probe_count++;
+            vec3_store(added, f->probe[side]);
+            cubes_add(&cubes, added);
+        }
+    }
+    free(candidate);
+    cubes_clear(&cubes);
+    return err;
+}
+
+/* -- all together ----------------------------------------------------------------------------- */
+
+struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const struct leak_settings *settings,
+                        size_t probe_count, const double *position, int corners, size_t cell_count, const int32_t *vertex)
+{
+    *leaks = (struct leaks){0};
+    struct edge *edges = NULL;
+    size_t *first = NULL;
+    struct look look = {.tracer = tracer, .settings = settings, .position = position, .corners = corners};
+    size_t all = 0;
+    struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
+    if (!err)
+        err = array_create(&first, all + 1, sizeof *first);
+    for (size_t i = 0; i < all && !err; i++)
+        if (!i || !same_edge(&edges[i - 1], &edges[i]))
+            first[leaks->edges++] = i;
+    if (!err) {
+        first[leaks->edges] = all;
+        err = array_create(&look.finding, leaks->edges, sizeof *look.finding);
+    }
+    look.edges = edges;
+    look.first = first;
+    if (!err)
+        err = threads_for(settings->threads, leaks->edges, look_along, &look);
+    if (!err)
+        err = array_create(&leaks->cell_edges, all, sizeof *leaks->cell_edges);
+    for (size_t e = 0; e < leaks->edges && !err; e++) {
+        leaks->crossed += look.finding[e].crossed;
+        for (size_t i = first[e]; i < first[e + 1]; i++)
+            leaks->cell_edges[edges[i].slot] = look.finding[e].asks[0] || look.finding[e].asks[1] ? 2 : look.finding[e].crossed;
+    }
+    if (!err)
+        err = choose(&look, leaks->edges, probe_count, leaks);
+    free(look.finding);
+    free(first);
+    free(edges);
+    if (err)
+        leaks_clear(leaks);
+    return err;
+}
+
+void leaks_clear(struct leaks *leaks)
+{
+    free(leaks->cell_edges);
+    free(leaks->probe);
+    *leaks = (struct leaks){0};
+}

@@ -1,0 +1,3 @@
+# edges through walls, and their mending
+leak_sources = \
+	%D%/leak.c %D%/leak.h

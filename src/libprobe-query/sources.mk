@@ -1,0 +1,10 @@
+# all that a game links: volume, walk, outside of the hull, blend, packed file, lattice, SH. Nothing but libc and libm
+libprobe_query_sources = \
+	%D%/lattice.c %D%/lattice.h \
+	%D%/sh.c %D%/sh.h \
+	%D%/volume.c %D%/volume.h \
+	%D%/volume_blend.c \
+	%D%/volume_image.c \
+	%D%/volume_outer.c \
+	%D%/volume_tree.c \
+	%D%/volume_walk.c

@@ -1,0 +1,63 @@
+#include "light/content.h"
+#include "base/error.h"
+#include "libprobe-query/sh.h"
+#include "stream/stream.h"
+
+#include <math.h>
+#include <string.h>
+
+struct error *content_from_header(const struct stream_header *header, bool *convolved)
+{
+    const char *content = header_key(header, "sh-content");
+    *convolved = content && !strcmp(content, "irradiance");
+    if (content && !*convolved && strcmp(content, "radiance"))
+        return error_new("header key sh-content: expected radiance or irradiance, got '%s'", content);
+    return NULL;
+}
+
+struct error *content_to_header(struct stream_header *header, bool convolved)
+{
+    return header_set_key(header, "sh-content", convolved ? "irradiance" : "radiance");
+}
+
+/* A standard error has no sign, and a gradient three parts. */
+static void scale(int order, const double *factor, float *sh, float *error, float *gradient)
+{
+    double size[SH_ORDER_MAX];
+    for (int l = 0; l < order; l++)
+        size[l] = fabs(factor[l]);
+    if (sh)
+        sh_scale_bands(order, factor, sh);
+    if (error)
+        sh_scale_bands(order, size, error);
+    for (int axis = 0; gradient && axis < 3; axis++)
+        sh_scale_bands(order, factor, gradient + axis * 3 * order * order);
+}
+
+void content_convolve(int order, float *sh, float *error, float *gradient)
+{
+    double factor[SH_ORDER_MAX];
+    for (int l = 0; l < order; l++)
+        factor[l] = sh_cosine(l);
+    scale(order, factor, sh, error, gradient);
+}
+
+struct error *content_convert(struct table *probes, bool from, bool to)
+{
+    struct column *sh;
+    struct error *err = table_require(probes, "sh", COLUMN_F32, 0, &sh);
+    if (err || from == to)
+        return err;
+    const int order = sh_order_of(sh->width);
+    if (from && order > CONTENT_RADIANCE_ORDER_MAX)
+        return error_new("radiance of order %d cannot be had from irradiance, in which band 3 leaves no trace: expected order %d at the "
+                         "most (--order %d cuts it)", order, CONTENT_RADIANCE_ORDER_MAX, CONTENT_RADIANCE_ORDER_MAX);
+    double factor[SH_ORDER_MAX];
+    for (int l = 0; l < order; l++)
+        factor[l] = from ? 1 / sh_cosine(l) : sh_cosine(l);
+    const struct column *error = table_column(probes, "sh_error"), *gradient = table_column(probes, "sh_gradient");
+    for (size_t i = 0; i < probes->rows; i++)
+        scale(order, factor, column_f32(sh) + i * sh->width, error ? column_f32(error) + i * sh->width : NULL,
+              gradient ? column_f32(gradient) + 3 * i * sh->width : NULL);
+    return NULL;
+}

@@ -1,0 +1,7 @@
+# what a stream's light is and becomes: content, order, de-ringing, other bases
+light_sources = \
+	%D%/basis.c %D%/basis.h \
+	%D%/content.c %D%/content.h \
+	%D%/convert.c %D%/convert.h \
+	%D%/dering.c %D%/dering.h \
+	%D%/order.c %D%/order.h

@@ -1,0 +1,508 @@
+#include "measure/measure.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/threads.h"
+#include "interpolate/baked.h"
+#include "math/vec.h"
+#include "measure/sphere.h"
+#include "measure/truth.h"
+#include "measure/unseen.h"
+#include "stream/stream.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FOR_PARTS = 16 }; /* what random numbers are for: part of their name */
+
+/* -- points ----------------------------------------------------------------------------------- */
+
+/* What one point says of the stream. */
+struct point {
+    bool inside;            /* of the hull */
+    double surface;         /* distance; NaN: there is none */
+    double truth;           /* mean irradiance */
+    double square, colour;  /* mean over directions of e^2 without noise: of luminance; of the three colours */
+    double noise;           /* of y^2 */
+    double doubt;           /* variance of square, by noise */
+    double mean, absolute;  /* of e, of |e| */
+    double bright, dark;    /* shares of the directions */
+    double unseen;          /* NaN: there are no cells */
+    double cut_off, capture_noise; /* squares */
+    double error[SPHERE_COUNT]; /* e */
+};
+
+struct job {
+    const struct truth *truth;
+    const struct baked *baked;
+    const struct tracer *tracer;
+    const struct measure_settings *settings;
+    struct sphere_basis basis;
+    double scene_mean;
+    struct point *point;
+};
+
+/* The stream's irradiance at p along the set, RGB. */
+static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis, const double p[3],
+                                  struct probe_place *place, double *rgb)
+{
+    double sh[3 * SH_COUNT_MAX];
+    *place = (struct probe_place){.cell = PROBE_COLD};
+    baked_locate(baked, p, place);
+    struct error *err = baked_light(baked, p, place, sh);
+    if (!err)
+        sphere_irradiance(basis, sh, 3, rgb);
+    return err;
+}
+
+/* Mean over directions and colours of (s - T1)(s - T2). */
+static double colour_square(const struct truth *t, size_t i, const double *rgb)
+{
+    double product[SPHERE_COUNT];
+    for (size_t d = 0; d < SPHERE_COUNT; d++) {
+        product[d] = 0;
+        for (size_t k = 3 * d; k < 3 * d + 3; k++)
+            product[d] += (rgb[k] - (double)t->half[0][TRUTH_WIDTH * i + k]) * (rgb[k] - (double)t->half[1][TRUTH_WIDTH * i + k]) / 3;
+    }
+    return sphere_mean(product);
+}
+
+/* Luminance along the set, of one half of the truth. */
+static void half_luminance(const struct truth *t, int half, size_t i, double *luminance)
+{
+    double rgb[TRUTH_WIDTH];
+    for (size_t k = 0; k < TRUTH_WIDTH; k++)
+        rgb[k] = (double)t->half[half][TRUTH_WIDTH * i + k];
+    sphere_luminance(rgb, luminance);
+}
+
+/* Mean square, without noise, of what the order cuts off the truth. */
+static double cut_off_square(const struct truth *t, size_t i, int order)
+{
+    double half[2][SPHERE_COUNT];
+    for (int k = 0; k < 2; k++) {
+        half_luminance(t, k, i, half[k]);
+        sphere_cut_off(order, half[k]);
+    }
+    for (int d = 0; d < SPHERE_COUNT; d++)
+        half[0][d] *= half[1][d];
+    return sphere_mean(half[0]);
+}
+
+static struct error *measure_point(void *context, size_t i, int thread)
+{
+    (void)thread;
+    const struct job *job = context;
+    struct point *point = &job->point[i];
+    const double *p = job->truth->position + 3 * i, tolerance = job->settings->tolerance * job->scene_mean;
+    double rgb[TRUTH_WIDTH], light[SPHERE_COUNT], truth[SPHERE_COUNT], y[SPHERE_COUNT];
+    struct probe_place place;
+    struct unseen unseen;
+    struct error *err = stream_light(job->baked, &job->basis, p, &place, rgb);
+    if (err)
+        return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
+    sphere_luminance(rgb, light);
+    truth_luminance(job->truth, i, truth, y);
+    double square[SPHERE_COUNT], noise[SPHERE_COUNT], mixed[SPHERE_COUNT], absolute[SPHERE_COUNT], bright[SPHERE_COUNT],
+        dark[SPHERE_COUNT];
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        const double x = light[d] - truth[d];
+        point->error[d] = x;
+        square[d] = x * x - y[d] * y[d];
+        noise[d] = y[d] * y[d];
+        mixed[d] = 2 * x * y[d];
+        absolute[d] = fabs(x);
+        bright[d] = x > tolerance;
+        dark[d] = x < -tolerance;
+    }
+    unseen_at(job->tracer, job->baked, &job->basis, p, &place, &unseen);
+    point->inside = place.inside;
+    point->surface = (double)job->truth->surface[i];
+    point->truth = sphere_mean(truth);
+    point->square = sphere_mean(square);
+    point->colour = colour_square(job->truth, i, rgb);
+    point->noise = sphere_mean(noise);
+    point->doubt = sphere_mean(mixed) * sphere_mean(mixed) + 4.0 / 3 * point->noise * point->noise;
+    point->mean = sphere_mean(point->error);
+    point->absolute = sphere_mean(absolute);
+    point->bright = sphere_mean(bright);
+    point->dark = sphere_mean(dark);
+    point->unseen = job->baked->cells ? unseen.weight : (double)NAN;
+    point->cut_off = cut_off_square(job->truth, i, job->baked->order);
+    point->capture_noise = baked_noise(job->baked, &place);
+    return NULL;
+}
+
+static double scene_mean(const struct truth *t)
+{
+    double sum = 0, mean[SPHERE_COUNT];
+    for (size_t i = 0; i < t->points; i++) {
+        truth_luminance(t, i, mean, NULL);
+        sum += sphere_mean(mean);
+    }
+    return sum / (double)t->points;
+}
+
+/* -- parts ------------------------------------------------------------------------------------ */
+
+/* One |e| of a part. */
+struct value {
+    double error;
+    uint32_t point; /* of the part */
+    uint32_t direction;
+};
+
+static int compare_values(const void *a, const void *b)
+{
+    const struct value *x = a, *y = b; /* largest first */
+    if (x->error != y->error)
+        return x->error > y->error ? -1 : 1;
+    if (x->point != y->point)
+        return x->point < y->point ? -1 : 1;
+    return x->direction < y->direction ? -1 : x->direction > y->direction;
+}
+
+/* A part of the points. */
+struct part {
+    const struct point *point;
+    size_t *index; /* of its points; owned */
+    size_t count;
+    struct value *value; /* SPHERE_COUNT * count, owned */
+};
+
+/* The figures that have intervals. */
+enum { RMS, RMS_COLOUR, BIAS, MEAN, P95, P99, BRIGHT, DARK, UNSEEN, FIGURES };
+
+static const struct {
+    const char *name;
+    bool light; /* and so has a form relative to the scene's mean */
+} figures[FIGURES] = {[RMS] = {"rms", true}, [RMS_COLOUR] = {"rms_colour", true}, [BIAS] = {"bias", true}, [MEAN] = {"mean", true},
+                      [P95] = {"p95", true}, [P99] = {"p99", true}, [BRIGHT] = {"too_bright", false},
+                          [DARK] = {"too_dark", false},
+                      [UNSEEN] = {"unseen", false}};
+
+static void reckon(const void *context, const uint32_t *times, double *figure)
+{
+    const struct part *part = context;
+    double square = 0, colour = 0;
+    memset(figure, 0, FIGURES * sizeof *figure);
+    const double n = (double)part->count;
+    for (size_t i = 0; i < part->count; i++) {
+        const struct point *p = &part->point[part->index[i]];
+        square += times[i] * p->square;
+        colour += times[i] * p->colour;
+        figure[BIAS] += times[i] * p->mean / n;
+        figure[MEAN] += times[i] * p->absolute / n;
+        figure[BRIGHT] += times[i] * p->bright / n;
+        figure[DARK] += times[i] * p->dark / n;
+        figure[UNSEEN] += times[i] * p->unseen / n;
+    }
+    figure[RMS] = sqrt(fmax(square, 0) / n); /* noise may leave less than nothing */
+    figure[RMS_COLOUR] = sqrt(fmax(colour, 0) / n);
+    double above = 0; /* share of the values that are larger */
+    size_t k = 0;
+    for (int f = P99; f >= P95; f--) {
+        const double most = f == P99 ? 0.01 : 0.05;
+        for (; k < SPHERE_COUNT * part->count; k++) {
+            const double share = times[part->value[k].point] * sphere_weight[part->value[k].direction] / n;
+            if (above + share > most + 1e-12)
+                break;
+            above += share;
+        }
+        figure[f] = k < SPHERE_COUNT * part->count ? part->value[k].error : 0;
+    }
+}
+
+static struct error *report_light(struct report *report, const char *name, const char *of, struct estimate e,
+                                  double scene_mean_irradiance)
+{
+    char relative[32];
+    struct error *err = report_add(report, name, of, e);
+    if (err || !(scene_mean_irradiance > 0))
+        return err;
+    snprintf(relative, sizeof relative, "%s_relative", name);
+    const double s = 1 / scene_mean_irradiance;
+    return report_add(report, relative, of, (struct estimate){s * e.value, s * e.low, s * e.high});
+}
+
+static struct estimate alone(double value)
+{
+    return (struct estimate){value, (double)NAN, (double)NAN};
+}
+
+/* Adds the part's figures to the report. */
+static struct error *report_part(struct report *report, const struct job *job, struct part *part, const char *of, uint64_t name)
+{
+    struct estimate estimate[FIGURES];
+    double truth = 0, noise = 0, noise_mean = 0, doubt = 0, cut_off = 0, capture_noise = 0;
+    const double n = (double)part->count;
+    struct error *err = report_add_number(report, "points", of, n);
+    if (err || !part->count)
+        return err;
+    err = array_create(&part->value, SPHERE_COUNT * part->count, sizeof *part->value);
+    for (size_t i = 0; i < part->count && !err; i++) {
+        const struct point *p = &part->point[part->index[i]];
+        truth += p->truth / n;
+        noise += p->noise / n;
+        noise_mean += sqrt(p->noise) / n;
+        doubt += p->doubt / n / n;
+        cut_off += p->cut_off / n;
+        capture_noise += p->capture_noise / n;
+        for (size_t d = 0; d < SPHERE_COUNT; d++)
+            part->value[SPHERE_COUNT * i + d] = (struct value){fabs(p->error[d]), (uint32_t)i, (uint32_t)d};
+    }
+    if (!err) {
+        qsort(part->value, SPHERE_COUNT * part->count, sizeof *part->value, compare_values);
+        err = bootstrap(part->count, job->settings->seed, name, FIGURES, reckon, part, job->settings->threads, estimate);
+    }
+    if (!err)
+        err = report_light(report, "irradiance", of, alone(truth), job->scene_mean);
+    if (!err)
+        err = report_light(report, "noise", of, alone(sqrt(noise)), job->scene_mean);
+    if (!err)
+        err = report_light(report, "noise_mean", of, alone(noise_mean), job->scene_mean);
+    if (!err && job->baked->order <= SPHERE_ORDER)
+        err = report_light(report, "cut_off", of, alone(sqrt(fmax(cut_off, 0))), job->scene_mean);
+    if (!err && !isnan(capture_noise))
+        err = report_light(report, "capture_noise", of, alone(sqrt(capture_noise)), job->scene_mean);
+    for (int f = 0; f < FIGURES && !err; f++) {
+        if (f == UNSEEN && !job->baked->cells)
+            continue;
+        err = figures[f].light ? report_light(report, figures[f].name, of, estimate[f], job->scene_mean)
+                               : report_add(report, figures[f].name, of, estimate[f]);
+    }
+    if (err)
+        return err;
+    /* Of a root: by its slope, but where that is steep, near 0, by the root of the doubt. */
+    const double root = sqrt(sqrt(doubt)), slope = estimate[RMS].value > 0 ? sqrt(doubt) / (2 * estimate[RMS].value) : root;
+    err = report_light(report, "rms_noise", of, alone(fmin(slope, root)), job->scene_mean);
+    if (!err)
+        err = report_light(report, "worst", of, alone(part->value[0].error), job->scene_mean);
+    static const char *const axes[3] = {"worst_x", "worst_y", "worst_z"};
+    const double *worst = job->truth->position + 3 * part->index[part->value[0].point];
+    for (int k = 0; k < 3 && !err; k++)
+        err = report_add_number(report, axes[k], of, worst[k]);
+    return err;
+}
+
+enum which { ALL, INSIDE, OUTSIDE, QUARTER, LIT = QUARTER + 4, DIM, SEEN, LEAKY, PARTS };
+
+static bool belongs(const struct job *job, const struct point *p, enum which which, const double quarter[5])
+{
+    const bool dim = p->truth < job->settings->dark * job->scene_mean, leaky = p->unseen > 0;
+    const int k = (int)which - QUARTER;
+    switch (which) {
+    case ALL: return true;
+    case INSIDE: return p->inside;
+    case OUTSIDE: return !p->inside;
+    case LIT: return !dim;
+    case DIM: return dim;
+    case SEEN: return !leaky;
+    case LEAKY: return leaky;
+    default: return p->surface >= quarter[k] && (p->surface < quarter[k + 1] || (k == 3 && p->surface <= quarter[4]));
+    }
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Distances from the nearest surface that cut the points into quarters; false: there is no surface. */
+static struct error *find_quarters(const struct job *job, double quarter[5], bool *there)
+{
+    double *distance = NULL;
+    const size_t n = job->truth->points;
+    size_t known = 0;
+    *there = false;
+    struct error *err = array_create(&distance, n, sizeof *distance);
+    for (size_t i = 0; i < n && !err; i++) {
+        distance[i] = job->point[i].surface;
+        known += isnan(distance[i]) ? 0 : 1;
+    }
+    if (!err && known == n) {
+        qsort(distance, n, sizeof *distance, compare_doubles);
+        for (size_t k = 0; k < 5; k++)
+            quarter[k] = distance[k < 4 ? k * n / 4 : n - 1];
+        *there = true;
+    }
+    free(distance);
+    return err;
+}
+
+static struct error *report_parts(struct report *report, const struct job *job)
+{
+    static const char *const names[PARTS] = {"all", "inside-hull", "outside-hull", "surface-1", "surface-2", "surface-3",
+                                             "surface-4", "lit", "dark", "all-seen", "some-unseen"};
+    double quarter[5];
+    bool surfaces;
+    struct error *err = find_quarters(job, quarter, &surfaces);
+    for (int which = 0; which < PARTS && !err; which++) {
+        const int k = which - QUARTER;
+        const bool by_surface = k >= 0 && k < 4;
+        struct part part = {.point = job->point};
+        if ((by_surface && !surfaces) || (which >= SEEN && !job->baked->cells))
+            continue;
+        err = array_create(&part.index, job->truth->points, sizeof *part.index);
+        for (size_t i = 0; i < job->truth->points && !err; i++)
+            if (belongs(job, &job->point[i], (enum which)which, quarter))
+                part.index[part.count++] = i;
+        if (!err)
+            err = report_part(report, job, &part, names[which], (uint64_t)(FOR_PARTS + which));
+        if (!err && by_surface)
+            err = report_add_number(report, "surface_from", names[which], quarter[k]);
+        if (!err && by_surface)
+            err = report_add_number(report, "surface_to", names[which], quarter[k + 1]);
+        free(part.index);
+        free(part.value);
+    }
+    return err;
+}
+
+static struct error *fill_map(struct table *map, const struct job *job)
+{
+    static const char *const names[] = {"error", "bias", "truth", "unseen", "surface"};
+    enum { NAMES = sizeof names / sizeof *names };
+    struct error *err = table_resize(map, job->truth->points);
+    if (!err)
+        err = table_add_column(map, "position", COLUMN_F64, 3, NULL);
+    for (int k = 0; k < NAMES && !err; k++)
+        err = table_add_column(map, names[k], COLUMN_F32, 1, NULL);
+    if (!err)
+        err = table_add_column(map, "outside", COLUMN_I32, 1, NULL);
+    if (err)
+        return err;
+    memcpy(table_column(map, "position")->data, job->truth->position, 3 * map->rows * sizeof(double));
+    for (size_t i = 0; i < map->rows; i++) {
+        const struct point *p = &job->point[i];
+        const double value[NAMES] = {sqrt(fmax(p->square, 0)), p->mean, p->truth, p->unseen, p->surface};
+        for (int k = 0; k < NAMES; k++)
+            column_f32(table_column(map, names[k]))[i] = (float)value[k];
+        column_i32(table_column(map, "outside"))[i] = !p->inside;
+    }
+    return NULL;
+}
+
+struct error *measure_error(struct report *report, const struct truth *truth, const struct baked *baked,
+                            const struct tracer *tracer, const struct measure_settings *settings, struct table *map)
+{
+    struct job job = {.truth = truth, .baked = baked, .tracer = tracer, .settings = settings, .scene_mean = scene_mean(truth),
+                      .basis = sphere_basis_make(baked->order, baked->convolved)};
+    struct error *err = array_create(&job.point, truth->points, sizeof *job.point);
+    if (!err)
+        err = threads_for(settings->threads, truth->points, measure_point, &job);
+    if (!err)
+        err = report_parts(report, &job);
+    if (!err && map)
+        err = fill_map(map, &job);
+    free(job.point);
+    return err;
+}
+
+/* -- change ----------------------------------------------------------------------------------- */
+
+enum { WINDOW = 8 }; /* steps on either side whose truth one of the stream's is held against */
+
+/* One step along a path: mean squares over directions, per length squared. */
+struct step {
+    double stream, truth, noise;
+    int32_t path;
+};
+
+static struct step make_step(double now[3][SPHERE_COUNT], double before[3][SPHERE_COUNT], double length, int32_t path)
+{
+    double product[3][SPHERE_COUNT];
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        const double s = (now[0][d] - before[0][d]) / length, a = (now[1][d] - before[1][d]) / length,
+                     b = (now[2][d] - before[2][d]) / length;
+        product[0][d] = s * s;
+        product[1][d] = a * b;
+        product[2][d] = (a - b) * (a - b) / 4;
+    }
+    return (struct step){sphere_mean(product[0]), sphere_mean(product[1]), sphere_mean(product[2]), path};
+}
+
+/* The steps along all paths. */
+static struct error *take_steps(const struct truth *t, const struct baked *baked, struct step *step, size_t *count, size_t *paths)
+{
+    const struct sphere_basis basis = sphere_basis_make(baked->order, baked->convolved);
+    double before[3][SPHERE_COUNT] = {{0}}, now[3][SPHERE_COUNT];
+    for (size_t i = t->points; i < t->count; i++) {
+        const double *p = t->position + 3 * i;
+        double rgb[TRUTH_WIDTH];
+        struct probe_place place;
+        struct error *err = stream_light(baked, &basis, p, &place, rgb);
+        if (err)
+            return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
+        sphere_luminance(rgb, now[0]);
+        half_luminance(t, 0, i, now[1]);
+        half_luminance(t, 1, i, now[2]);
+        const bool goes_on = i > t->points && t->path[i] == t->path[i - 1];
+        const double length = goes_on ? vec3_length(vec3_sub(vec3_load(p), vec3_load(p - 3))) : 0;
+        *paths += !goes_on;
+        if (length > 0)
+            step[(*count)++] = make_step(now, before, length, t->path[i]);
+        memcpy(before, now, sizeof before);
+    }
+    return NULL;
+}
+
+/* Mean square of the truth's change in the window about a step, on its path. */
+static double around(const struct step *step, size_t count, size_t i)
+{
+    double sum = 0, n = 0;
+    for (size_t k = i > WINDOW ? i - WINDOW : 0; k < count && k <= i + WINDOW; k++) {
+        if (step[k].path != step[i].path)
+            continue;
+        sum += step[k].truth;
+        n++;
+    }
+    return fmax(sum / n, 0);
+}
+
+static struct error *report_steps(struct report *report, const struct step *step, size_t count, double mean)
+{
+    double stream = 0, truth = 0, noise = 0, stream_most = 0, truth_most = 0, excess = 0;
+    const double n = (double)count;
+    for (size_t i = 0; i < count; i++) {
+        stream += step[i].stream / n;
+        truth += step[i].truth / n;
+        noise += step[i].noise / n;
+        stream_most = fmax(stream_most, step[i].stream);
+        truth_most = fmax(truth_most, step[i].truth);
+        excess = fmax(excess, sqrt(step[i].stream) - sqrt(around(step, count, i)));
+    }
+    struct error *err = report_light(report, "change_rms", "probes", alone(sqrt(stream)), mean);
+    if (!err)
+        err = report_light(report, "change_most", "probes", alone(sqrt(stream_most)), mean);
+    if (!err)
+        err = report_light(report, "change_excess", "probes", alone(excess), mean);
+    if (!err)
+        err = report_light(report, "change_rms", "truth", alone(sqrt(fmax(truth, 0))), mean);
+    if (!err)
+        err = report_light(report, "change_most", "truth", alone(sqrt(truth_most)), mean);
+    if (!err)
+        err = report_light(report, "change_noise", "truth", alone(sqrt(noise)), mean);
+    return err;
+}
+
+struct error *measure_change(struct report *report, const struct truth *t, const struct baked *baked)
+{
+    struct step *step = NULL;
+    size_t count = 0, paths = 0;
+    struct error *err = array_create(&step, t->count - t->points, sizeof *step);
+    if (!err)
+        err = take_steps(t, baked, step, &count, &paths);
+    if (!err && count)
+        err = report_add_number(report, "paths", "all", (double)paths);
+    if (!err && count)
+        err = report_add_number(report, "change_steps", "all", (double)count);
+    if (!err && count)
+        err = report_add_number(report, "step", "all", t->step);
+    if (!err && count)
+        err = report_steps(report, step, count, scene_mean(t));
+    free(step);
+    return err;
+}

@@ -1,0 +1,8 @@
+# truth, error, leaks, report
+measure_sources = \
+	%D%/bootstrap.c %D%/bootstrap.h \
+	%D%/measure.c %D%/measure.h \
+	%D%/report.c %D%/report.h \
+	%D%/sphere.c %D%/sphere.h \
+	%D%/truth.c %D%/truth.h \
+	%D%/unseen.c %D%/unseen.h

@@ -1,0 +1,482 @@
+#include "measure/truth.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "base/progress.h"
+#include "base/threads.h"
+#include "base/warning.h"
+#include "math/angle.h"
+#include "math/random.h"
+#include "math/vec.h"
+#include "place/place.h"
+#include "stream/stream.h"
+#include "trace/trace.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEPS_MOST = 32 };    /* of a random path */
+enum { STEPS_ACROSS = 256 }; /* the step's share of the box's diagonal */
+enum { TRIES = 64 };         /* candidates for each free point */
+enum { DIRECTIONS = 4 };     /* tried for each path */
+
+/* What random numbers are for: part of their name. */
+enum { FOR_POINT = 1, FOR_PATH };
+
+struct truth_settings truth_settings_default(void)
+{
+    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 4096, .rays_most = 65536,
+                                   .bounces = -1};
+}
+
+/* -- header ----------------------------------------------------------------------------------- */
+
+static struct error *set_whole(struct stream_header *header, const char *key, int64_t value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%" PRId64, value);
+    return header_set_key(header, key, text);
+}
+
+static struct error *set_reals(struct stream_header *header, const char *key, int count, const double *value)
+{
+    char text[6 * (NUMBER_ROOM + 1)], *at = text;
+    for (int i = 0; i < count; i++) {
+        if (i)
+            *at++ = ',';
+        at = number_write_f64(at, value[i]);
+    }
+    *at = '\0';
+    return header_set_key(header, key, text);
+}
+
+static int64_t bounces_of(const struct stage *stage, const struct truth_settings *settings)
+{
+    return settings->bounces >= 0 ? settings->bounces : stage->capture_settings.bounces;
+}
+
+/* The keys that say what a truth is of. bounds, step: as they were chosen. */
+static struct error *describe(struct stream_header *header, const struct stage *stage, const struct truth_settings *s,
+                              const double bounds[6], double step)
+{
+    static const char *const lights[] = {"all", "direct", "indirect"};
+    struct error *err = header_set_key(header, "scene-key", stage->key);
+    if (!err)
+        err = header_set_key(header, "truth-light", lights[stage->capture_settings.light]);
+    if (!err)
+        err = set_whole(header, "truth-bounces", bounces_of(stage, s));
+    if (!err)
+        err = set_whole(header, "truth-rays", s->rays);
+    if (!err)
+        err = set_reals(header, "truth-error", 1, &s->error);
+    if (!err)
+        err = set_whole(header, "truth-points", s->points_file ? 0 : s->points);
+    if (!err)
+        err = set_whole(header, "truth-paths", s->path_file ? 0 : s->paths);
+    if (!err)
+        err = set_whole(header, "truth-seed", s->seed);
+    if (!err)
+        err = set_reals(header, "truth-bounds", 6, bounds);
+    if (!err)
+        err = set_reals(header, "truth-step", 1, &step);
+    return err;
+}
+
+static struct error *check_described(const struct stream_header *is, const struct stream_header *wanted,
+                                     const struct truth_settings *s)
+{
+    const struct {
+        const char *key;
+        bool asked;
+    } keys[] = {{"truth-light", true}, {"truth-bounces", true}, {"truth-rays", s->rays_given}, {"truth-error", s->error_given},
+                {"truth-points", s->points_given || s->points_file}, {"truth-paths", s->paths_given || s->path_file},
+                {"truth-seed", s->seed_given}, {"truth-bounds", s->bounds_given}, {"truth-step", s->step_given}};
+    const char *key = header_key(is, "scene-key");
+    if (!key || !header_key(is, "truth-rays"))
+        return error_new("this is not a truth that probe-error made");
+    if (strcmp(key, header_key(wanted, "scene-key")))
+        return error_new("this truth is of another scene, or of other light in it (its key is %s, the scene's %s)", key,
+                         header_key(wanted, "scene-key"));
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
+        const char *has = header_key(is, keys[i].key), *asked = header_key(wanted, keys[i].key);
+        if (keys[i].asked && (!has || strcmp(has, asked)))
+            return error_new("this truth has %s %s, not %s as asked for", keys[i].key, has ? has : "none", asked);
+    }
+    return NULL;
+}
+
+/* -- where ------------------------------------------------------------------------------------ */
+
+static void choose_bounds(const struct truth_settings *s, const struct scene *scene, const double box[6], double bounds[6])
+{
+    const double low[3] = {scene->box_min.x, scene->box_min.y, scene->box_min.z};
+    const double high[3] = {scene->box_max.x, scene->box_max.y, scene->box_max.z};
+    double most = 0;
+    for (int k = 0; k < 3; k++)
+        most = fmax(most, high[k] - low[k]);
+    bool solid = most > 0 && most < (double)INFINITY;
+    for (int k = 0; k < 3; k++)
+        solid = solid && high[k] - low[k] > 1e-3 * most;
+    for (int k = 0; k < 6; k++) /* a floor, or nothing at all, has no space of its own */
+        bounds[k] = s->bounds_given ? s->bounds[k] : !solid ? box[k] : k < 3 ? low[k] : high[k - 3];
+}
+
+static void free_candidate(const struct truth_settings *s, const double bounds[6], size_t number, double p[3])
+{
+    struct random r = random_start((uint64_t)s->seed, FOR_POINT, (uint32_t)number);
+    for (int k = 0; k < 3; k++)
+        p[k] = bounds[k] + (bounds[3 + k] - bounds[k]) * random_double(&r);
+}
+
+/* The first candidates of the box that are not inside solids. */
+static struct error *place_free(struct place *place, const struct stage *stage, const struct truth_settings *s,
+                                const double bounds[6], int threads, struct warnings *warnings)
+{
+    const size_t wanted = (size_t)s->points;
+    struct place_inside_settings inside_settings = place_inside_default();
+    struct place candidates = {0};
+    bool *inside = NULL;
+    inside_settings.threads = threads;
+    struct error *err = array_create(&place->position, 3 * wanted, sizeof *place->position);
+    if (!err)
+        err = array_create(&candidates.position, 3 * wanted, sizeof *candidates.position);
+    if (!err)
+        err = array_create(&inside, wanted, sizeof *inside);
+    candidates.count = wanted;
+    for (size_t turn = 0; turn < TRIES && place->count < wanted && !err; turn++) {
+        for (size_t i = 0; i < wanted; i++)
+            free_candidate(s, bounds, turn * wanted + i, candidates.position + 3 * i);
+        err = place_inside(&candidates, stage->tracer, &inside_settings, inside, warnings);
+        for (size_t i = 0; i < wanted && place->count < wanted && !err; i++)
+            if (!inside[i])
+                memcpy(place->position + 3 * place->count++, candidates.position + 3 * i, 3 * sizeof(double));
+    }
+    if (!err && place->count < wanted)
+        err = error_new("%zu of %zu random points are in free space: --bounds says where it is", place->count, TRIES * wanted);
+    place_clear(&candidates);
+    free(inside);
+    return err;
+}
+
+static void random_direction(struct random *r, double d[3])
+{
+    const double z = 2 * random_double(r) - 1, turn = 2 * ANGLE_PI * random_double(r), radius = sqrt(1 - z * z);
+    d[0] = radius * angle_cos(turn);
+    d[1] = radius * angle_sin(turn);
+    d[2] = z;
+}
+
+/* How many steps may be taken from p along d: to shortly before a surface, and not out of the box. */
+static int free_steps(const struct stage *stage, const double bounds[6], const double p[3], const double d[3], double step)
+{
+    const struct trace_hit hit = trace_nearest(stage->tracer, p, d, 2 * STEPS_MOST * step);
+    double most = hit.hit ? 0.95 * hit.distance : STEPS_MOST * step;
+    for (int k = 0; k < 3; k++) {
+        if (d[k] > 0)
+            most = fmin(most, fmax((bounds[3 + k] - p[k]) / d[k], 0));
+        if (d[k] < 0)
+            most = fmin(most, fmax((bounds[k] - p[k]) / d[k], 0));
+    }
+    return (int)fmin(floor(most / step), STEPS_MOST);
+}
+
+/* Appends one straight path from a point on; of the directions tried, that with the longest way. Returns its steps. */
+static struct error *place_random_path(struct place *place, const struct stage *stage, const struct truth_settings *s,
+                                       const double bounds[6], const double start[3], size_t number, double step, size_t *rows)
+{
+    struct random r = random_start((uint64_t)s->seed, FOR_PATH, (uint32_t)number);
+    double best[3] = {0};
+    int steps = 0;
+    for (int turn = 0; turn < DIRECTIONS; turn++) {
+        double d[3];
+        random_direction(&r, d);
+        const int free = free_steps(stage, bounds, start, d, step);
+        if (free > steps) {
+            steps = free;
+            memcpy(best, d, sizeof best);
+        }
+    }
+    *rows = steps > 0 ? (size_t)steps + 1 : 0; /* a point in a corner has no way to go */
+    struct error *err = array_reserve(&place->position, &place->capacity, place->count + *rows, 3 * sizeof *place->position);
+    for (size_t i = 0; i < *rows && !err; i++)
+        vec3_store(place->position + 3 * place->count++, vec3_fma(vec3_load(start), (double)i * step, vec3_load(best)));
+    return err;
+}
+
+/* The positions of points, and behind them those of paths; path[i] the number of the path. */
+static struct error *place_all(struct place *place, int32_t **path, size_t *points, const struct stage *stage,
+                               const struct truth_settings *s,
+                               const double bounds[6], double step, int threads, struct warnings *warnings)
+{
+    *path = NULL;
+    struct error *err = s->points_file ? place_points(place, s->points_file, 1e9) : place_free(place, stage, s, bounds, threads, warnings);
+    if (!err && !place->count)
+        err = error_new("%s: expected at least one point, got none", s->points_file);
+    *points = place->count;
+    place->capacity = place->capacity > place->count ? place->capacity : place->count;
+    struct place starts = {0};
+    if (!err && !s->path_file && s->paths)
+        err = array_create(&starts.position, 3 * place->count, sizeof *starts.position);
+    if (starts.position)
+        memcpy(starts.position, place->position, 3 * place->count * sizeof *starts.position);
+    size_t *rows = NULL;
+    const size_t paths = s->path_file ? 1 : (size_t)s->paths;
+    if (!err)
+        err = array_create(&rows, paths, sizeof *rows);
+    if (!err && s->path_file) {
+        err = place_path(place, s->path_file, step, 1e9);
+        rows[0] = place->count - *points;
+    }
+    for (size_t i = 0; i < paths && !s->path_file && !err; i++)
+        err = place_random_path(place, stage, s, bounds, starts.position + 3 * (i % *points), i, step, &rows[i]);
+    if (!err)
+        err = array_create(path, place->count, sizeof **path);
+    for (size_t i = 0; i < *points && !err; i++)
+        (*path)[i] = -1;
+    for (size_t n = 0, at = *points; n < paths && !err; n++)
+        for (size_t i = 0; i < rows[n]; i++)
+            (*path)[at++] = (int32_t)n;
+    free(rows);
+    place_clear(&starts);
+    return err;
+}
+
+/* -- tracing ---------------------------------------------------------------------------------- */
+
+struct job {
+    const struct path_tracer *path_tracer;
+    const struct tracer *tracer;
+    struct capture_settings settings;
+    const double *position;
+    float *surface, *half[2];
+    int64_t seed;
+    struct progress *progress;
+};
+
+static struct error *trace_one(void *context, size_t index, int thread)
+{
+    (void)thread;
+    struct job *job = context;
+    const double *p = job->position + 3 * index;
+    struct capture_settings s = job->settings;
+    for (int half = 0; half < 2; half++) {
+        struct capture_probe result;
+        s.seed = (uint64_t)job->seed | (uint64_t)1 << (62 + half); /* no --seed of a capture is as large */
+        struct error *err = capture_probe(job->path_tracer, &s, p, NULL, &result);
+        for (size_t k = 0; k < TRUTH_WIDTH && !err; k++)
+            if (!isfinite(result.sh[k]))
+                err = error_new("light is beyond what 32 bits can hold");
+        if (err)
+            return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
+        memcpy(job->half[half] + TRUTH_WIDTH * index, result.sh, TRUTH_WIDTH * sizeof(float));
+    }
+    const double distance = trace_distance(job->tracer, p);
+    job->surface[index] = distance < (double)INFINITY ? (float)distance : NAN;
+    progress_add(job->progress, 1);
+    return NULL;
+}
+
+static struct error *add_columns(struct table *table)
+{
+    struct error *err = table_add_column(table, "position", COLUMN_F64, 3, NULL);
+    if (!err)
+        err = table_add_column(table, "path", COLUMN_I32, 1, NULL);
+    if (!err)
+        err = table_add_column(table, "surface", COLUMN_F32, 1, NULL);
+    if (!err)
+        err = table_add_column(table, "irradiance_1", COLUMN_F32, TRUTH_WIDTH, NULL);
+    if (!err)
+        err = table_add_column(table, "irradiance_2", COLUMN_F32, TRUTH_WIDTH, NULL);
+    return err;
+}
+
+/* Points the truth's arrays into its stream. */
+static struct error *find_columns(struct truth *t)
+{
+    const struct table *table = stream_table(t->stream, "probe");
+    struct column *position = NULL, *path = NULL, *surface = NULL, *half[2] = {NULL};
+    if (!table)
+        return error_new("there is no table probe");
+    struct error *err = table_require(table, "position", COLUMN_F64, 3, &position);
+    if (!err)
+        err = table_require(table, "path", COLUMN_I32, 1, &path);
+    if (!err)
+        err = table_require(table, "surface", COLUMN_F32, 1, &surface);
+    if (!err)
+        err = table_require(table, "irradiance_1", COLUMN_F32, TRUTH_WIDTH, &half[0]);
+    if (!err)
+        err = table_require(table, "irradiance_2", COLUMN_F32, TRUTH_WIDTH, &half[1]);
+    if (err)
+        return err;
+    t->count = table->rows;
+    t->position = column_f64(position);
+    t->path = column_i32(path);
+    t->surface = column_f32(surface);
+    t->half[0] = column_f32(half[0]);
+    t->half[1] = column_f32(half[1]);
+    t->points = 0;
+    while (t->points < t->count && t->path[t->points] < 0)
+        t->points++;
+    for (size_t i = 0; i < t->count; i++)
+        if ((i >= t->points) != (t->path[i] >= 0) || isnan(t->half[0][TRUTH_WIDTH * i]) || isnan(t->half[1][TRUTH_WIDTH * i]))
+            return error_new("row %zu: a path's row before a point's, or light that is missing", i);
+    return t->points ? NULL : error_new("there are no points");
+}
+
+static double default_step(const double bounds[6])
+{
+    const struct vec3 diagonal = vec3_sub(vec3_load(bounds + 3), vec3_load(bounds));
+    return vec3_length(diagonal) / STEPS_ACROSS;
+}
+
+struct error *truth_trace(struct truth *truth, const struct stage *stage, const struct truth_settings *s, const double box[6],
+                          const char *recorded, int threads, struct progress *progress, struct warnings *warnings)
+{
+    *truth = (struct truth){0};
+    double bounds[6];
+    struct place place = {0};
+    int32_t *path = NULL;
+    size_t points = 0;
+    struct table *table = NULL;
+    choose_bounds(s, stage->scene, box, bounds);
+    const double step = s->step_given ? s->step : default_step(bounds);
+    if (!(step > 0) || !(step < (double)INFINITY))
+        return error_new("the box is a point: --bounds says where to look");
+    struct error *err = place_all(&place, &path, &points, stage, s, bounds, step, threads, warnings);
+    if (!err)
+        err = stream_create(&truth->stream);
+    if (!err)
+        err = stream_add_table(truth->stream, "probe", &table);
+    if (!err)
+        err = add_columns(table);
+    if (!err)
+        err = table_resize(table, place.count);
+    if (!err)
+        err = header_add_provenance(&truth->stream->header, recorded);
+    if (!err)
+        err = scene_settings_to_header(&stage->scene_settings, &truth->stream->header);
+    if (!err)
+        err = describe(&truth->stream->header, stage, s, bounds, step);
+    if (!err) {
+        memcpy(column_f64(table_column(table, "position")), place.position, 3 * place.count * sizeof(double));
+        memcpy(column_i32(table_column(table, "path")), path, place.count * sizeof *path);
+        struct path_tracer tracer = stage->path;
+        tracer.bounces = (int)bounces_of(stage, s);
+        const int rays = (int)((s->rays + 1) / 2);
+        struct job job = {.path_tracer = &tracer, .tracer = stage->tracer, .position = place.position, .seed = s->seed,
+                          .progress = progress, .surface = column_f32(table_column(table, "surface")),
+                          .half = {column_f32(table_column(table, "irradiance_1")),
+                                   column_f32(table_column(table, "irradiance_2"))},
+                          .settings = stage->capture_settings};
+        job.settings.rays = rays;
+        job.settings.error = s->error;
+        job.settings.error_floor = 0;
+        job.settings.rays_most = (int)fmax((double)s->rays_most / 2, rays);
+        job.settings.columns = 0;
+        job.settings.normal = sphere_direction[0];
+        job.settings.normal_count = SPHERE_COUNT;
+        err = threads_for(threads, place.count, trace_one, &job);
+    }
+    if (!err)
+        err = find_columns(truth);
+    truth->step = step;
+    memcpy(truth->low, bounds, sizeof truth->low);
+    memcpy(truth->high, bounds + 3, sizeof truth->high);
+    free(path);
+    place_clear(&place);
+    return err;
+}
+
+/* -- reading ---------------------------------------------------------------------------------- */
+
+/* Comma-separated numbers of a key. */
+static struct error *get_reals(const struct stream_header *header, const char *key, int count, double *value)
+{
+    const char *at = header_key(header, key), *text = at;
+    for (int i = 0; at && i < count; i++) {
+        at = number_read_f64(at, text + strlen(text), &value[i]);
+        if (at && *at == ',' && i + 1 < count)
+            at++;
+        else if (at && (*at || i + 1 < count))
+            at = NULL;
+    }
+    return at ? NULL : error_new("header key %s: expected %d numbers, got '%s'", key, count, text ? text : "");
+}
+
+/* Whether the rows from `first` on are at these positions, all of them. */
+static bool same_positions(const struct truth *t, size_t first, size_t count, const struct place *place)
+{
+    return place->count == count && !memcmp(t->position + 3 * first, place->position, 3 * count * sizeof(double));
+}
+
+static struct error *check_positions(const struct truth *t, const struct truth_settings *s)
+{
+    struct place points = {0}, path = {0};
+    struct error *err = s->points_file ? place_points(&points, s->points_file, 1e9) : NULL;
+    if (!err && s->path_file)
+        err = place_path(&path, s->path_file, s->step_given ? s->step : t->step, 1e9);
+    if (!err && s->points_file && !same_positions(t, 0, t->points, &points))
+        err = error_new("this truth is not at the points of %s", s->points_file);
+    if (!err && s->path_file && !same_positions(t, t->points, t->count - t->points, &path))
+        err = error_new("this truth is not along the path of %s", s->path_file);
+    place_clear(&points);
+    place_clear(&path);
+    return err;
+}
+
+static struct error *check_read(struct truth *t, const struct stage *stage, const struct truth_settings *s)
+{
+    struct stream_header wanted = {0};
+    double bounds[6];
+    struct error *err = describe(&wanted, stage, s, s->bounds, s->step);
+    if (!err)
+        err = check_described(&t->stream->header, &wanted, s);
+    if (!err)
+        err = find_columns(t);
+    if (!err)
+        err = get_reals(&t->stream->header, "truth-bounds", 6, bounds);
+    if (!err)
+        err = get_reals(&t->stream->header, "truth-step", 1, &t->step);
+    if (!err) {
+        memcpy(t->low, bounds, sizeof t->low);
+        memcpy(t->high, bounds + 3, sizeof t->high);
+        err = check_positions(t, s);
+    }
+    header_clear(&wanted);
+    return err;
+}
+
+struct error *truth_read(struct truth *truth, const char *file, const struct stage *stage, const struct truth_settings *settings)
+{
+    *truth = (struct truth){0};
+    struct error *err = stream_read(&truth->stream, file);
+    return err ? err : error_wrap(check_read(truth, stage, settings), "%s", file);
+}
+
+void truth_clear(struct truth *truth)
+{
+    stream_destroy(truth->stream);
+    *truth = (struct truth){0};
+}
+
+size_t truth_size(const struct truth_settings *s)
+{
+    return s->points_file || s->path_file ? 0 : (size_t)(s->points + s->paths * (STEPS_MOST + 1));
+}
+
+void truth_luminance(const struct truth *t, size_t i, double *mean, double *noise)
+{
+    double sum[TRUTH_WIDTH], difference[TRUTH_WIDTH];
+    for (size_t k = 0; k < TRUTH_WIDTH; k++) {
+        const double a = (double)t->half[0][TRUTH_WIDTH * i + k], b = (double)t->half[1][TRUTH_WIDTH * i + k];
+        sum[k] = (a + b) / 2;
+        difference[k] = (a - b) / 2;
+    }
+    if (mean)
+        sphere_luminance(sum, mean);
+    if (noise)
+        sphere_luminance(difference, noise);
+}

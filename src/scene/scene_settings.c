@@ -1,0 +1,339 @@
+/* The light that a file cannot hold: options, and the keys that carry them through the stream. */
+#include "base/array.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "base/options.h"
+#include "math/angle.h"
+#include "scene/scene.h"
+#include "stream/stream.h"
+
+#include <float.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct scene_settings scene_settings_default(void)
+{
+    return (struct scene_settings){.albedo_scale = 1, .max_albedo = 1, .light_scale = 1};
+}
+
+void scene_settings_clear(struct scene_settings *settings)
+{
+    free(settings->sky_file);
+    free(settings->lights);
+    *settings = scene_settings_default();
+}
+
+/* -- numbers made into settings --------------------------------------------------------------- */
+
+static struct error *check_light(const double rgb[3])
+{
+    for (int c = 0; c < 3; c++)
+        if (rgb[c] < 0)
+            return error_usage("expected light of at least 0, got %.15g", rgb[c]);
+    return NULL;
+}
+
+static struct error *add_light(struct scene_settings *settings, const struct scene_light *light)
+{
+    struct error *err = check_light(light->intensity);
+    if (!err)
+        err = array_reserve(&settings->lights, &settings->light_capacity, settings->light_count + 1,
+                            sizeof *settings->lights);
+    if (!err)
+        settings->lights[settings->light_count++] = *light;
+    return err;
+}
+
+/* A light of the command line: those of a header give way to what it says. */
+static struct error *give_light(struct scene_settings *settings, const struct scene_light *light)
+{
+    if (settings->inherited)
+        settings->light_count = settings->inherited = 0;
+    return add_light(settings, light);
+}
+
+/* Makes a direction of any length a unit one. */
+static struct error *make_unit(struct vec3 *direction)
+{
+    const double size = fmax(fmax(fabs(direction->x), fabs(direction->y)), fabs(direction->z));
+    if (!(size > 0))
+        return error_usage("expected a direction, got 0,0,0");
+    *direction = vec3_normalize((struct vec3){direction->x / size, direction->y / size, direction->z / size});
+    return NULL;
+}
+
+/* -- options ---------------------------------------------------------------------------------- */
+
+static struct error *parse_sky(void *value, const char *text)
+{
+    struct scene_settings *settings = value;
+    char *file = NULL;
+    double rgb[3] = {0};
+    struct error *err = NULL;
+    if (text[strspn(text, "0123456789.,+-eE")] == 0) {
+        err = options_reals("--sky", text, 3, rgb);
+        if (!err)
+            err = check_light(rgb);
+    } else if (!(file = strdup(text))) {
+        err = error_memory();
+    }
+    if (err)
+        return err;
+    memcpy(settings->sky, rgb, sizeof rgb);
+    free(settings->sky_file);
+    settings->sky_file = file;
+    return NULL;
+}
+
+static struct error *parse_sun(void *value, const char *text)
+{
+    double n[6];
+    struct error *err = options_reals("--sun", text, 6, n);
+    if (err)
+        return err;
+    struct scene_light light = {.kind = SCENE_SUN, .direction = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
+    err = make_unit(&light.direction);
+    return err ? err : give_light(value, &light);
+}
+
+static struct error *parse_point(void *value, const char *text)
+{
+    double n[6];
+    struct error *err = options_reals("--point", text, 6, n);
+    const struct scene_light light = {.kind = SCENE_POINT, .position = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
+    return err ? err : give_light(value, &light);
+}
+
+static struct error *parse_spot(void *value, const char *text)
+{
+    double n[11];
+    struct error *err = options_reals("--spot", text, 11, n);
+    if (err)
+        return err;
+    if (!(0 <= n[6] && n[6] <= n[7] && n[7] <= 90))
+        return error_usage("expected angles 0 <= INNER <= OUTER <= 90, got %.15g and %.15g", n[6], n[7]);
+    struct scene_light light = {.kind = SCENE_SPOT,
+                                .position = vec3_load(n),
+                                .direction = vec3_load(n + 3),
+                                .intensity = {n[8], n[9], n[10]},
+                                .cos_inner = angle_cos(n[6] * (ANGLE_PI / 180)),
+                                .cos_outer = angle_cos(n[7] * (ANGLE_PI / 180))};
+    err = make_unit(&light.direction);
+    return err ? err : give_light(value, &light);
+}
+
+static struct error *parse_emit(void *value, const char *text)
+{
+    struct scene_settings *settings = value;
+    if (strcmp(text, "both") && strcmp(text, "front"))
+        return error_usage("expected one of both, front, got '%s'", text);
+    settings->emit_front_only = !strcmp(text, "front");
+    return NULL;
+}
+
+const struct option_row *scene_settings_rows(struct scene_settings *settings, struct option_row *rows)
+{
+    const struct option_row table[SCENE_SETTINGS_ROWS] = {
+        {.name = "sky", .argument = "R,G,B|FILE.hdr", .kind = OPTION_CALL, .value = settings, .parse = parse_sky,
+         .help = "radiance where there is no surface: one colour, or an\nequirectangular Radiance picture",
+         .shown = "0,0,0"},
+        {.name = "sun", .argument = "DX,DY,DZ,R,G,B", .kind = OPTION_CALL, .value = settings, .parse = parse_sun,
+         .help = "parallel light: the direction that it travels, and its\n"
+                 "irradiance on a perpendicular surface; may repeat"},
+        {.name = "point", .argument = "X,Y,Z,R,G,B", .kind = OPTION_CALL, .value = settings, .parse = parse_point,
+         .help = "point light: place and radiant intensity; may repeat"},
+        {.name = "spot", .argument = "X,Y,Z,DX,DY,DZ,INNER,OUTER,R,G,B", .kind = OPTION_CALL, .value = settings,
+         .parse = parse_spot,
+         .help = "spot light: place, direction, the half angles in degrees\n"
+                 "where it begins to fall off and ends, radiant intensity;\nmay repeat"},
+        {.name = "emit", .argument = "SIDES", .kind = OPTION_CALL, .value = settings, .parse = parse_emit,
+         .help = "sides from which surfaces emit: both or front", .shown = "both"},
+        {.name = "albedo-scale", .argument = "FACTOR", .kind = OPTION_REAL, .value = &settings->albedo_scale,
+         .most = (double)INFINITY, .help = "multiplies every albedo"},
+        {.name = "max-albedo", .argument = "ALBEDO", .kind = OPTION_REAL, .value = &settings->max_albedo, .most = 1,
+         .help = "limits every albedo, after the scale"},
+        {.name = "light-scale", .argument = "FACTOR", .kind = OPTION_REAL, .value = &settings->light_scale,
+         .most = (double)INFINITY, .help = "multiplies the lights and the emission of the scene's file"},
+    };
+    memcpy(rows, table, sizeof table);
+    return rows;
+}
+
+/* -- header keys ------------------------------------------------------------------------------ */
+
+/* How a light is written: its name, and which numbers in which order. */
+static const struct light_form {
+    const char *name;
+    enum scene_light_kind kind;
+    int count;
+} light_forms[] = {{"sun", SCENE_SUN, 6}, {"point", SCENE_POINT, 6}, {"spot", SCENE_SPOT, 11}};
+
+enum { NUMBERS_MOST = 11, FORM_COUNT = sizeof light_forms / sizeof *light_forms };
+
+static void light_to_numbers(const struct scene_light *light, double *n)
+{
+    if (light->kind != SCENE_SUN) {
+        vec3_store(n, light->position);
+        n += 3;
+    }
+    if (light->kind != SCENE_POINT) {
+        vec3_store(n, light->direction);
+        n += 3;
+    }
+    if (light->kind == SCENE_SPOT) {
+        *n++ = light->cos_inner;
+        *n++ = light->cos_outer;
+    }
+    memcpy(n, light->intensity, sizeof light->intensity);
+}
+
+static struct scene_light light_from_numbers(enum scene_light_kind kind, const double *n)
+{
+    struct scene_light light = {.kind = kind};
+    if (kind != SCENE_SUN) {
+        light.position = vec3_load(n);
+        n += 3;
+    }
+    if (kind != SCENE_POINT) {
+        light.direction = vec3_load(n);
+        n += 3;
+    }
+    if (kind == SCENE_SPOT) {
+        light.cos_inner = *n++;
+        light.cos_outer = *n++;
+    }
+    memcpy(light.intensity, n, sizeof light.intensity);
+    return light;
+}
+
+static struct error *set_numbers(struct stream_header *header, const char *name, const double *numbers, int count)
+{
+    char text[NUMBERS_MOST * (NUMBER_ROOM + 1)], *to = text;
+    for (int i = 0; i < count; i++) {
+        to = number_write_f64(to, numbers[i]);
+        *to++ = ',';
+    }
+    to[-1] = 0;
+    return header_set_key(header, name, text);
+}
+
+/* The form of the light that a key like "spot-3" holds, or NULL. */
+static const struct light_form *form_of_key(const char *key)
+{
+    for (int f = 0; f < FORM_COUNT; f++) {
+        const size_t length = strlen(light_forms[f].name);
+        if (!strncmp(key, light_forms[f].name, length) && key[length] == '-' && key[length + 1] >= '1' &&
+            key[length + 1] <= '9' && key[length + 1 + strspn(key + length + 1, "0123456789")] == 0)
+            return &light_forms[f];
+    }
+    return NULL;
+}
+
+static const struct light_form *form_of_kind(enum scene_light_kind kind)
+{
+    int f = 0;
+    while (light_forms[f].kind != kind)
+        f++;
+    return &light_forms[f];
+}
+
+static struct error *set_light(struct stream_header *header, const struct scene_light *light, size_t number)
+{
+    const struct light_form *form = form_of_kind(light->kind);
+    double numbers[NUMBERS_MOST];
+    char name[32];
+    snprintf(name, sizeof name, "%s-%zu", form->name, number);
+    light_to_numbers(light, numbers);
+    return set_numbers(header, name, numbers, form->count);
+}
+
+struct error *scene_settings_to_header(const struct scene_settings *settings, struct stream_header *header)
+{
+    for (size_t k = header->key_count; k-- > 0;)
+        if (form_of_key(header->keys[k].name))
+            header_remove_key(header, header->keys[k].name);
+    header_remove_key(header, "sky-file");
+    struct error *err = set_numbers(header, "sky", settings->sky, 3);
+    if (!err && settings->sky_file)
+        err = header_set_key(header, "sky-file", settings->sky_file);
+    for (size_t i = 0; i < settings->light_count && !err; i++)
+        err = set_light(header, &settings->lights[i], i + 1);
+    if (!err)
+        err = header_set_key(header, "emit", settings->emit_front_only ? "front" : "both");
+    if (!err)
+        err = set_numbers(header, "albedo-scale", &settings->albedo_scale, 1);
+    if (!err)
+        err = set_numbers(header, "max-albedo", &settings->max_albedo, 1);
+    if (!err)
+        err = set_numbers(header, "light-scale", &settings->light_scale, 1);
+    return err;
+}
+
+/* What a key holds, read as an option's argument is; a wrong value is bad data here, not a wrong command line. */
+static struct error *as_data(struct error *err)
+{
+    if (!err || err == error_memory())
+        return err;
+    struct error *data = error_new("%s", error_message(err));
+    error_destroy(err);
+    return data;
+}
+
+static struct error *get_numbers(const char *name, const char *text, double *numbers, int count, double least,
+                                 double most)
+{
+    double read[NUMBERS_MOST];
+    struct error *err = as_data(options_reals(name, text, count, read));
+    for (int i = 0; i < count && !err; i++)
+        if (read[i] < least || read[i] > most)
+            err = error_new("%s: the number %.15g is out of range", name, read[i]);
+    if (!err)
+        memcpy(numbers, read, (size_t)count * sizeof *read);
+    return err;
+}
+
+static struct error *get_light(struct scene_settings *settings, const struct key *key, const struct light_form *form)
+{
+    double numbers[NUMBERS_MOST];
+    struct error *err = get_numbers(key->name, key->value, numbers, form->count, -DBL_MAX, DBL_MAX);
+    if (err)
+        return err;
+    const struct scene_light light = light_from_numbers(form->kind, numbers);
+    if (form->kind != SCENE_POINT && !(fabs(vec3_dot(light.direction, light.direction) - 1) < 1e-9))
+        return error_new("%s: expected a direction of length 1", key->name);
+    if (!(light.cos_outer <= light.cos_inner && light.cos_inner <= 1 && light.cos_outer >= -1))
+        return error_new("%s: expected cosines -1 <= OUTER <= INNER <= 1", key->name);
+    return error_wrap(as_data(add_light(settings, &light)), "%s", key->name);
+}
+
+static struct error *get_key(struct scene_settings *settings, const struct key *key)
+{
+    const struct light_form *form = form_of_key(key->name);
+    if (form)
+        return get_light(settings, key, form);
+    if (!strcmp(key->name, "sky"))
+        return get_numbers(key->name, key->value, settings->sky, 3, 0, DBL_MAX);
+    if (!strcmp(key->name, "emit"))
+        return error_wrap(as_data(parse_emit(settings, key->value)), "emit");
+    if (!strcmp(key->name, "albedo-scale"))
+        return get_numbers(key->name, key->value, &settings->albedo_scale, 1, 0, DBL_MAX);
+    if (!strcmp(key->name, "max-albedo"))
+        return get_numbers(key->name, key->value, &settings->max_albedo, 1, 0, 1);
+    if (!strcmp(key->name, "light-scale"))
+        return get_numbers(key->name, key->value, &settings->light_scale, 1, 0, DBL_MAX);
+    if (strcmp(key->name, "sky-file") != 0)
+        return NULL;
+    free(settings->sky_file);
+    settings->sky_file = strdup(key->value);
+    return settings->sky_file ? NULL : error_memory();
+}
+
+struct error *scene_settings_from_header(struct scene_settings *settings, const struct stream_header *header)
+{
+    struct error *err = NULL;
+    for (size_t k = 0; k < header->key_count && !err; k++)
+        err = get_key(settings, &header->keys[k]);
+    settings->inherited = settings->light_count;
+    return error_wrap(err, "header");
+}

@@ -1,0 +1,6 @@
+# triangles, materials, lights, sky, settings, shading
+scene_sources = \
+	%D%/scene.c %D%/scene.h \
+	%D%/scene_finish.c \
+	%D%/scene_settings.c \
+	%D%/scene_shade.c

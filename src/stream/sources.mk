@@ -1,0 +1,13 @@
+# the probe stream, its editing, points and cells
+stream_sources = \
+	%D%/cells.c %D%/cells.h \
+	%D%/points.c %D%/points.h \
+	%D%/stream.c %D%/stream.h \
+	%D%/stream_binary.c \
+	%D%/stream_edit.c %D%/stream_edit.h \
+	%D%/stream_fill.c %D%/stream_fill.h \
+	%D%/stream_private.h \
+	%D%/stream_salvage.c %D%/stream_salvage.h \
+	%D%/stream_text.c \
+	%D%/stream_valid.c \
+	%D%/table.c

@@ -1,0 +1,500 @@
+#include "stream/stream_edit.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/number.h"
+#include "base/warning.h"
+#include "stream/cells.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 4096 };
+
+/* -- selecting -------------------------------------------------------------------------------- */
+
+static bool in_list(const char *list, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *at = list; *at; at += strspn(at, ",")) {
+        const size_t word = strcspn(at, ",");
+        if (word == length && !strncmp(at, name, length))
+            return true;
+        at += word;
+    }
+    return false;
+}
+
+static bool keeps_table(const struct stream_selection *s, const char *table)
+{
+    return !s->tables || in_list(s->tables, table);
+}
+
+static bool keeps_column(const struct stream_selection *s, const char *column)
+{
+    return (!s->columns || in_list(s->columns, column)) && !(s->drop && in_list(s->drop, column));
+}
+
+/* The names that a stream has, as a list. */
+struct seen {
+    char *tables, *columns;
+};
+
+static struct error *add_name(char **list, const char *name)
+{
+    char *longer = NULL;
+    if (*list && in_list(*list, name))
+        return NULL;
+    if (asprintf(&longer, "%s,%s", *list ? *list : "", name) < 0)
+        return error_memory();
+    free(*list);
+    *list = longer;
+    return NULL;
+}
+
+static struct error *see_table(struct seen *seen, const struct table *table)
+{
+    struct error *err = add_name(&seen->tables, table->name);
+    for (size_t i = 0; i < table->column_count && !err; i++)
+        err = add_name(&seen->columns, table->columns[i].name);
+    return err;
+}
+
+/* Every name of `list` must have been seen. */
+static struct error *check_seen(const char *what, const char *list, const char *seen)
+{
+    for (const char *at = list; at && *at; at += strspn(at, ",")) {
+        const size_t length = strcspn(at, ",");
+        char *name = strndup(at, length);
+        if (!name)
+            return error_memory();
+        const bool there = !length || (seen && in_list(seen, name));
+        struct error *err = there ? NULL : error_new("the stream has no %s %s", what, name);
+        free(name);
+        if (err)
+            return err;
+        at += length;
+    }
+    return NULL;
+}
+
+/* Clears `seen`; unless there is an error already, checks what the selection names. */
+static struct error *check_selection(const struct stream_selection *s, struct seen *seen, struct error *err)
+{
+    if (!err)
+        err = check_seen("table", s->tables, seen->tables);
+    if (!err)
+        err = check_seen("column", s->columns, seen->columns);
+    free(seen->tables);
+    free(seen->columns);
+    return err;
+}
+
+/* -- conditions ------------------------------------------------------------------------------- */
+
+static const char *skip_blanks(const char *at)
+{
+    return at + strspn(at, " \t");
+}
+
+/* "COLUMN" or "COLUMN[INDEX]"; returns what follows, NULL when it is something else. */
+static const char *parse_place(struct stream_condition *c, const char *at)
+{
+    const size_t length = strcspn(at, " \t[<>=!");
+    if (!length || length >= sizeof c->column)
+        return NULL;
+    memcpy(c->column, at, length);
+    at = skip_blanks(at + length);
+    if (*at != '[')
+        return at;
+    int32_t index;
+    at = skip_blanks(at + 1);
+    const char *end = number_read_i32(at, at + strlen(at), &index);
+    if (!end || index < 0)
+        return NULL;
+    c->indexed = true;
+    c->index = (size_t)index;
+    end = skip_blanks(end);
+    return *end == ']' ? skip_blanks(end + 1) : NULL;
+}
+
+static const char *parse_comparison(struct stream_condition *c, const char *at)
+{
+    static const struct {
+        char text[3];
+        int comparison;
+    } comparisons[] = {{"<=", COMPARE_LESS_EQUAL}, {">=", COMPARE_GREATER_EQUAL}, {"==", COMPARE_EQUAL},
+                       {"!=", COMPARE_UNEQUAL},    {"<", COMPARE_LESS},           {">", COMPARE_GREATER},
+                       {"=", COMPARE_EQUAL}};
+    for (size_t i = 0; i < sizeof comparisons / sizeof *comparisons; i++) {
+        if (strncmp(at, comparisons[i].text, strlen(comparisons[i].text)))
+            continue;
+        c->comparison = comparisons[i].comparison;
+        return skip_blanks(at + strlen(comparisons[i].text));
+    }
+    return NULL;
+}
+
+struct error *stream_selection_add(struct stream_selection *s, const char *text)
+{
+    struct stream_condition c = {0};
+    const char *at = parse_place(&c, skip_blanks(text));
+    if (at)
+        at = parse_comparison(&c, at);
+    if (at)
+        at = number_read_f64(at, at + strlen(at), &c.number);
+    if (!at || *skip_blanks(at) || !isfinite(c.number))
+        return error_usage("expected COLUMN OP NUMBER or COLUMN[INDEX] OP NUMBER, OP one of < <= > >= = !=, got '%s'",
+                           text);
+    struct error *err = array_reserve(&s->conditions, &s->condition_capacity, s->condition_count + 1, sizeof c);
+    if (!err)
+        s->conditions[s->condition_count++] = c;
+    return err;
+}
+
+void stream_selection_clear(struct stream_selection *s)
+{
+    free(s->conditions);
+    s->conditions = NULL;
+    s->condition_count = s->condition_capacity = 0;
+}
+
+bool stream_selects_rows(const struct stream_selection *s)
+{
+    return s->rows_given || s->captured != ROWS_ANY || s->condition_count;
+}
+
+static struct error *check_condition(const struct stream_condition *c, const struct table *probes)
+{
+    const struct column *column = table_column(probes, c->column);
+    if (!column)
+        return error_new("table probe: there is no column %s to compare", c->column);
+    if (!c->indexed && column->width > 1)
+        return error_new("column %s has %zu numbers: say which, as in %s[0]", c->column, column->width, c->column);
+    if (c->index >= column->width)
+        return error_new("column %s has %zu numbers, counted from 0: there is no %s[%zu]", c->column, column->width,
+                         c->column, c->index);
+    return NULL;
+}
+
+static double value_of(const struct column *c, size_t i)
+{
+    return c->type == COLUMN_F64   ? column_f64(c)[i]
+           : c->type == COLUMN_F32 ? (double)column_f32(c)[i]
+                                   : column_i32(c)[i];
+}
+
+static bool condition_holds(const struct stream_condition *c, const struct table *probes, size_t row)
+{
+    const struct column *column = table_column(probes, c->column);
+    const double value = value_of(column, row * column->width + c->index);
+    const double number = column->type == COLUMN_F32 ? (double)(float)c->number : c->number;
+    switch (c->comparison) {
+    case COMPARE_LESS: return value < number;
+    case COMPARE_LESS_EQUAL: return value <= number;
+    case COMPARE_GREATER: return value > number;
+    case COMPARE_GREATER_EQUAL: return value >= number;
+    case COMPARE_EQUAL: return value == number;
+    case COMPARE_UNEQUAL: return value < number || value > number;
+    }
+    return false;
+}
+
+/* -- rows and columns ------------------------------------------------------------------------- */
+
+static bool keeps_row(const struct stream_selection *s, const struct table *probes, size_t row)
+{
+    const struct column *sh = table_column(probes, "sh");
+    const bool captured = sh && !isnan(column_f32(sh)[row * sh->width]);
+    bool kept = s->captured == ROWS_ANY || captured == (s->captured == ROWS_CAPTURED);
+    for (size_t i = 0; i < s->condition_count && kept; i++)
+        kept = condition_holds(&s->conditions[i], probes, row);
+    return kept;
+}
+
+static void drop_columns(struct table *table, const struct stream_selection *s)
+{
+    for (size_t i = table->column_count; i-- > 0;)
+        if (!keeps_column(s, table->columns[i].name))
+            table_remove_column(table, table->columns[i].name);
+}
+
+/* Moves the rows that are kept to the front; returns how many. */
+static size_t keep_rows(struct table *probes, const struct stream_selection *s)
+{
+    const int64_t rows = (int64_t)probes->rows, end = s->rows_given && s->end >= 0 && s->end < rows ? s->end : rows;
+    size_t kept = 0;
+    for (int64_t row = s->rows_given ? s->first : 0; row < end; row += s->rows_given ? s->step : 1)
+        if (keeps_row(s, probes, (size_t)row))
+            table_copy_rows(probes, kept++, probes, (size_t)row, 1); /* never forwards: kept <= row */
+    return kept;
+}
+
+/* Removes the tables that speak of probes by their number. */
+static void drop_tables(struct stream *stream, const char *why, struct warnings *warnings)
+{
+    for (size_t i = 0; i < stream->table_count;) {
+        const char *name = stream->tables[i].name;
+        if (strcmp(name, "probe")) {
+            warnings_add(warnings, "table dropped", "table %s speaks of %s", name, why);
+            stream_remove_table(stream, name);
+        } else {
+            i++;
+        }
+    }
+}
+
+static struct error *select_rows(struct stream *stream, const struct stream_selection *s, struct warnings *warnings)
+{
+    struct table *probes = stream_table(stream, "probe");
+    if (!probes)
+        return error_new("there is no table probe to choose rows of");
+    for (size_t i = 0; i < s->condition_count; i++) {
+        struct error *err = check_condition(&s->conditions[i], probes);
+        if (err)
+            return err;
+    }
+    const size_t before = probes->rows, kept = keep_rows(probes, s);
+    if (kept == before)
+        return NULL;
+    drop_tables(stream, "rows that are no more: dropped", warnings);
+    cells_remove(stream);
+    return table_resize(stream_table(stream, "probe"), kept);
+}
+
+struct error *stream_select(struct stream *stream, const struct stream_selection *s, struct warnings *warnings)
+{
+    struct seen seen = {0};
+    struct error *err = NULL;
+    for (size_t i = 0; i < stream->table_count && !err; i++)
+        err = see_table(&seen, &stream->tables[i]);
+    err = check_selection(s, &seen, err);
+    if (err)
+        return err;
+    for (size_t i = stream->table_count; i-- > 0;)
+        if (!keeps_table(s, stream->tables[i].name))
+            stream_remove_table(stream, stream->tables[i].name);
+    if (stream_selects_rows(s))
+        err = select_rows(stream, s, warnings);
+    for (size_t i = stream->table_count; i-- > 0 && !err;) {
+        drop_columns(&stream->tables[i], s);
+        if (!stream->tables[i].column_count)
+            stream_remove_table(stream, stream->tables[i].name);
+    }
+    return err;
+}
+
+static struct error *filter_table(struct stream_reader *reader, struct stream_writer *writer,
+                                  const struct table *schema, const struct stream_selection *s)
+{
+    struct table in = {0}, out = {0};
+    struct error *err = table_copy_schema(&in, schema);
+    if (!err)
+        err = table_copy_schema(&out, schema);
+    if (!err) {
+        drop_columns(&out, s);
+        if (!out.column_count)
+            goto done;
+        err = stream_writer_table(writer, &out);
+    }
+    for (size_t got = 1; !err && got;) {
+        err = table_resize(&in, 0);
+        if (!err)
+            err = stream_reader_rows(reader, &in, BLOCK, &got);
+        if (!err)
+            err = table_resize(&out, got);
+        if (err)
+            break;
+        table_copy_rows(&out, 0, &in, 0, got);
+        err = stream_writer_rows(writer, &out, 0, got);
+    }
+done:
+    table_clear(&in);
+    table_clear(&out);
+    return err;
+}
+
+struct error *stream_filter(struct stream_reader *reader, struct stream_writer *writer,
+                            const struct stream_selection *s)
+{
+    struct seen seen = {0};
+    struct error *err = NULL;
+    for (bool more = true; !err && more;) {
+        struct table schema = {0};
+        err = stream_reader_next_table(reader, &schema, &more);
+        if (!err && more)
+            err = see_table(&seen, &schema);
+        if (!err && more && keeps_table(s, schema.name))
+            err = s->columns || s->drop ? filter_table(reader, writer, &schema, s)
+                                        : stream_copy_table(reader, writer, &schema);
+        table_clear(&schema);
+    }
+    return check_selection(s, &seen, err);
+}
+
+/* -- merging ---------------------------------------------------------------------------------- */
+
+static struct error *merge_header(struct stream_header *to, const struct stream_header *from, struct warnings *warnings)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < from->provenance_count && !err; i++)
+        err = header_add_provenance(to, from->provenance[i]);
+    for (size_t i = 0; i < from->key_count && !err; i++) {
+        const char *name = from->keys[i].name, *theirs = from->keys[i].value, *ours = header_key(to, name);
+        if (!ours)
+            err = header_set_key(to, name, theirs);
+        else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") || !strcmp(name, "sh-content")))
+            err =
+                error_new("the streams cannot be merged: %s is %s in the first and %s in another", name, ours, theirs);
+        else if (strcmp(ours, theirs))
+            warnings_add(warnings, "key differs",
+                         "key %s is '%s' in the first stream and '%s' in another: the first stays", name, ours, theirs);
+    }
+    return err;
+}
+
+static struct error *merge_columns(struct table *to, const struct table *from, struct warnings *warnings)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < to->column_count; i++)
+        if (!table_column(from, to->columns[i].name))
+            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values",
+                         to->columns[i].name);
+    for (size_t i = 0; i < from->column_count && !err; i++) {
+        const struct column *theirs = &from->columns[i], *ours = table_column(to, theirs->name);
+        if (ours && (ours->type != theirs->type || ours->width != theirs->width)) {
+            err = error_new("the streams cannot be merged: column %s is %s:%zu in one and %s:%zu in another",
+                            theirs->name, column_type_name(ours->type), ours->width, column_type_name(theirs->type),
+                            theirs->width);
+        } else if (!ours) {
+            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values",
+                         theirs->name);
+            err = table_add_column(to, theirs->name, theirs->type, theirs->width, NULL);
+        }
+    }
+    return err;
+}
+
+struct error *stream_merge(struct stream *to, struct stream *from, struct warnings *warnings)
+{
+    struct table *ours = stream_table(to, "probe"), *theirs = stream_table(from, "probe");
+    if (!ours || !theirs)
+        return error_new("the streams cannot be merged: one has no table probe");
+    struct error *err = merge_header(&to->header, &from->header, warnings);
+    if (err)
+        return err;
+    drop_tables(to, "one stream's probes: dropped (run probe-tet again)", warnings);
+    drop_tables(from, "one stream's probes: dropped (run probe-tet again)", warnings);
+    ours = stream_table(to, "probe");
+    theirs = stream_table(from, "probe");
+    cells_remove(to);
+    ours = stream_table(to, "probe");
+    const size_t before = ours->rows;
+    err = merge_columns(ours, theirs, warnings);
+    cells_remove(to);
+    ours = stream_table(to, "probe");
+    if (!err)
+        err = table_resize(ours, before + theirs->rows);
+    if (!err)
+        table_copy_rows(ours, before, theirs, 0, theirs->rows);
+    return err;
+}
+
+/* -- describing ------------------------------------------------------------------------------- */
+
+struct range {
+    double low, high, sum;
+    size_t count, missing;
+};
+
+/* Columns of up to 4 numbers are described number by number, wider ones as a whole. */
+static size_t ranges_of(const struct column *c)
+{
+    return c->width <= 4 ? c->width : 1;
+}
+
+/* Widens a range by `count` values, `step` apart. */
+static void widen(struct range *range, const struct column *c, size_t first, size_t step, size_t count)
+{
+    struct range r = *range;
+    for (size_t i = first; count > 0; i += step, count--) {
+        const double x = value_of(c, i);
+        if (isnan(x)) {
+            r.missing++;
+            continue;
+        }
+        r.low = x < r.low || !r.count ? x : r.low;
+        r.high = x > r.high || !r.count ? x : r.high;
+        r.sum += x;
+        r.count++;
+    }
+    *range = r;
+}
+
+static void widen_column(struct range *range, const struct column *c, size_t rows)
+{
+    const size_t parts = ranges_of(c);
+    for (size_t k = 0; k < parts; k++)
+        widen(&range[k], c, k, parts, rows * c->width / parts);
+}
+
+static void print_column(FILE *out, const struct column *c, const struct range *range)
+{
+    const size_t parts = ranges_of(c);
+    const int digits = c->type == COLUMN_I32 ? 10 : 7;
+    for (size_t k = 0; k < parts; k++) {
+        char name[128], type[32];
+        snprintf(name, sizeof name, parts > 1 ? "%s[%zu]" : "%s", c->name, k);
+        snprintf(type, sizeof type, "%s:%zu", column_type_name(c->type), c->width);
+        fprintf(out, "  %-16s %-8s", name, type);
+        if (range[k].count)
+            fprintf(out, " %14.*g %14.*g %14.7g", digits, range[k].low, digits, range[k].high,
+                    range[k].sum / (double)range[k].count);
+        else
+            fprintf(out, " %14s %14s %14s", "-", "-", "-");
+        fprintf(out, " %9zu\n", range[k].missing);
+    }
+}
+
+static struct error *describe_table(struct stream_reader *reader, struct table *table, FILE *out)
+{
+    struct range *range = NULL;
+    size_t rows = 0;
+    struct error *err = array_create(&range, 4 * table->column_count, sizeof *range);
+    for (size_t got = 1; !err && got;) {
+        err = table_resize(table, 0);
+        if (!err)
+            err = stream_reader_rows(reader, table, BLOCK, &got);
+        for (size_t i = 0; i < table->column_count && !err; i++)
+            widen_column(range + 4 * i, &table->columns[i], got);
+        rows += got;
+    }
+    if (!err) {
+        fprintf(out, "table %s: %zu rows\n", table->name, rows);
+        fprintf(out, "  %-16s %-8s %14s %14s %14s %9s\n", "column", "type", "least", "most", "mean", "missing");
+    }
+    for (size_t i = 0; i < table->column_count && !err; i++)
+        print_column(out, &table->columns[i], range + 4 * i);
+    free(range);
+    return err;
+}
+
+struct error *stream_describe(struct stream_reader *reader, FILE *out)
+{
+    const struct stream_header *header = stream_reader_header(reader);
+    fprintf(out, "encoding %s\n", stream_reader_encoding(reader) == STREAM_BINARY ? "binary" : "text");
+    for (size_t i = 0; i < header->provenance_count; i++)
+        fprintf(out, "made by %s\n", header->provenance[i]);
+    for (size_t i = 0; i < header->key_count; i++)
+        fprintf(out, "key %s %s\n", header->keys[i].name, header->keys[i].value);
+    struct error *err = NULL;
+    for (bool more = true; !err && more;) {
+        struct table table = {0};
+        err = stream_reader_next_table(reader, &table, &more);
+        if (!err && more)
+            err = describe_table(reader, &table, out);
+        table_clear(&table);
+    }
+    return err;
+}

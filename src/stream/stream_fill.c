@@ -1,0 +1,176 @@
+#include "stream/stream_fill.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/warning.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -- header ----------------------------------------------------------------------------------- */
+
+static bool has_provenance(const struct stream_header *header, const char *line)
+{
+    for (size_t i = 0; i < header->provenance_count; i++)
+        if (!strcmp(header->provenance[i], line))
+            return true;
+    return false;
+}
+
+/* Whether light depends on the key (man probe.5, "Keys"). */
+static bool is_of_light(const char *key)
+{
+    static const char *const names[] = {"sky", "sky-file", "emit", "albedo-scale", "max-albedo", "light-scale", "scene-key"};
+    static const char *const families[] = {"sh-", "capture-", "sun-", "point-", "spot-"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (!strcmp(key, names[i]))
+            return true;
+    for (size_t i = 0; i < sizeof families / sizeof *families; i++)
+        if (!strncmp(key, families[i], strlen(families[i])))
+            return true;
+    return false;
+}
+
+static struct error *fill_header(struct stream_header *to, const struct stream_header *from, const char *file,
+                                 struct warnings *warnings)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < from->provenance_count && !err; i++)
+        if (!has_provenance(to, from->provenance[i]))
+            err = header_add_provenance(to, from->provenance[i]);
+    for (size_t i = 0; i < from->key_count && !err; i++) {
+        const char *name = from->keys[i].name, *theirs = from->keys[i].value, *ours = header_key(to, name);
+        if (!ours)
+            err = header_set_key(to, name, theirs);
+        else if (strcmp(ours, theirs) && is_of_light(name))
+            err = error_new("its light is not that of the probes to be filled: %s is %s, and theirs is %s", name, theirs, ours);
+        else if (strcmp(ours, theirs))
+            warnings_add(warnings, "key differs", "%s: key %s is '%s', and '%s' in the stream to be filled: that stays", file,
+                         name, theirs, ours);
+    }
+    return err;
+}
+
+/* -- finding probes again --------------------------------------------------------------------- */
+
+enum { POSITION_BYTES = 3 * sizeof(double), NORMAL_BYTES = 3 * sizeof(float) };
+
+/* Where a probe is, to the bit. */
+struct site {
+    unsigned char bytes[POSITION_BYTES + NORMAL_BYTES];
+    size_t row;
+};
+
+static int compare_places(const struct site *a, const struct site *b)
+{
+    return memcmp(a->bytes, b->bytes, sizeof a->bytes);
+}
+
+static int compare_sites(const void *a, const void *b)
+{
+    const struct site *x = a, *y = b;
+    const int order = compare_places(x, y);
+    return order ? order : x->row < y->row ? -1 : 1;
+}
+
+/* The sites of all rows, in order; normals: whether they count. */
+static struct error *sort_sites(const struct table *probes, bool normals, struct site **sites)
+{
+    const struct column *position = table_column(probes, "position"), *normal = normals ? table_column(probes, "normal") : NULL;
+    struct error *err = array_create(sites, probes->rows, sizeof **sites);
+    for (size_t i = 0; i < probes->rows && !err; i++) {
+        struct site *site = &(*sites)[i];
+        memcpy(site->bytes, column_f64(position) + 3 * i, POSITION_BYTES);
+        if (normal)
+            memcpy(site->bytes + POSITION_BYTES, column_f32(normal) + 3 * i, NORMAL_BYTES);
+        site->row = i;
+    }
+    if (!err)
+        qsort(*sites, probes->rows, sizeof **sites, compare_sites);
+    return err;
+}
+
+/* A row of each table that are the same probe. */
+struct pair {
+    size_t to, from;
+};
+
+/* Finds all pairs: walks both tables in the order of their sites. */
+static struct error *find_pairs(const struct table *to, const struct table *from, struct pair **pairs, size_t *count)
+{
+    const bool normals = table_column(to, "normal") && table_column(from, "normal");
+    struct site *ours = NULL, *theirs = NULL;
+    *count = 0;
+    struct error *err = array_create(pairs, to->rows, sizeof **pairs);
+    if (!err)
+        err = sort_sites(to, normals, &ours);
+    if (!err)
+        err = sort_sites(from, normals, &theirs);
+    for (size_t i = 0, k = 0; !err && i < to->rows && k < from->rows;) {
+        const int order = compare_places(&ours[i], &theirs[k]);
+        if (!order)
+            (*pairs)[(*count)++] = (struct pair){ours[i].row, theirs[k].row};
+        i += order <= 0;
+        k += order >= 0;
+    }
+    free(ours);
+    free(theirs);
+    return err;
+}
+
+/* -- filling ---------------------------------------------------------------------------------- */
+
+static bool is_missing(const struct column *c, size_t row)
+{
+    return c->type == COLUMN_F32 ? isnan(column_f32(c)[row * c->width]) : c->type == COLUMN_F64 && isnan(column_f64(c)[row * c->width]);
+}
+
+/* Copies a column's values to the probes that lack them (all: to every probe that is in both). */
+static void fill_column(struct column *to, const struct column *from, const struct pair *pairs, size_t count, bool all)
+{
+    const size_t bytes = to->width * column_type_size(to->type);
+    for (size_t i = 0; i < count; i++)
+        if (all || is_missing(to, pairs[i].to))
+            memcpy((char *)to->data + pairs[i].to * bytes, (const char *)from->data + pairs[i].from * bytes, bytes);
+}
+
+static struct error *fill_probes(struct table *to, const struct table *from, const struct pair *pairs, size_t count)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < from->column_count && !err; i++) {
+        const struct column *theirs = &from->columns[i];
+        struct column *ours = table_column(to, theirs->name);
+        const bool added = !ours;
+        if (!strcmp(theirs->name, "hull_normal") || !strcmp(theirs->name, "merged"))
+            continue;
+        if (ours && (ours->type != theirs->type || ours->width != theirs->width))
+            err = error_new("column %s is %s:%zu, and %s:%zu in the stream to be filled", theirs->name,
+                            column_type_name(theirs->type), theirs->width, column_type_name(ours->type), ours->width);
+        if (added)
+            err = table_add_column(to, theirs->name, theirs->type, theirs->width, &ours);
+        if (!err)
+            fill_column(ours, theirs, pairs, count, added);
+    }
+    return err;
+}
+
+struct error *stream_fill(struct stream *to, const struct stream *from, const char *name, struct warnings *warnings)
+{
+    struct table *ours = stream_table(to, "probe"), *theirs = stream_table(from, "probe");
+    struct pair *pairs = NULL;
+    size_t count = 0;
+    struct error *err = NULL;
+    if (!ours || !theirs)
+        err = error_new("nothing can be filled: %s has no table probe", theirs ? "the input" : "it");
+    if (!err)
+        err = fill_header(&to->header, &from->header, name, warnings);
+    if (!err)
+        err = find_pairs(ours, theirs, &pairs, &count);
+    if (!err)
+        err = fill_probes(ours, theirs, pairs, count);
+    if (!err && count < theirs->rows)
+        warnings_add(warnings, "strangers", "%s: %zu of its %zu probes are not among those to be filled: they are left out", name,
+                     theirs->rows - count, theirs->rows);
+    free(pairs);
+    return error_wrap(err, "%s", name);
+}

@@ -1,0 +1,85 @@
+#include "topology/surface.h"
+
+#include <limits>
+
+std::vector<uint32_t> surface_weld(const surface &s)
+{
+    const std::vector<surface_point> &vertices = s.vertices;
+    std::vector<uint32_t> order(vertices.size()), number(vertices.size());
+    for (size_t i = 0; i < order.size(); i++)
+        order[i] = (uint32_t)i;
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return vertices[a] < vertices[b]; });
+    for (size_t i = 0, first = 0; i < order.size(); i++) {
+        first = i > 0 && vertices[order[i]] == vertices[order[first]] ? first : i;
+        number[order[i]] = order[first];
+    }
+    return number;
+}
+
+/* Joins the faces on either side of every edge that has one on each and was not joined before. */
+static void join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets, std::vector<char> &joined)
+{
+    const std::vector<surface_edge> edges = surface_edges(vertex, [&](uint32_t c) { return !joined[c]; });
+    for (size_t i = 0, end; i < edges.size(); i = end) {
+        for (end = i + 1; end < edges.size() && edges[end].meets(edges[i]);)
+            end++;
+        if (end - i != 2 || edges[i].forward == edges[i + 1].forward)
+            continue;
+        const uint32_t c = edges[i].corner, d = edges[i + 1].corner;
+        sets.join(c, next_corner(d));
+        sets.join(next_corner(c), d);
+        joined[c] = joined[d] = 1;
+    }
+}
+
+void surface_join(const surface &s, const std::vector<uint32_t> &place, corner_sets &sets)
+{
+    std::vector<char> joined(s.corner.size());
+    join_edges(s.corner, sets, joined);
+    std::vector<uint32_t> welded = s.corner;
+    for (uint32_t &v : welded)
+        v = place[v];
+    join_edges(welded, sets, joined);
+}
+
+double surface_determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+           m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+bool surface_turns(const double *m)
+{
+    return surface_determinant(m) < 0;
+}
+
+void surface_add(surface &s, const struct scene_mesh &mesh, const double *m)
+{
+    const uint32_t base = (uint32_t)s.vertices.size();
+    const bool turned = surface_turns(m);
+    for (size_t v = 0; v < mesh.vertex_count; v++) {
+        const double *p = mesh.position + 3 * v;
+        s.vertices.push_back({m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3] + 0.0,
+                              m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7] + 0.0,
+                              m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11] + 0.0});
+    }
+    for (size_t t = 0; t < mesh.triangle_count; t++) {
+        const uint32_t *i = mesh.index + 3 * t;
+        s.corner.insert(s.corner.end(), {base + i[0], base + i[turned ? 2 : 1], base + i[turned ? 1 : 2]});
+    }
+}
+
+std::vector<size_t> surface_placed(const struct scene *scene)
+{
+    std::vector<size_t> placed(scene->mesh_count);
+    for (size_t i = 0; i < scene->instance_count; i++)
+        placed[scene->instances[i].mesh]++;
+    return placed;
+}
+
+struct error *surface_check_count(const struct scene *scene)
+{
+    const size_t count = scene_triangle_count(scene), most = std::numeric_limits<int>::max() / 6;
+    return count > most ? error_new("%zu triangles, expected at most %zu to look for what they enclose, or to decimate them", count, most)
+                        : nullptr;
+}

@@ -1,0 +1,123 @@
+/* scene_surface: the triangles of several meshes as one surface, joined where faces meet. What needs OpenMesh's half-edges
+ * starts here: scene_openmesh.cc (closed pieces), scene_decimate.cc. C++ only.
+ *
+ * OpenMesh wants manifold faces, real files give what they have. So each corner of a face first gets a vertex of its
+ * own, and corners become one where faces meet: across an edge that joins exactly two faces of consistent orientation.
+ * First faces are joined that share vertices in the file, then what is left by equal positions. Boxes that touch, stand
+ * on each other or share an edge stay apart that way, and closed each; walls of a room that the file keeps in several
+ * meshes become one.
+ *
+ * Meshes that are placed once are joined in the scene's coordinates; a mesh that is placed often is looked at once, by
+ * itself.
+ */
+#ifndef SCENE_SURFACE_H
+#define SCENE_SURFACE_H
+
+#include "import/import.h"
+
+#include <OpenMesh/Core/System/omstream.hh>
+
+#include <algorithm>
+#include <vector>
+
+struct surface_point {
+    double x, y, z;
+    bool operator<(const surface_point &b) const { return x != b.x ? x < b.x : y != b.y ? y < b.y : z < b.z; }
+    bool operator==(const surface_point &b) const { return x == b.x && y == b.y && z == b.z; }
+};
+
+/* Triangles, front side out: corner k of triangle t is corner[3 t + k]. */
+struct surface {
+    std::vector<surface_point> vertices;
+    std::vector<uint32_t> corner;
+};
+
+/* Disjoint sets of corners; each is known by the first of them. */
+class corner_sets {
+public:
+    explicit corner_sets(size_t count) : parent(count)
+    {
+        for (size_t i = 0; i < count; i++)
+            parent[i] = (uint32_t)i;
+    }
+
+    uint32_t find(uint32_t i)
+    {
+        while (parent[i] != i)
+            i = parent[i] = parent[parent[i]];
+        return i;
+    }
+
+    void join(uint32_t a, uint32_t b)
+    {
+        a = find(a);
+        b = find(b);
+        parent[std::max(a, b)] = std::min(a, b);
+    }
+
+private:
+    std::vector<uint32_t> parent;
+};
+
+inline uint32_t next_corner(uint32_t corner)
+{
+    return corner % 3 == 2 ? corner - 2 : corner + 1;
+}
+
+/* The edge that begins at a corner, between the vertices a < b. */
+struct surface_edge {
+    uint32_t a, b, corner;
+    bool forward; /* from a to b */
+    bool operator<(const surface_edge &e) const { return a != e.a ? a < e.a : b != e.b ? b < e.b : corner < e.corner; }
+    bool meets(const surface_edge &e) const { return a == e.a && b == e.b; }
+};
+
+/* The edge of each corner for which wanted(corner), sorted; none of no length. vertex: a number for each corner. */
+template <class Wanted> std::vector<surface_edge> surface_edges(const std::vector<uint32_t> &vertex, const Wanted &wanted)
+{
+    std::vector<surface_edge> edges;
+    for (uint32_t c = 0; c < vertex.size(); c++) {
+        const uint32_t from = vertex[c], to = vertex[next_corner(c)];
+        if (from != to && wanted(c))
+            edges.push_back({std::min(from, to), std::max(from, to), c, from < to});
+    }
+    std::sort(edges.begin(), edges.end());
+    return edges;
+}
+
+/* Adds a mesh, placed by m. Zeros lose their sign, so that they weld; a mirrored mesh keeps its front: its triangles' last two
+ * corners change places. */
+void surface_add(surface &s, const struct scene_mesh &mesh, const double *m);
+
+/* Whether m mirrors. */
+bool surface_turns(const double *m);
+
+/* The scale of volumes under m, negative where it mirrors. */
+double surface_determinant(const double *m);
+
+/* Vertices that stand in the same place get the same number: that of one of them. */
+std::vector<uint32_t> surface_weld(const surface &s);
+
+/* Joins the corners of faces that meet. place: surface_weld(s). */
+void surface_join(const surface &s, const std::vector<uint32_t> &place, corner_sets &sets);
+
+/* How often each mesh is placed. */
+std::vector<size_t> surface_placed(const struct scene *scene);
+
+/* An error when there are more triangles than OpenMesh can number. */
+struct error *surface_check_count(const struct scene *scene);
+
+/* While one lives, OpenMesh's complaints about faces that do not fit are not printed. */
+struct openmesh_silence {
+    openmesh_silence() : printed(omerr().is_enabled()) { omerr().disable(); }
+    ~openmesh_silence()
+    {
+        if (printed)
+            omerr().enable();
+    }
+    openmesh_silence(const openmesh_silence &) = delete;
+    openmesh_silence &operator=(const openmesh_silence &) = delete;
+    const bool printed;
+};
+
+#endif

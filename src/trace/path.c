@@ -1,0 +1,550 @@
+/* Based on:
+ * Kajiya, "The rendering equation", SIGGRAPH 1986.
+ * Veach, "Robust Monte Carlo methods for light transport simulation", 1997, ch. 9 (balance heuristic).
+ * Malley's method: cosine-distributed directions from a disc. Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
+ */
+#include "trace/path.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "math/angle.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265f
+
+struct path_sun {
+    struct vec3f to_light, irradiance;
+};
+
+static struct error *add_suns(struct path_tracer *path)
+{
+    const struct scene *scene = path->tracer->scene;
+    struct error *err = array_create(&path->suns, scene->light_count, sizeof *path->suns);
+    for (size_t i = 0; i < scene->light_count && !err; i++) {
+        const struct scene_light *l = &scene->lights[i];
+        if (l->kind != SCENE_SUN || !(l->intensity[0] > 0 || l->intensity[1] > 0 || l->intensity[2] > 0))
+            continue;
+        path->suns[path->sun_count++] = (struct path_sun){
+            {-(float)l->direction.x, -(float)l->direction.y, -(float)l->direction.z},
+            {(float)l->intensity[0], (float)l->intensity[1], (float)l->intensity[2]}};
+    }
+    return err;
+}
+
+struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces)
+{
+    *path = (struct path_tracer){.tracer = tracer, .bounces = bounces};
+    struct error *err = lights_create(&path->lights, tracer);
+    for (size_t i = 0; i < path->lights.instance_count && !err; i++)
+        path->emissive = path->emissive || path->lights.number[i];
+    if (!err)
+        err = sky_create(&path->sky, tracer->scene);
+    if (!err)
+        err = add_suns(path);
+    if (err)
+        path_clear(path);
+    return err;
+}
+
+void path_clear(struct path_tracer *path)
+{
+    lights_clear(&path->lights);
+    sky_clear(&path->sky);
+    free(path->suns);
+    path->suns = NULL;
+}
+
+/* -- random numbers ----------------------------------------------------------------------------- */
+
+/* The generators of a wave's paths. */
+struct wave_random {
+    uint32_t state[4][PATH_WAVE];
+};
+
+static void random_put(struct wave_random *r, size_t i, const struct random *random)
+{
+    for (int k = 0; k < 4; k++)
+        r->state[k][i] = random->state[k];
+}
+
+static inline uint32_t draw(struct wave_random *r, size_t i)
+{
+    struct random one = {{r->state[0][i], r->state[1][i], r->state[2][i], r->state[3][i]}};
+    const uint32_t bits = random_u32(&one);
+    random_put(r, i, &one);
+    return bits;
+}
+
+TRACE_VECTORS static void draw_bits(struct wave_random *r, size_t count, uint32_t *bits)
+{
+    for (size_t i = 0; i < count; i++)
+        bits[i] = draw(r, i);
+}
+
+/* As random_float. */
+TRACE_VECTORS static void draw_floats(struct wave_random *r, size_t count, float *x)
+{
+    for (size_t i = 0; i < count; i++)
+        x[i] = (float)(int32_t)(draw(r, i) >> 8) * 0x1p-24f;
+}
+
+/* As random_double. */
+TRACE_VECTORS static void draw_doubles(struct wave_random *r, size_t count, double *x)
+{
+    for (size_t i = 0; i < count; i++)
+        x[i] = (double)(int32_t)(draw(r, i) >> 5) * 0x1p-27;
+    for (size_t i = 0; i < count; i++)
+        x[i] += (double)(int32_t)(draw(r, i) >> 6) * 0x1p-53;
+}
+
+/* What tells blended surfaces which rays they let through. */
+static void draw_salts(const struct path_tracer *path, struct wave_random *r, size_t count, uint32_t *salt)
+{
+    if (path->tracer->has_alpha)
+        draw_bits(r, count, salt);
+    else
+        memset(salt, 0, count * sizeof *salt);
+}
+
+/* -- asking lights and sky ---------------------------------------------------------------------- */
+
+/* Where a wave asks from. */
+struct receivers {
+    const struct wave_vec *position;
+    const struct wave_vec *normal; /* NULL: points, which take light from the whole sphere */
+};
+
+/* Questions whether anything stands between a receiver and what was found. */
+struct questions {
+    struct trace_rays ray;
+    struct wave_vec direction; /* to what was found */
+    struct wave_vec light;     /* its radiance over its density per solid angle, balanced with the receiver's own directions */
+    int32_t seen[PATH_WAVE];   /* 1: there is something to be asked; then: nothing stands between */
+};
+
+/* Density per solid angle of a receiver's own directions, by the cosine; of a point. */
+static inline float cosine_density(float cosine)
+{
+    return float_most(cosine, 0) / PI;
+}
+
+static const float sphere_density = 1 / (4 * PI);
+
+/* Per solid angle from distance: per area times d^2 / cos. */
+static inline float solid_density(float area_density, float distance, float cosine)
+{
+    return area_density * distance * distance / cosine;
+}
+
+static struct lights_receiver receiver_at(const struct receivers *from, size_t i)
+{
+    return (struct lights_receiver){wave_get(from->position, i), from->normal ? wave_get(from->normal, i) : (struct vec3f){0}};
+}
+
+/* Points of emissive surfaces that were drawn. */
+struct drawn {
+    struct wave_vec position, normal, radiance; /* radiance: of the side that shines */
+    float density[PATH_WAVE]; /* per area */
+};
+
+static void set_drawn(const struct path_tracer *path, const struct lights_choice *choice, struct drawn *drawn, size_t i)
+{
+    const struct scene *scene = path->tracer->scene;
+    const struct trace_point *p = &choice->point;
+    struct vec3f radiance = scene_emission(scene, p->material, p->u, p->v);
+    if (path->tracer->has_alpha) /* where the surface is not, it does not shine */
+        radiance = vec3f_scale(1 - scene_transparency(scene, p->material, p->u, p->v), radiance);
+    wave_put(&drawn->position, i, p->position);
+    wave_put(&drawn->normal, i, p->normal);
+    wave_put(&drawn->radiance, i, radiance);
+    drawn->density[i] = choice->density;
+}
+
+/* From each receiver to just above the point that was drawn for it, so that the light does not shadow itself. */
+TRACE_VECTORS static void aim(const struct wave_vec *restrict position, const struct wave_vec *restrict facing, bool surface, bool front_only,
+                              float share, size_t count, const struct drawn *restrict drawn, struct questions *restrict q)
+{
+    /* no branch in the loop */
+    const float lowest = front_only ? 0 : -1, uniform = surface ? 0 : sphere_density, cosines = surface ? 1 : 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct vec3f origin = wave_get(position, i), point = wave_get(&drawn->position, i),
+            normal = wave_get(&drawn->normal, i);
+        const struct vec3f way = vec3f_sub(point, origin), radiance = wave_get(&drawn->radiance, i);
+        const float distance = vec3f_length(way);
+        const struct vec3f direction = vec3f_scale(1 / distance, way);
+        const float cosine = -vec3f_dot(direction, normal), side = cosine > 0 ? 1.0f : -1.0f;
+        const float own = uniform + cosines * cosine_density(vec3f_dot(direction, wave_get(facing, i)));
+        const float density = solid_density(drawn->density[i], distance, fabsf(cosine));
+        const struct vec3f to_target = vec3f_sub(trace_leave(point, distance, vec3f_scale(side, normal)), origin);
+        const float reach = vec3f_length(to_target);
+        const int shines = (distance > 0) & (cosine > lowest) & (fabsf(cosine) > 0) & (own > 0) & (vec3f_most(radiance) > 0);
+        q->seen[i] = q->seen[i] ? shines : 0;
+        wave_put(&q->ray.origin, i, origin);
+        wave_put(&q->ray.direction, i, vec3f_scale(1 / reach, to_target));
+        q->ray.most[i] = reach;
+        wave_put(&q->direction, i, direction);
+        wave_put(&q->light, i, vec3f_scale(1 / (share * density + own), radiance));
+    }
+}
+
+/* A point or spot light that was drawn, as if it were a radiance: there is no other way to meet it. */
+static void aim_punctual(const struct path_tracer *path, const struct lights_receiver *from, const struct lights_choice *choice,
+                         struct questions *q, size_t i)
+{
+    const struct vec3 p = trace_to_world(path->tracer, from->position);
+    double direction[3], distance, rgb[3];
+    scene_light_at(choice->punctual, (const double[3]){p.x, p.y, p.z}, direction, &distance, rgb);
+    const struct vec3f to_light = {(float)direction[0], (float)direction[1], (float)direction[2]};
+    const struct vec3f e = {(float)rgb[0], (float)rgb[1], (float)rgb[2]};
+    q->seen[i] = vec3f_dot(to_light, from->normal) > 0 && vec3f_most(e) > 0;
+    wave_put(&q->ray.origin, i, from->position);
+    wave_put(&q->ray.direction, i, to_light);
+    q->ray.most[i] = (float)(distance * path->tracer->scale);
+    wave_put(&q->direction, i, to_light);
+    wave_put(&q->light, i, vec3f_scale(1 / choice->probability, e));
+}
+
+/* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces. */
+static void ask_lights(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x,
+                       const float *y, struct questions *q)
+{
+    struct drawn drawn;
+    struct lights_choice punctual[PATH_WAVE];
+    size_t of_punctual[PATH_WAVE], punctuals = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct lights_receiver receiver = receiver_at(from, i);
+        struct lights_choice choice;
+        q->seen[i] = lights_sample(&path->lights, path->tracer, &receiver, x[i], y[i], &choice);
+        if (q->seen[i] && choice.punctual) {
+            punctual[punctuals] = choice;
+            of_punctual[punctuals++] = i;
+            q->seen[i] = 0;
+        }
+        if (q->seen[i])
+            set_drawn(path, &choice, &drawn, i);
+        else /* of no meaning, but numbers all the same */
+            drawn.position.x[i] = drawn.position.y[i] = drawn.position.z[i] = drawn.normal.x[i] = drawn.normal.y[i] = drawn.normal.z[i] =
+                drawn.radiance.x[i] = drawn.radiance.y[i] = drawn.radiance.z[i] = drawn.density[i] = 0;
+    }
+    if (path->emissive)
+        aim(from->position, from->normal ? from->normal : &drawn.normal, from->normal, path->tracer->scene->emit_front_only, share, count, &drawn, q);
+    for (size_t k = 0; k < punctuals && from->normal; k++) {
+        const struct lights_receiver receiver = receiver_at(from, of_punctual[k]);
+        aim_punctual(path, &receiver, &punctual[k], q, of_punctual[k]);
+    }
+}
+
+/* Asks for one direction each of an uneven sky, drawn by (x, y). */
+static void ask_sky(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x,
+                    const double *y, struct questions *q)
+{
+    for (size_t i = 0; i < count; i++) {
+        float density;
+        const struct vec3f direction = sky_sample(&path->sky, x[i], y[i], &density);
+        const float own = from->normal ? cosine_density(vec3f_dot(direction, wave_get(from->normal, i))) : sphere_density;
+        q->seen[i] = own > 0 && density > 0;
+        wave_put(&q->ray.origin, i, wave_get(from->position, i));
+        wave_put(&q->ray.direction, i, direction);
+        q->ray.most[i] = INFINITY;
+        wave_put(&q->direction, i, direction);
+        wave_put(&q->light, i, vec3f_scale(1 / (share * density + own), scene_sky_radiance(path->tracer->scene, direction)));
+    }
+}
+
+/* The weight of emission that a ray of density `own` met, against ask_lights. */
+static float met_weight(const struct path_tracer *path, const struct lights_receiver *from, float share,
+                        const struct trace_points *at, size_t i, struct vec3f direction, float own)
+{
+    const struct trace_point point = {.instance = at->instance[i], .triangle = at->triangle[i]};
+    const float area_density = lights_density(&path->lights, from, &point);
+    if (!(area_density > 0))
+        return 1;
+    const float cosine = fabsf(vec3f_dot(direction, wave_get(&at->normal, i)));
+    return own / (own + share * solid_density(area_density, at->distance[i], float_most(cosine, FLT_MIN)));
+}
+
+/* The weight of the sky that a ray of density `own` met, against ask_sky. */
+static float sky_weight(const struct path_tracer *path, float share, struct vec3f direction, float own)
+{
+    return path->sky.rows ? own / (own + share * sky_density(&path->sky, direction)) : 1;
+}
+
+/* Radiance that the surface at a hit emits towards where it is seen from. */
+static struct vec3f emitted(const struct path_tracer *path, const struct trace_points *at, size_t i)
+{
+    const struct scene *scene = path->tracer->scene;
+    if (!scene_emits(at->material[i]) || (scene->emit_front_only && !at->front[i]))
+        return (struct vec3f){0};
+    return scene_emission(scene, at->material[i], at->u[i], at->v[i]);
+}
+
+/* -- a wave of paths --------------------------------------------------------------------------- */
+
+/* Paths that go on. */
+struct wave {
+    const struct path_tracer *path;
+    size_t count;
+    uint32_t sample[PATH_WAVE]; /* whose path it is */
+    struct wave_random random;
+    struct trace_points at;    /* the surface that was met */
+    struct trace_rays ray;     /* from the surface before to there; once a path has turned, the next one */
+    struct wave_vec facing;    /* normal of the surface before, on the ray's side */
+    struct wave_vec throughput, sum; /* what light it meets counts, and what it has met so far */
+    struct wave_vec light;     /* irradiance over pi from what was asked */
+    struct questions questions;
+};
+
+/* Turns to the side of the surface that the path came to, and starts from there. */
+TRACE_VECTORS static void face(struct wave *w)
+{
+    for (size_t i = 0; i < w->count; i++) {
+        const struct vec3f facing = vec3f_scale(w->at.front[i] ? 1.0f : -1.0f, wave_get(&w->at.normal, i));
+        wave_put(&w->facing, i, facing);
+        wave_put(&w->ray.origin, i, trace_leave(wave_get(&w->at.position, i), w->at.distance[i], facing));
+        wave_put(&w->light, i, (struct vec3f){0});
+    }
+}
+
+/* Traces what was asked, and adds the irradiance over pi of what is seen. */
+TRACE_VECTORS static void answer(struct wave *w)
+{
+    struct questions *q = &w->questions;
+    draw_salts(w->path, &w->random, w->count, q->ray.salt);
+    trace_rays_occluded(w->path->tracer, w->count, &q->ray, q->seen);
+    for (size_t i = 0; i < w->count; i++) {
+        const float share = cosine_density(vec3f_dot(wave_get(&q->direction, i), wave_get(&w->facing, i)));
+        const struct vec3f lit = vec3f_fma(wave_get(&w->light, i), share, wave_get(&q->light, i)), unlit = wave_get(&w->light, i);
+        w->light.x[i] = q->seen[i] ? lit.x : unlit.x;
+        w->light.y[i] = q->seen[i] ? lit.y : unlit.y;
+        w->light.z[i] = q->seen[i] ? lit.z : unlit.z;
+    }
+}
+
+TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct receivers *from, size_t count, struct questions *q)
+{
+    for (size_t i = 0; i < count; i++) {
+        q->seen[i] = vec3f_dot(sun->to_light, wave_get(from->normal, i)) > 0;
+        wave_put(&q->ray.origin, i, wave_get(from->position, i));
+        wave_put(&q->ray.direction, i, sun->to_light);
+        q->ray.most[i] = INFINITY;
+        wave_put(&q->direction, i, sun->to_light);
+        wave_put(&q->light, i, sun->irradiance);
+    }
+}
+
+/* The light on all surfaces of a wave from what is asked for, without what their scattered rays are to meet. */
+static void light_surfaces(struct wave *w)
+{
+    const struct path_tracer *path = w->path;
+    const struct receivers from = {&w->ray.origin, &w->facing};
+    double x[PATH_WAVE], y[PATH_WAVE];
+    if (path->lights.count) {
+        float across[PATH_WAVE];
+        draw_doubles(&w->random, w->count, x);
+        draw_floats(&w->random, w->count, across);
+        ask_lights(path, &from, 1, w->count, x, across, &w->questions);
+        answer(w);
+    }
+    if (path->sky.rows) {
+        draw_doubles(&w->random, w->count, x);
+        draw_doubles(&w->random, w->count, y);
+        ask_sky(path, &from, 1, w->count, x, y, &w->questions);
+        answer(w);
+    }
+    for (size_t s = 0; s < path->sun_count; s++) {
+        ask_sun(&path->suns[s], &from, w->count, &w->questions);
+        answer(w);
+    }
+}
+
+/* Takes in what is lit, and draws the way on. Texels are sent for before, and read after, the directions are drawn. */
+TRACE_VECTORS static void turn(struct wave *w)
+{
+    const struct scene *scene = w->path->tracer->scene;
+    struct scene_texel texel[PATH_WAVE];
+    struct wave_vec albedo;
+    uint32_t bits[PATH_WAVE];
+    float u[PATH_WAVE], turns[PATH_WAVE];
+    draw_bits(&w->random, w->count, bits);
+    for (size_t i = 0; i < w->count; i++)
+        texel[i] = scene_texel_draw(scene, w->at.material[i], w->at.u[i], w->at.v[i], bits[i]);
+    draw_floats(&w->random, w->count, u);
+    draw_floats(&w->random, w->count, turns);
+    draw_salts(w->path, &w->random, w->count, w->ray.salt);
+    for (size_t i = 0; i < w->count; i++) {
+        wave_put(&w->ray.direction, i, path_scatter(wave_get(&w->facing, i), u[i], turns[i]));
+        w->ray.most[i] = INFINITY;
+    }
+    for (size_t i = 0; i < w->count; i++)
+        wave_put(&albedo, i, scene_texel_albedo(scene, &texel[i]));
+    for (size_t i = 0; i < w->count; i++) {
+        const struct vec3f throughput = vec3f_mul(wave_get(&w->throughput, i), wave_get(&albedo, i));
+        wave_put(&w->throughput, i, throughput);
+        wave_put(&w->sum, i, vec3f_add(wave_get(&w->sum, i), vec3f_mul(throughput, wave_get(&w->light, i))));
+    }
+}
+
+/* What the rays met by chance: the sky, or a surface that emits. */
+static void meet(struct wave *w)
+{
+    const struct path_tracer *path = w->path;
+    for (size_t i = 0; i < w->count; i++) {
+        struct vec3f radiance = {0};
+        float weight = 1;
+        if (w->at.hit[i] && !path->emissive)
+            continue;
+        const struct vec3f direction = wave_get(&w->ray.direction, i);
+        const struct lights_receiver from = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i)};
+        const float own = cosine_density(vec3f_dot(direction, from.normal));
+        if (!w->at.hit[i]) {
+            radiance = scene_sky_radiance(path->tracer->scene, direction);
+            weight = sky_weight(path, 1, direction, own);
+        } else if (vec3f_most(radiance = emitted(path, &w->at, i)) > 0) {
+            weight = met_weight(path, &from, 1, &w->at, i, direction, own);
+        }
+        wave_put(&w->sum, i, vec3f_fma(wave_get(&w->sum, i), weight, vec3f_mul(wave_get(&w->throughput, i), radiance)));
+    }
+}
+
+/* Moves a path to another place of the wave: what it is made of before it faces a surface. */
+static void move_path(struct wave *w, size_t to, size_t from)
+{
+    w->sample[to] = w->sample[from];
+    for (int k = 0; k < 4; k++)
+        w->random.state[k][to] = w->random.state[k][from];
+    struct wave_vec *const vectors[] = {&w->at.position, &w->at.normal, &w->throughput, &w->sum};
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        wave_put(vectors[k], to, wave_get(vectors[k], from));
+    w->at.distance[to] = w->at.distance[from];
+    w->at.front[to] = w->at.front[from];
+    w->at.material[to] = w->at.material[from];
+    w->at.u[to] = w->at.u[from];
+    w->at.v[to] = w->at.v[from];
+}
+
+/* Ends paths that escaped, that can bring nothing more, or that Russian roulette ends; their sums are done. */
+static void end_paths(struct wave *w, bool roulette, struct path_sample *sample)
+{
+    size_t left = 0;
+    for (size_t i = 0; i < w->count; i++) {
+        const float most = vec3f_most(wave_get(&w->throughput, i));
+        bool on = w->at.hit[i] && most > 0;
+        if (on && roulette && most < 1) {
+            on = (float)(draw(&w->random, i) >> 8) * 0x1p-24f < most;
+            if (on)
+                wave_put(&w->throughput, i, vec3f_scale(1 / most, wave_get(&w->throughput, i)));
+        }
+        if (!on)
+            sample[w->sample[i]].scattered = wave_get(&w->sum, i);
+        else if (left++ != i)
+            move_path(w, left - 1, i);
+    }
+    w->count = left;
+}
+
+/* The radiance that the surfaces met by a wave scatter back along its rays: one path each. */
+static void scatter(struct wave *w, struct path_sample *sample)
+{
+    for (int bounce = 1; bounce <= w->path->bounces && w->count; bounce++) {
+        face(w);
+        light_surfaces(w);
+        turn(w);
+        trace_rays_nearest(w->path->tracer, w->count, &w->ray, &w->at);
+        meet(w);
+        end_paths(w, bounce >= 2, sample);
+    }
+    for (size_t i = 0; i < w->count; i++)
+        sample[w->sample[i]].scattered = wave_get(&w->sum, i);
+}
+
+/* -- receivers --------------------------------------------------------------------------------- */
+
+static bool on_surface(const struct lights_receiver *r)
+{
+    return r->normal.x != 0 || r->normal.y != 0 || r->normal.z != 0;
+}
+
+/* What a receiver's own ray met. */
+static struct path_sample seen(const struct path_receiver *receiver, const struct wave *w, size_t i)
+{
+    const struct path_tracer *path = w->path;
+    const struct vec3f direction = wave_get(&w->ray.direction, i);
+    const float own = on_surface(&receiver->at) ? cosine_density(vec3f_dot(direction, receiver->at.normal)) : sphere_density;
+    struct path_sample sample = {.weight = 1, .distance = w->at.distance[i]};
+    if (!w->at.hit[i]) {
+        sample.straight = scene_sky_radiance(path->tracer->scene, direction);
+        sample.weight = sky_weight(path, receiver->sky_share, direction, own);
+        return sample;
+    }
+    sample.hit = true;
+    sample.front = w->at.front[i];
+    sample.normal = wave_get(&w->at.normal, i);
+    if (path->emissive && vec3f_most(sample.straight = emitted(path, &w->at, i)) > 0)
+        sample.weight = met_weight(path, &receiver->at, receiver->lights_share, &w->at, i, direction, own);
+    return sample;
+}
+
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                  const struct vec3f *direction, bool with_scattered, const struct random *random, struct path_sample *sample)
+{
+    struct wave w;
+    w.path = path;
+    w.count = count;
+    for (size_t i = 0; i < count; i++) {
+        w.sample[i] = (uint32_t)i;
+        random_put(&w.random, i, &random[i]);
+        wave_put(&w.ray.origin, i, receiver->at.position);
+        wave_put(&w.ray.direction, i, direction[i]);
+        wave_put(&w.throughput, i, (struct vec3f){1, 1, 1});
+        wave_put(&w.sum, i, (struct vec3f){0});
+        w.ray.most[i] = INFINITY;
+    }
+    draw_salts(path, &w.random, count, w.ray.salt);
+    trace_rays_nearest(path->tracer, count, &w.ray, &w.at);
+    for (size_t i = 0; i < count; i++)
+        sample[i] = seen(receiver, &w, i);
+    if (!with_scattered)
+        return;
+    end_paths(&w, false, sample);
+    scatter(&w, sample);
+}
+
+/* Asks from one receiver, as often as there are random numbers, and keeps what is seen. */
+static void ask_from(const struct path_tracer *path, const struct path_receiver *receiver, bool sky, size_t count, const float *x,
+                     const double *y, const struct random *random, struct path_found *found)
+{
+    struct questions q;
+    struct wave_vec position, normal;
+    double down[PATH_WAVE];
+    const bool surface = on_surface(&receiver->at);
+    const struct receivers from = {&position, surface ? &normal : NULL};
+    for (size_t i = 0; i < count; i++) {
+        struct random r = random[i];
+        q.ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
+        down[i] = (double)x[i];
+        wave_put(&position, i, receiver->at.position);
+        wave_put(&normal, i, receiver->at.normal);
+    }
+    if (sky)
+        ask_sky(path, &from, receiver->sky_share, count, down, y, &q);
+    else
+        ask_lights(path, &from, receiver->lights_share, count, y, x, &q);
+    trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
+    for (size_t i = 0; i < count; i++)
+        found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)} : (struct path_found){0};
+}
+
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
+                 const double *y, const struct random *random, struct path_found *found)
+{
+    ask_from(path, receiver, false, count, x, y, random, found);
+}
+
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
+                const double *y, const struct random *random, struct path_found *found)
+{
+    ask_from(path, receiver, true, count, x, y, random, found);
+}

@@ -1,0 +1,7 @@
+# rays, the light tree, the sky, paths: hides Embree
+trace_sources = \
+	%D%/lights.c %D%/lights.h \
+	%D%/path.c %D%/path.h \
+	%D%/sky.c %D%/sky.h \
+	%D%/trace.c %D%/trace.h \
+	%D%/trace_local.h

@@ -1,0 +1,163 @@
+#include "vtk/vtk_scene.h"
+#include "base/error.h"
+#include "image/display.h"
+#include "scene/scene.h"
+
+#include <string.h>
+
+struct arrays {
+    double *position; /* 3 a vertex */
+    int32_t *index;   /* 3 a triangle */
+    float *albedo, *emission, *opacity;
+    int32_t *material;
+};
+
+static void add_to(float sum[3], float weight, struct vec3f c)
+{
+    sum[0] += weight * c.x;
+    sum[1] += weight * c.y;
+    sum[2] += weight * c.z;
+}
+
+/* Whether a material looks the same all over. */
+static bool is_plain(const struct scene_material *m)
+{
+    return m->albedo_map.texture == SCENE_NONE && m->emission_map.texture == SCENE_NONE &&
+           m->alpha_map.texture == SCENE_NONE;
+}
+
+/* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16 triangles that it falls
+ * into when its edges are quartered: strips, in which triangles stand on their base and on their tip in turn. */
+static void shade(const struct scene *scene, const struct scene_mesh *mesh, size_t t, float albedo[3],
+                  float emission[3], float *opacity)
+{
+    const struct scene_material *m = &scene->materials[mesh->material[t]];
+    const float *uv = mesh->uv ? mesh->uv + 6 * t : (const float[6]){0};
+    const int parts = is_plain(m) || !mesh->uv ? 1 : 4;
+    float weight = 0;
+    for (int i = 0; i < parts; i++) {
+        for (int j = 0; j < 2 * (parts - i) - 1; j++) {
+            const float third = (float)(1 + j % 2) / 3;
+            const float b = ((float)i + third) / (float)parts, c = ((float)(j / 2) + third) / (float)parts;
+            const float a = 1 - b - c;
+            const float u = a * uv[0] + b * uv[2] + c * uv[4], v = a * uv[1] + b * uv[3] + c * uv[5];
+            const float opaque = 1 - scene_transparency(scene, m, u, v);
+            add_to(albedo, opaque, scene_albedo(scene, m, u, v));
+            add_to(emission, opaque, scene_emission(scene, m, u, v));
+            weight += opaque;
+        }
+    }
+    for (size_t k = 0; k < 3 && weight > 0; k++) {
+        albedo[k] /= weight;
+        emission[k] /= weight;
+    }
+    *opacity = weight / (float)(parts * parts);
+}
+
+static double determinant(const double *m)
+{
+    const struct vec3 x = {m[0], m[1], m[2]}, y = {m[4], m[5], m[6]}, z = {m[8], m[9], m[10]};
+    return vec3_dot(x, vec3_cross(y, z));
+}
+
+static void add_instance(struct vtk_mesh *to, const struct arrays *a, const struct scene *scene,
+                         const struct scene_instance *instance)
+{
+    const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
+    const double *m = instance->transform;
+    const bool mirrored = determinant(m) < 0; /* turns the winding round, not the front */
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        const double *p = mesh->position + 3 * i;
+        double *placed = a->position + 3 * (to->point_count + i);
+        for (size_t k = 0; k < 3; k++)
+            placed[k] = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
+    }
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        const size_t at = to->cell_count + t;
+        for (size_t k = 0; k < 3; k++)
+            a->index[3 * at + (mirrored ? 2 - k : k)] = (int32_t)(to->point_count + mesh->index[3 * t + k]);
+        shade(scene, mesh, t, a->albedo + 3 * at, a->emission + 3 * at, a->opacity + at);
+        a->material[at] = mesh->material[t];
+    }
+    to->point_count += mesh->vertex_count;
+    to->cell_count += mesh->triangle_count;
+}
+
+/* The display colour: of the surface, or where it emits, of its light at full brightness. */
+static struct error *add_colour(struct surface *s, const struct arrays *a)
+{
+    float *shown = NULL;
+    uint8_t *colour = NULL;
+    const size_t n = s->mesh.cell_count;
+    struct error *err = fields_own(&s->cells, 3 * n, sizeof *shown, &shown);
+    if (!err)
+        err = fields_add_new(&s->cells, "colour", VTK_EXPORT_U8, 3, n, &colour);
+    for (size_t i = 0; i < n && !err; i++) {
+        const float *e = a->emission + 3 * i, most = fmaxf(fmaxf(e[0], e[1]), e[2]);
+        for (size_t k = 0; k < 3; k++)
+            shown[3 * i + k] = most > 0 ? e[k] / most : a->albedo[3 * i + k];
+    }
+    if (!err)
+        display_codes(n, shown, 1, colour);
+    return err;
+}
+
+static struct error *add_material_names(struct surface *s, const struct scene *scene)
+{
+    const char **names = NULL;
+    struct vtk_text *text = NULL;
+    struct error *err = fields_own(&s->cells, scene->material_count, sizeof *names, &names);
+    if (!err)
+        err = fields_own(&s->cells, 1, sizeof *text, &text);
+    if (err)
+        return err;
+    for (size_t i = 0; i < scene->material_count; i++)
+        names[i] = scene->materials[i].name;
+    *text = (struct vtk_text){.name = "Materials", .lines = names, .line_count = scene->material_count};
+    s->mesh.texts = text;
+    s->mesh.text_count = 1;
+    return NULL;
+}
+
+struct error *surface_create(struct surface *s, const struct scene *scene)
+{
+    *s = (struct surface){0};
+    size_t vertices = 0, triangles = 0;
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        vertices += scene->meshes[scene->instances[i].mesh].vertex_count;
+        triangles += scene->meshes[scene->instances[i].mesh].triangle_count;
+    }
+    if (vertices > INT32_MAX)
+        return error_new("the scene has %zu vertices with its instances placed, more than %d", vertices, INT32_MAX);
+    struct arrays a = {0};
+    struct error *err = fields_own(&s->cells, 3 * vertices, sizeof *a.position, &a.position);
+    if (!err)
+        err = fields_own(&s->cells, 3 * triangles, sizeof *a.index, &a.index);
+    if (!err)
+        err = fields_add_new(&s->cells, "albedo", VTK_EXPORT_F32, 3, triangles, &a.albedo);
+    if (!err)
+        err = fields_add_new(&s->cells, "emission", VTK_EXPORT_F32, 3, triangles, &a.emission);
+    if (!err)
+        err = fields_add_new(&s->cells, "opacity", VTK_EXPORT_F32, 1, triangles, &a.opacity);
+    if (!err)
+        err = fields_add_new(&s->cells, "material", VTK_EXPORT_I32, 1, triangles, &a.material);
+    for (size_t i = 0; i < scene->instance_count && !err; i++)
+        add_instance(&s->mesh, &a, scene, &scene->instances[i]);
+    if (!err)
+        err = add_colour(s, &a);
+    if (!err)
+        err = add_material_names(s, scene);
+    s->mesh.position = a.position;
+    s->mesh.vertex = a.index;
+    s->mesh.cell_arrays = s->cells.list;
+    s->mesh.cell_array_count = s->cells.count;
+    if (err)
+        surface_clear(s);
+    return err;
+}
+
+void surface_clear(struct surface *s)
+{
+    fields_clear(&s->cells);
+    *s = (struct surface){0};
+}

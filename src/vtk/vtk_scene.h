@@ -1,0 +1,22 @@
+/* surface: a scene's triangles as a mesh of named arrays, for looking at: instances placed, fronts counter-clockwise.
+ *
+ * man/probe-vtk.1 lists the arrays. Textures are averaged over each triangle.
+ */
+#ifndef SURFACE_H
+#define SURFACE_H
+
+#include "vtk/vtk_fields.h"
+
+struct error;
+struct scene;
+
+/* Borrows the materials' names from the scene. Starts as {0}. */
+struct surface {
+    struct vtk_mesh mesh;
+    struct fields cells;
+};
+
+struct error *surface_create(struct surface *surface, const struct scene *scene);
+void surface_clear(struct surface *surface);
+
+#endif

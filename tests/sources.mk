@@ -1,0 +1,125 @@
+# A C program a module (tests/NAME.c on support/tap.h), a shell script a program (tests/NAME.t on support/setup.sh).
+# A test that is named here compiles tests/NAME.c and links what sees the scene, unless a line below says otherwise.
+
+MODULE_TESTS = \
+	tests/base \
+	tests/number \
+	tests/sh \
+	tests/stream \
+	tests/content \
+	tests/dering \
+	tests/basis \
+	tests/query \
+	tests/interpolate \
+	tests/octree \
+	tests/library \
+	tests/image \
+	tests/picture \
+	tests/polygon \
+	tests/scene \
+	tests/scene_obj \
+	tests/scene_gltf \
+	tests/scene_files \
+	tests/scenes \
+	tests/decimate \
+	tests/capture \
+	tests/capture_error \
+	tests/capture_extras \
+	tests/capture_extremes \
+	tests/capture_forms \
+	tests/leak \
+	tests/tetra \
+	tests/measure \
+	tests/render \
+	tests/fuzz/fuzz_gltf \
+	tests/fuzz/fuzz_query \
+	tests/fuzz/fuzz_scene \
+	tests/fuzz/fuzz_stream \
+	tests/fuzz/fuzz_tetra
+
+PROGRAM_TESTS = \
+	tests/manual.t \
+	tests/sweep.t \
+	tests/pipeline.t \
+	tests/pipeline-extremes.t \
+	tests/probe-cat.t \
+	tests/probe-place.t \
+	tests/probe-capture.t \
+	tests/capture-resume.t \
+	tests/conversion.t \
+	tests/probe-tet.t \
+	tests/probe-leakfix.t \
+	tests/probe-error.t \
+	tests/probe-query.t \
+	tests/libprobe-query.t \
+	tests/probe-render.t \
+	tests/probe-vtk.t
+
+TESTS = $(MODULE_TESTS) $(PROGRAM_TESTS)
+TEST_EXTENSIONS = .t
+T_LOG_DRIVER = env AM_TAP_AWK='$(AWK)' $(SHELL) $(top_srcdir)/build-aux/tap-driver.sh
+LOG_DRIVER = $(T_LOG_DRIVER)
+LOG_COMPILER = $(PROBE_TEST_WRAPPER)
+AM_TESTS_ENVIRONMENT = PATH="$(abs_top_builddir)/src:$$PATH"; SRC="$(abs_top_srcdir)"; BUILD="$(abs_top_builddir)"; \
+	CC="$(CC)"; CXX="$(CXX)"; NM="$(NM)"; CFLAGS="$(CFLAGS)"; LDFLAGS="$(LDFLAGS)"; \
+	LIBDIR="$(libdir)"; INCLUDEDIR="$(includedir)"; \
+	export PATH SRC BUILD CC CXX NM CFLAGS LDFLAGS LIBDIR INCLUDEDIR;
+
+check_PROGRAMS = $(MODULE_TESTS)
+tests_query_LDADD = $(TETRA_LIBS)
+tests_interpolate_LDADD = $(TETRA_LIBS)
+tests_tetra_LDADD = $(TETRA_LIBS)
+tests_fuzz_fuzz_tetra_LDADD = $(TETRA_LIBS)
+IMAGE_TEST_CPPFLAGS = $(AM_CPPFLAGS) $(STB_CFLAGS) $(WEBP_CFLAGS)
+tests_image_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_scene_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_scene_obj_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_scene_gltf_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_capture_forms_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_fuzz_fuzz_scene_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_fuzz_fuzz_gltf_SOURCES = tests/fuzz/fuzz_gltf.c tests/fuzz/fuzz_scene.c
+tests_fuzz_fuzz_gltf_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS) -DFUZZ_ENGINE
+
+# the library as others use it, in C alone
+check_PROGRAMS += doc/example tests/abi
+doc_example_LDADD = src/libprobe-query/libprobe-query.la
+doc_example_CPPFLAGS = -I$(top_srcdir)/src/libprobe-query
+doc_example_LINK = $(LINK_C)
+tests_abi_LDADD = src/libprobe-query/libprobe-query.la
+tests_abi_LINK = $(LINK_C)
+tests_library_LDADD = src/libprobe-query/libprobe-query.la $(TETRA_LIBS)
+tests_library_LDFLAGS = -static -Wl,--wrap=malloc,--wrap=calloc,--wrap=aligned_alloc,--wrap=free
+exampledir = $(docdir)
+dist_example_DATA = doc/example.c
+
+# makes system calls fail; tests/probe-cat.t preloads it
+check_DATA = tests/support/failing_io.so
+CLEANFILES = $(check_DATA)
+tests/support/failing_io.so: tests/support/failing_io.c
+	@$(MKDIR_P) tests/support
+	$(AM_V_CCLD)$(CC) $(AM_CPPFLAGS) $(CFLAGS) -Wall -Wextra -shared -fPIC -o $@ $(srcdir)/tests/support/failing_io.c -ldl
+
+# what scripts/bench builds and runs
+EXTRA_PROGRAMS = \
+	tests/bench/bench_rays \
+	tests/bench/bench_bases \
+	tests/bench/bench_cold \
+	tests/bench/bench_query \
+	tests/bench/bench_tetgen
+tests_bench_bench_rays_LDFLAGS = -Wl,--wrap=rtcIntersect1,--wrap=rtcOccluded1
+tests_bench_bench_tetgen_SOURCES = tests/bench/bench_tetgen.cc
+tests_bench_bench_tetgen_LDADD = $(TETRA_LIBS)
+
+TEST_FILES = $(PROGRAM_TESTS) \
+	tests/accuracy.tsv \
+	tests/libprobe-query.abi \
+	tests/support/capture_bench.h \
+	tests/support/capture_runs.h \
+	tests/support/capture_truth.h \
+	tests/support/failing_io.c \
+	tests/support/files.h \
+	tests/support/point_sets.h \
+	tests/support/setup.sh \
+	tests/support/sh_light.h \
+	tests/support/tap.h \
+	tests/support/vtk_read.py
