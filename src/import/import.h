@@ -1,4 +1,4 @@
-/* scene_private: what scene.c and the importers share.
+/* import: what the importers share.
  *
  * An importer is one function, scene_read_FORMAT(import): it reads import->path and pushes meshes, instances,
  * materials, textures and lights onto import->scene, as the file has them. scene_read then calls scene_finish,
@@ -7,8 +7,8 @@
  *
  * Errors say what is wrong; scene_read puts the path in front. Includes from C and from C++.
  */
-#ifndef SCENE_PRIVATE_H
-#define SCENE_PRIVATE_H
+#ifndef IMPORT_H
+#define IMPORT_H
 
 #ifdef __cplusplus
 #include <cmath>
@@ -41,7 +41,7 @@ struct scene_import {
     const char *path;      /* the scene's file */
     const char *directory; /* where the files that it names are found: "", or ending with '/' */
     struct warnings *warnings;
-    struct texture_entry *entries; /* owned by scene.c */
+    struct texture_entry *entries; /* owned by import.c */
     size_t entry_count, entry_capacity;
 };
 

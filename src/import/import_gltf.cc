@@ -1,4 +1,4 @@
-/* glTF 2.0 and GLB: from the structures that tinygltf made of the file (scene_gltf_file.cc) to the scene, with every
+/* glTF 2.0 and GLB: from the structures that tinygltf made of the file (import_gltf_file.cc) to the scene, with every
  * bound checked.
  *
  * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake does not use

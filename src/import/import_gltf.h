@@ -1,8 +1,8 @@
-/* scene_gltf: what the two halves of the glTF importer share. scene_gltf_file.cc opens the file and fetches what it
- * names; scene_gltf.cc makes a scene of it. C++ only.
+/* import_gltf: what the two halves of the glTF importer share. import_gltf_file.cc opens the file and fetches what it
+ * names; import_gltf.cc makes a scene of it. C++ only.
  */
-#ifndef SCENE_GLTF_H
-#define SCENE_GLTF_H
+#ifndef IMPORT_GLTF_H
+#define IMPORT_GLTF_H
 
 #include "import/import.h"
 

@@ -1,10 +1,10 @@
-/* mesh: the cells of a baked stream, of whatever dimension.
+/* cells_volume: the cells of a baked stream, of whatever dimension.
  *
  * A stream holds at most one table of cells, named by its simplex: tet, or where the probes are in a plane, on a line or in one
  * place tri, segment or point (man probe.5). libprobe-query (probe-query.h) makes a volume of them.
  */
-#ifndef MESH_H
-#define MESH_H
+#ifndef CELLS_VOLUME_H
+#define CELLS_VOLUME_H
 
 #include <stdbool.h>
 #include <stddef.h>

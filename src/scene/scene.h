@@ -11,11 +11,9 @@
  * are made linear on reading. Every surface is Lambertian, opaque but for its cut-out, and scatters and emits on both
  * sides (scene_settings.emit_front_only confines emission to the front).
  *
- * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_import.c (which importer; textures),
- * scene_obj.cc (tinyobjloader), scene_gltf.cc and scene_gltf_file.cc (tinygltf), scene_ply.c, scene_off.c, scene_stl.c,
- * scene_faces.c and polygon.c (polygons to triangles), scene_finish.c (what makes a scene legal), scene_shade.c (maps, sky,
- * lights), scene_surface.cc (faces joined where they meet), scene_openmesh.cc (closed pieces), scene_decimate.cc, image.c
- * (stb_image, libwebp).
+ * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_finish.c
+ * (what makes a scene legal), scene_shade.c (maps, sky, lights). Reading files is import/, pieces
+ * and decimation are topology/.
  */
 #ifndef SCENE_H
 #define SCENE_H

@@ -1,5 +1,5 @@
-/* scene_surface: the triangles of several meshes as one surface, joined where faces meet. What needs OpenMesh's half-edges
- * starts here: scene_openmesh.cc (closed pieces), scene_decimate.cc. C++ only.
+/* surface: the triangles of several meshes as one surface, joined where faces meet. What needs OpenMesh's half-edges
+ * starts here: solids.cc (closed pieces), decimate.cc. C++ only.
  *
  * OpenMesh wants manifold faces, real files give what they have. So each corner of a face first gets a vertex of its
  * own, and corners become one where faces meet: across an edge that joins exactly two faces of consistent orientation.
@@ -10,8 +10,8 @@
  * Meshes that are placed once are joined in the scene's coordinates; a mesh that is placed often is looked at once, by
  * itself.
  */
-#ifndef SCENE_SURFACE_H
-#define SCENE_SURFACE_H
+#ifndef SURFACE_H
+#define SURFACE_H
 
 #include "import/import.h"
 

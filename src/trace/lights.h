@@ -1,4 +1,4 @@
-/* light: which light to ask from where, for next-event estimation.
+/* lights: which light to ask from where, for next-event estimation.
  *
  * Emissive triangles, point and spot lights stand in one binary tree, whose nodes bound where their lights are, which way they
  * shine and how strongly. lights_sample goes down the tree and at each node takes the child that may give the point more light,
@@ -8,8 +8,8 @@
  * is the density of that choice, for multiple importance sampling. Suns are not in the tree. A scene without lights pays for
  * none.
  */
-#ifndef LIGHT_H
-#define LIGHT_H
+#ifndef LIGHTS_H
+#define LIGHTS_H
 
 #include "trace/trace_local.h"
 

@@ -1,7 +1,7 @@
 /* path: the light that comes to a point, by path tracing.
  *
  * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986): cosine-distributed continuation; at
- * every scattering one light of the tree (light.h), one direction of an uneven sky picture (sky.h) and every sun is asked;
+ * every scattering one light of the tree (lights.h), one direction of an uneven sky picture (sky.h) and every sun is asked;
  * multiple importance sampling between the ways to reach an emissive surface or the sky (Veach 1997, balance heuristic);
  * Russian roulette by throughput. What a scene does not have is not asked for.
  *

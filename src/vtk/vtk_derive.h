@@ -1,9 +1,9 @@
-/* derive: quantities for looking at a bake, made from its columns: colours, luminance, gradients.
+/* vtk_derive: quantities for looking at a bake, made from its columns: colours, luminance, gradients.
  *
  * Arrays are the caller's, sized as stated. A probe without light (sh missing) gets zeros.
  */
-#ifndef DERIVE_H
-#define DERIVE_H
+#ifndef VTK_DERIVE_H
+#define VTK_DERIVE_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,10 +1,10 @@
-/* fields: a growing list of named arrays (vtk_export.h), with the memory they own.
+/* vtk_fields: a growing list of named arrays (vtk_export.h), with the memory they own.
  *
  * The first array of a name stays: what a stream holds goes in before what is derived from it, so a
  * column is never replaced by a derived array that happens to have its name.
  */
-#ifndef FIELDS_H
-#define FIELDS_H
+#ifndef VTK_FIELDS_H
+#define VTK_FIELDS_H
 
 #include "vtk/vtk_export.h"
 

@@ -1,9 +1,9 @@
-/* grid: a stream's probes and cells as a mesh of named arrays, every column and what is derived from them.
+/* vtk_probes: a stream's probes and cells as a mesh of named arrays, every column and what is derived from them.
  *
  * man/probe-vtk.1 lists the arrays. Where the stream has a column of the name of a derived array, the column stays.
  */
-#ifndef GRID_H
-#define GRID_H
+#ifndef VTK_PROBES_H
+#define VTK_PROBES_H
 
 #include "vtk/vtk_fields.h"
 

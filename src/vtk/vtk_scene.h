@@ -1,9 +1,9 @@
-/* surface: a scene's triangles as a mesh of named arrays, for looking at: instances placed, fronts counter-clockwise.
+/* vtk_scene: a scene's triangles as a mesh of named arrays, for looking at: instances placed, fronts counter-clockwise.
  *
  * man/probe-vtk.1 lists the arrays. Textures are averaged over each triangle.
  */
-#ifndef SURFACE_H
-#define SURFACE_H
+#ifndef VTK_SCENE_H
+#define VTK_SCENE_H
 
 #include "vtk/vtk_fields.h"
 
