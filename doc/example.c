@@ -1,4 +1,5 @@
-/* The light along a line, from a packed file: what a game does each frame, for one thing that moves.
+/* The light along a line, from a packed file: what a game does each frame, for one thing that
+ * moves.
  *
  *     probe-query --pack half -o baked.pack baked.probe
  *     cc example.c $(pkg-config --cflags --libs libprobe-query) && ./a.out baked.pack 0 1 0  10 1 0
@@ -21,20 +22,24 @@ int main(int argc, char **argv)
     }
     struct stat status;
     const int fd = open(argv[1], O_RDONLY);
-    void *file = fd >= 0 && !fstat(fd, &status) ? mmap(NULL, (size_t)status.st_size, PROT_READ, MAP_PRIVATE, fd, 0) : MAP_FAILED;
+    void *file = fd >= 0 && !fstat(fd, &status)
+                     ? mmap(NULL, (size_t)status.st_size, PROT_READ, MAP_PRIVATE, fd, 0)
+                     : MAP_FAILED;
     if (file == MAP_FAILED) {
         perror(argv[1]);
         return 1;
     }
 
     struct probe_volume *volume;
-    const enum probe_status opened = probe_volume_open(&volume, file, (size_t)status.st_size, 0, NULL);
+    const enum probe_status opened =
+        probe_volume_open(&volume, file, (size_t)status.st_size, 0, NULL);
     if (opened) {
         fprintf(stderr, "%s: %s\n", argv[1], probe_status_text(opened));
         return 1;
     }
     const struct probe_image_facts facts = probe_volume_image(volume);
-    printf("%zu probes of order %d, %zu cells\n", probe_volume_probes(volume), facts.order, probe_volume_cells(volume));
+    printf("%zu probes of order %d, %zu cells\n", probe_volume_probes(volume), facts.order,
+           probe_volume_cells(volume));
 
     struct probe_place place = {.cell = PROBE_COLD};
     for (int frame = 0; frame <= FRAMES; frame++) {
@@ -49,8 +54,8 @@ int main(int argc, char **argv)
             return 1;
         probe_volume_light(volume, &place, sh);
         (facts.convolved ? probe_irradiance_convolved : probe_irradiance)(facts.order, sh, up, rgb);
-        printf("%g %g %g  %s  %.9g %.9g %.9g\n", p[0], p[1], p[2], place.inside ? "inside" : "outside",
-               (double)rgb[0], (double)rgb[1], (double)rgb[2]);
+        printf("%g %g %g  %s  %.9g %.9g %.9g\n", p[0], p[1], p[2],
+               place.inside ? "inside" : "outside", (double)rgb[0], (double)rgb[1], (double)rgb[2]);
     }
     probe_volume_destroy(volume);
     munmap(file, (size_t)status.st_size);

@@ -1,4 +1,5 @@
-/* probe-capture: path traces the light that reaches each probe of a stream and projects it to SH. */
+/* probe-capture: path traces the light that reaches each probe of a stream and projects it to
+ * SH. */
 #include "base/error.h"
 #include "base/interrupt.h"
 #include "base/options.h"
@@ -36,10 +37,14 @@ struct run {
 static struct error *open_writer(struct run *run)
 {
     const struct capture_options *o = &run->options;
-    struct error *err = capture_make_header(&run->header, stream_reader_header(run->reader), &o->capture, &o->scene,
-                                            scene_key(run->scene), o->again, run->program->recorded);
-    const enum stream_encoding read = stream_reader_encoding(run->reader), asked = (enum stream_encoding)o->common.encoding;
-    return err ? err : stream_writer_open(&run->writer, o->common.output, asked == STREAM_AS_READ ? read : asked, &run->header);
+    struct error *err = capture_make_header(&run->header, stream_reader_header(run->reader),
+                                            &o->capture, &o->scene, scene_key(run->scene), o->again,
+                                            run->program->recorded);
+    const enum stream_encoding read = stream_reader_encoding(run->reader),
+                               asked = (enum stream_encoding)o->common.encoding;
+    return err ? err
+               : stream_writer_open(&run->writer, o->common.output,
+                                    asked == STREAM_AS_READ ? read : asked, &run->header);
 }
 
 /* Remembers what was captured in a table, whose first row is the slice's next. */
@@ -58,7 +63,8 @@ static void note(struct run *run, const struct table *out, size_t captured, size
 }
 
 /* The table that is to be written: what came, and what capture adds. */
-static struct error *make_schema(const struct run *run, const struct table *schema, struct table *out)
+static struct error *make_schema(const struct run *run, const struct table *schema,
+                                 struct table *out)
 {
     struct error *err = table_copy_schema(out, schema);
     if (!err && run->options.again)
@@ -93,8 +99,8 @@ static struct error *capture_blocks(struct run *run, const struct table *schema,
         if (!err)
             err = take_rows(run, &in, out);
         if (!err)
-            err = capture_rows(run->path, &o->capture, out, 0, got, o->again, &o->slice, (int)o->common.threads, run->progress,
-                               &captured, &left);
+            err = capture_rows(run->path, &o->capture, out, 0, got, o->again, &o->slice,
+                               (int)o->common.threads, run->progress, &captured, &left);
         if (err)
             break;
         note(run, out, captured, left);
@@ -105,7 +111,8 @@ static struct error *capture_blocks(struct run *run, const struct table *schema,
 }
 
 /* Captures all probes to the highest order, and keeps the least that loses no more than it may. */
-static struct error *capture_to_least_order(struct run *run, const struct table *schema, struct table *out)
+static struct error *capture_to_least_order(struct run *run, const struct table *schema,
+                                            struct table *out)
 {
     struct capture_options *o = &run->options;
     struct table in = {0};
@@ -117,8 +124,8 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
     if (!err)
         err = take_rows(run, &in, out);
     if (!err)
-        err = capture_least_order(run->path, &o->capture, out, o->again, o->order_loss, (int)o->common.threads, run->progress,
-                                  &captured, &left, &lost);
+        err = capture_least_order(run->path, &o->capture, out, o->again, o->order_loss,
+                                  (int)o->common.threads, run->progress, &captured, &left, &lost);
     if (!err)
         err = open_writer(run);
     if (!err)
@@ -128,7 +135,8 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
     if (!err)
         note(run, out, captured, left);
     if (!err && !left && !o->common.quiet)
-        fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", run->program->name, o->capture.order, lost);
+        fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", run->program->name,
+                o->capture.order, lost);
     table_clear(&in);
     return err;
 }
@@ -137,13 +145,15 @@ static struct error *capture_table(struct run *run, const struct table *schema)
 {
     struct table out = {0};
     struct error *err = make_schema(run, schema, &out);
-    const bool surface = table_column(schema, "normal"), choose = run->options.order_auto && !surface;
+    const bool surface = table_column(schema, "normal"),
+               choose = run->options.order_auto && !surface;
     if (!err && choose && run->writer)
         err = error_new("--order auto: expected table probe before the others");
     if (!err && !choose && !run->writer)
         err = open_writer(run);
     if (!err)
-        err = choose ? capture_to_least_order(run, schema, &out) : capture_blocks(run, schema, &out);
+        err = choose ? capture_to_least_order(run, schema, &out)
+                     : capture_blocks(run, schema, &out);
     table_clear(&out);
     return err;
 }
@@ -168,7 +178,8 @@ static struct error *capture_stream(struct run *run)
 
 static bool is_dark(const struct scene *scene)
 {
-    bool dark = !scene->light_count && !scene->sky.radiance[0] && !scene->sky.radiance[1] && !scene->sky.radiance[2];
+    bool dark = !scene->light_count && !scene->sky.radiance[0] && !scene->sky.radiance[1] &&
+                !scene->sky.radiance[2];
     for (size_t i = 0; i < scene->material_count; i++)
         dark = dark && !scene_emits(&scene->materials[i]);
     return dark;
@@ -177,10 +188,14 @@ static bool is_dark(const struct scene *scene)
 static void warn_before(const struct scene *scene, struct warnings *warnings)
 {
     if (is_dark(scene))
-        warnings_add(warnings, "no light", "%s: there is no light in the scene: all probes are black (--sky, --sun, --point and "
-                     "--spot add light)", scene->path);
+        warnings_add(
+            warnings, "no light",
+            "%s: there is no light in the scene: all probes are black (--sky, --sun, --point and "
+            "--spot add light)",
+            scene->path);
     if (!scene_triangle_count(scene))
-        warnings_add(warnings, "empty", "%s: the scene is empty: probes see the sky alone", scene->path);
+        warnings_add(warnings, "empty", "%s: the scene is empty: probes see the sky alone",
+                     scene->path);
 }
 
 static void warn_after(const struct run *run)
@@ -189,35 +204,45 @@ static void warn_after(const struct run *run)
     bool white = scene->material_count > 0;
     for (size_t i = 0; i < scene->material_count; i++) {
         const struct scene_material *m = &scene->materials[i];
-        white = white && m->albedo_map.texture == SCENE_NONE && fminf(m->albedo.x, fminf(m->albedo.y, m->albedo.z)) > 0.999f;
+        white = white && m->albedo_map.texture == SCENE_NONE &&
+                fminf(m->albedo.x, fminf(m->albedo.y, m->albedo.z)) > 0.999f;
     }
     if (white && run->captured && run->sky == 0)
-        warnings_add(run->warnings, "white", "%s: the scene is closed and reflects all light: only --bounces ends it (--albedo-scale "
-                     "or --max-albedo makes walls darker)", scene->path);
+        warnings_add(run->warnings, "white",
+                     "%s: the scene is closed and reflects all light: only --bounces ends it "
+                     "(--albedo-scale "
+                     "or --max-albedo makes walls darker)",
+                     scene->path);
     if (run->probes && !run->captured && !run->left)
-        warnings_add(run->warnings, "nothing to do", "all %zu probes%s have light already (--again captures them anew)",
+        warnings_add(run->warnings, "nothing to do",
+                     "all %zu probes%s have light already (--again captures them anew)",
                      run->probes, run->options.slice.parts > 1 ? " of the slice" : "");
 }
 
 int main(int argc, char **argv)
 {
-    struct program program = {
-        .name = "probe-capture",
-        .usage = "[OPTION]... SCENE [STREAM]",
-        .summary = "Path traces the light of SCENE that reaches each probe of STREAM (standard input) and\n"
-                   "adds it as spherical harmonics, or as irradiance to probes that have a normal. Probes\n"
-                   "that have light already are left as they are.",
-        .operands_least = 1,
-        .operands_most = 2};
+    struct program program = {.name = "probe-capture",
+                              .usage = "[OPTION]... SCENE [STREAM]",
+                              .summary = "Path traces the light of SCENE that reaches each probe "
+                                         "of STREAM (standard input) and\n"
+                                         "adds it as spherical harmonics, or as irradiance to "
+                                         "probes that have a normal. Probes\n"
+                                         "that have light already are left as they are.",
+                              .operands_least = 1,
+                              .operands_most = 2};
     struct warnings warnings = {0};
-    struct run run = {.options = capture_options_default(), .program = &program, .warnings = &warnings, .dering = {.least = 1}};
+    struct run run = {.options = capture_options_default(),
+                      .program = &program,
+                      .warnings = &warnings,
+                      .dering = {.least = 1}};
     struct capture_options *o = &run.options;
     struct scene *scene = NULL;
     struct tracer *tracer = NULL;
     struct path_tracer path = {0};
     struct error *err = capture_options_parse(o, &program, argc, argv);
     if (!err)
-        err = stream_reader_open(&run.reader, program.operand_count > 1 ? program.operands[1] : "-");
+        err =
+            stream_reader_open(&run.reader, program.operand_count > 1 ? program.operands[1] : "-");
     if (!err)
         err = capture_options_take_over(o, &program, stream_reader_header(run.reader), argc, argv);
     if (!err)
@@ -239,7 +264,8 @@ int main(int argc, char **argv)
         run.scene = scene;
         run.path = &path;
         interrupt_catch(); /* from here on there is something to lose */
-        run.progress = progress_start(o->common.progress && !o->common.quiet, program.name, "probes", 0);
+        run.progress =
+            progress_start(o->common.progress && !o->common.quiet, program.name, "probes", 0);
         err = capture_stream(&run);
         progress_end(run.progress);
     }
@@ -255,7 +281,8 @@ int main(int argc, char **argv)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     if (!err && run.left)
-        err = error_new("interrupted: %zu of %zu probes captured; given back to probe-capture, the rest is captured",
+        err = error_new("interrupted: %zu of %zu probes captured; given back to probe-capture, the "
+                        "rest is captured",
                         run.captured, run.captured + run.left);
     path_clear(&path);
     trace_destroy(tracer);

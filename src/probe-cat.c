@@ -65,7 +65,8 @@ static struct error *parse_basis(void *value, const char *text)
 static struct error *parse_fill(void *value, const char *text)
 {
     struct arguments *a = value;
-    struct error *err = array_reserve(&a->fills, &a->fill_capacity, a->fill_count + 1, sizeof *a->fills);
+    struct error *err =
+        array_reserve(&a->fills, &a->fill_capacity, a->fill_count + 1, sizeof *a->fills);
     if (!err)
         a->fills[a->fill_count++] = text;
     return err;
@@ -88,7 +89,8 @@ static enum stream_encoding encoding_for(const struct common *common, enum strea
     return common->encoding == STREAM_AS_READ ? read : (enum stream_encoding)common->encoding;
 }
 
-static struct error *change_provenance(struct stream_header *header, const struct arguments *a, const char *recorded)
+static struct error *change_provenance(struct stream_header *header, const struct arguments *a,
+                                       const char *recorded)
 {
     if (!a->no_provenance)
         return header_add_provenance(header, recorded);
@@ -110,7 +112,8 @@ static struct error *pass(const char *path, const struct arguments *a, const cha
     if (!err)
         err = change_provenance(&header, a, recorded);
     if (!err)
-        err = stream_writer_open(&writer, a->common.output, encoding_for(&a->common, stream_reader_encoding(reader)), &header);
+        err = stream_writer_open(&writer, a->common.output,
+                                 encoding_for(&a->common, stream_reader_encoding(reader)), &header);
     if (!err)
         err = stream_filter(reader, writer, &a->selection);
     if (!err)
@@ -122,12 +125,14 @@ static struct error *pass(const char *path, const struct arguments *a, const cha
     return err;
 }
 
-static struct error *read_whole(struct stream **stream, const char *path, const struct arguments *a, struct warnings *warnings)
+static struct error *read_whole(struct stream **stream, const char *path, const struct arguments *a,
+                                struct warnings *warnings)
 {
     return a->salvage ? stream_salvage(stream, path, warnings) : stream_read(stream, path);
 }
 
-static struct error *fill_from(struct stream *all, const struct arguments *a, struct warnings *warnings)
+static struct error *fill_from(struct stream *all, const struct arguments *a,
+                               struct warnings *warnings)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < a->fill_count && !err; i++) {
@@ -140,18 +145,21 @@ static struct error *fill_from(struct stream *all, const struct arguments *a, st
     return err;
 }
 
-static struct error *convert(struct stream *all, const struct arguments *a, const char *program, struct warnings *warnings)
+static struct error *convert(struct stream *all, const struct arguments *a, const char *program,
+                             struct warnings *warnings)
 {
     struct convert_outcome outcome;
-    struct error *err = convert_stream(all, &a->convert, (int)a->common.threads, &outcome, warnings);
+    struct error *err =
+        convert_stream(all, &a->convert, (int)a->common.threads, &outcome, warnings);
     if (!err && !a->common.quiet)
         convert_report(&a->convert, &outcome, program, stderr);
     return err;
 }
 
-/* Streams that are merged, filled or salvaged, whose light is converted, or whose rows are chosen: in memory. */
-static struct error *gather(const char **paths, int count, const struct arguments *a, const struct program *program,
-                            struct warnings *warnings)
+/* Streams that are merged, filled or salvaged, whose light is converted, or whose rows are chosen:
+ * in memory. */
+static struct error *gather(const char **paths, int count, const struct arguments *a,
+                            const struct program *program, struct warnings *warnings)
 {
     struct stream *all = NULL;
     struct error *err = NULL;
@@ -194,7 +202,8 @@ static struct error *settle_conversion(struct arguments *a)
     if (c->report && !basis)
         return error_usage("--report is of --basis");
     if (a->info && (a->salvage || a->fill_count || convert_is_asked(c)))
-        return error_usage("--info describes streams as they are: without --fill and --salvage, and without conversions");
+        return error_usage("--info describes streams as they are: without --fill and --salvage, "
+                           "and without conversions");
     return NULL;
 }
 
@@ -205,47 +214,114 @@ int main(int argc, char **argv)
     struct arguments a = {.selection = {.step = 1, .end = -1}, .common = common_default()};
     struct stream_selection *s = &a.selection;
     const struct option_row rows[] = {
-        {.name = "info", .letter = 'i', .kind = OPTION_FLAG, .value = &a.info,
+        {.name = "info",
+         .letter = 'i',
+         .kind = OPTION_FLAG,
+         .value = &a.info,
          .help = "print what the streams hold instead: tables, columns, ranges, history"},
-        {.name = "tables", .argument = "LIST", .kind = OPTION_TEXT, .value = &s->tables,
+        {.name = "tables",
+         .argument = "LIST",
+         .kind = OPTION_TEXT,
+         .value = &s->tables,
          .help = "keep these tables alone (probe, tet)"},
-        {.name = "columns", .argument = "LIST", .kind = OPTION_TEXT, .value = &s->columns,
+        {.name = "columns",
+         .argument = "LIST",
+         .kind = OPTION_TEXT,
+         .value = &s->columns,
          .help = "keep these columns alone"},
-        {.name = "drop", .argument = "LIST", .kind = OPTION_TEXT, .value = &s->drop, .help = "drop these columns"},
-        {.name = "rows", .argument = "FIRST:END[:STEP]", .kind = OPTION_CALL, .value = s, .parse = parse_rows,
-         .shown = "all", .help = "keep these probes, counted from 0, END not included"},
-        {.name = "captured", .kind = OPTION_SET, .count = ROWS_CAPTURED, .value = &s->captured,
+        {.name = "drop",
+         .argument = "LIST",
+         .kind = OPTION_TEXT,
+         .value = &s->drop,
+         .help = "drop these columns"},
+        {.name = "rows",
+         .argument = "FIRST:END[:STEP]",
+         .kind = OPTION_CALL,
+         .value = s,
+         .parse = parse_rows,
+         .shown = "all",
+         .help = "keep these probes, counted from 0, END not included"},
+        {.name = "captured",
+         .kind = OPTION_SET,
+         .count = ROWS_CAPTURED,
+         .value = &s->captured,
          .help = "keep the probes that have light"},
-        {.name = "uncaptured", .kind = OPTION_SET, .count = ROWS_UNCAPTURED, .value = &s->captured,
+        {.name = "uncaptured",
+         .kind = OPTION_SET,
+         .count = ROWS_UNCAPTURED,
+         .value = &s->captured,
          .help = "keep the probes that have no light yet"},
-        {.name = "where", .argument = "CONDITION", .kind = OPTION_CALL, .value = s, .parse = parse_condition,
-         .help = "keep the probes for which CONDITION holds, as 'validity < 0.9' or 'position[1] >= 2';\n"
+        {.name = "where",
+         .argument = "CONDITION",
+         .kind = OPTION_CALL,
+         .value = s,
+         .parse = parse_condition,
+         .help = "keep the probes for which CONDITION holds, as 'validity < 0.9' or 'position[1] "
+                 ">= 2';\n"
                  "one of < <= > >= = !=; given more than once, all must hold"},
-        {.name = "fill", .argument = "FILE", .kind = OPTION_CALL, .value = &a, .parse = parse_fill, .shown = "none",
-         .help = "take what probes lack (light, columns) from the same probes in\nthe stream FILE; may repeat"},
-        {.name = "salvage", .kind = OPTION_FLAG, .value = &a.salvage,
+        {.name = "fill",
+         .argument = "FILE",
+         .kind = OPTION_CALL,
+         .value = &a,
+         .parse = parse_fill,
+         .shown = "none",
+         .help = "take what probes lack (light, columns) from the same probes in\n"
+                 "the stream FILE; may repeat"},
+        {.name = "salvage",
+         .kind = OPTION_FLAG,
+         .value = &a.salvage,
          .help = "of streams that were cut short, keep the probes up to the damage"},
-        {.name = "order", .argument = "N", .kind = OPTION_INTEGER, .value = &a.order, .least = 1, .most = SH_ORDER_MAX,
-         .shown = "as it is", .help = "cut SH to this order"},
-        {.name = "dering", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = targets, .value = &a.dering,
-         .help = "window each probe as little as keeps its irradiance, or its radiance,\nabove --dering-floor in all directions"},
-        {.name = "dering-floor", .argument = "SHARE", .kind = OPTION_REAL, .value = &a.convert.dering.floor,
-         .most = DERING_FLOOR_MOST, .help = "of its mean over directions"},
-        {.name = "content", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = contents, .value = &a.content,
+        {.name = "order",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &a.order,
+         .least = 1,
+         .most = SH_ORDER_MAX,
+         .shown = "as it is",
+         .help = "cut SH to this order"},
+        {.name = "dering",
+         .argument = "WHAT",
+         .kind = OPTION_CHOICE,
+         .choices = targets,
+         .value = &a.dering,
+         .help = "window each probe as little as keeps its irradiance, or its radiance,\n"
+                 "above --dering-floor in all directions"},
+        {.name = "dering-floor",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &a.convert.dering.floor,
+         .most = DERING_FLOOR_MOST,
+         .help = "of its mean over directions"},
+        {.name = "content",
+         .argument = "WHAT",
+         .kind = OPTION_CHOICE,
+         .choices = contents,
+         .value = &a.content,
          .help = "turn SH into those of radiance or irradiance"},
-        {.name = "basis", .argument = "LIST", .kind = OPTION_CALL, .value = a.convert.basis, .parse = parse_basis,
-         .shown = "none", .help = "add irradiance in other bases: cube, dice, dice-cubic, ahd"},
-        {.name = "report", .kind = OPTION_FLAG, .value = &a.convert.report,
+        {.name = "basis",
+         .argument = "LIST",
+         .kind = OPTION_CALL,
+         .value = a.convert.basis,
+         .parse = parse_basis,
+         .shown = "none",
+         .help = "add irradiance in other bases: cube, dice, dice-cubic, ahd"},
+        {.name = "report",
+         .kind = OPTION_FLAG,
+         .value = &a.convert.report,
          .help = "say on standard error how far each is from the SH"},
-        {.name = "no-provenance", .kind = OPTION_FLAG, .value = &a.no_provenance,
+        {.name = "no-provenance",
+         .kind = OPTION_FLAG,
+         .value = &a.no_provenance,
          .help = "leave out the command lines that made the stream"},
         {0}};
     struct option_row shared[COMMON_ROWS];
     struct program program = {
         .name = "probe-cat",
         .usage = "[OPTION]... [STREAM]...",
-        .summary = "Converts probe streams between text and binary, merges several into one, fills one from\n"
-                   "others, salvages what was cut short, converts light, selects tables, columns and probes,\n"
+        .summary = "Converts probe streams between text and binary, merges several into one, fills "
+                   "one from\n"
+                   "others, salvages what was cut short, converts light, selects tables, columns "
+                   "and probes,\n"
                    "or describes streams. Without STREAM reads standard input.",
         .groups = {rows, common_rows(&a.common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_most = -1};
@@ -262,7 +338,8 @@ int main(int argc, char **argv)
                 printf("%s%s:\n", i ? "\n" : "", paths[i]);
             err = describe(paths[i]);
         }
-    } else if (!err && count == 1 && !stream_selects_rows(s) && !a.fill_count && !a.salvage && !convert_is_asked(&a.convert)) {
+    } else if (!err && count == 1 && !stream_selects_rows(s) && !a.fill_count && !a.salvage &&
+               !convert_is_asked(&a.convert)) {
         err = pass(paths[0], &a, program.recorded);
     } else if (!err) {
         err = gather(paths, count, &a, &program, &warnings);

@@ -1,4 +1,5 @@
-/* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how smoothly it changes. */
+/* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how
+ * smoothly it changes. */
 #include "base/error.h"
 #include "base/options.h"
 #include "base/progress.h"
@@ -42,47 +43,136 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     struct truth_settings *t = &a->truth;
     bool seed_given = false;
     const struct option_row points[] = {
-        {.name = "points", .letter = 'n', .argument = "N", .kind = OPTION_INTEGER, .value = &t->points, .least = 1, .most = 1e7,
-         .given = &t->points_given, .help = "random points in free space"},
-        {.name = "at", .argument = "FILE", .kind = OPTION_TEXT, .value = &t->points_file, .shown = "random",
+        {.name = "points",
+         .letter = 'n',
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &t->points,
+         .least = 1,
+         .most = 1e7,
+         .given = &t->points_given,
+         .help = "random points in free space"},
+        {.name = "at",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &t->points_file,
+         .shown = "random",
          .help = "the points of FILE instead, x y z a line"},
-        {.name = "bounds", .argument = "X0,Y0,Z0,X1,Y1,Z1", .kind = OPTION_REALS, .count = 6, .value = t->bounds,
-         .given = &t->bounds_given, .shown = "the scene's", .help = "the box that random points and paths are in"},
-        {.name = "paths", .argument = "N", .kind = OPTION_INTEGER, .value = &t->paths, .most = 1e6, .given = &t->paths_given,
+        {.name = "bounds",
+         .argument = "X0,Y0,Z0,X1,Y1,Z1",
+         .kind = OPTION_REALS,
+         .count = 6,
+         .value = t->bounds,
+         .given = &t->bounds_given,
+         .shown = "the scene's",
+         .help = "the box that random points and paths are in"},
+        {.name = "paths",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &t->paths,
+         .most = 1e6,
+         .given = &t->paths_given,
          .help = "random straight paths along which change is measured"},
-        {.name = "path", .argument = "FILE", .kind = OPTION_TEXT, .value = &t->path_file, .shown = "random",
+        {.name = "path",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &t->path_file,
+         .shown = "random",
          .help = "the path through the points of FILE instead"},
-        {.name = "step", .argument = "LENGTH", .kind = OPTION_REAL, .value = &t->step, .least_open = true,
-         .most = (double)INFINITY, .given = &t->step_given, .shown = "1/256 of the box's diagonal",
+        {.name = "step",
+         .argument = "LENGTH",
+         .kind = OPTION_REAL,
+         .value = &t->step,
+         .least_open = true,
+         .most = (double)INFINITY,
+         .given = &t->step_given,
+         .shown = "1/256 of the box's diagonal",
          .help = "the length of a path over which change is taken"},
         {0}};
     const struct option_row truth[] = {
-        {.name = "truth", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->truth_file, .shown = "none", .unrecorded = true,
+        {.name = "truth",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &a->truth_file,
+         .shown = "none",
+         .unrecorded = true,
          .help = "keep the traced light in FILE; where it is there, use it"},
-        {.name = "truth-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays, .least = 2, .most = CAPTURE_RAYS_MOST,
-         .given = &t->rays_given, .help = "rays a point"},
-        {.name = "truth-error", .argument = "SHARE", .kind = OPTION_REAL, .value = &t->error, .least_open = true, .most = 1,
-         .given = &t->error_given, .shown = "none",
+        {.name = "truth-rays",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &t->rays,
+         .least = 2,
+         .most = CAPTURE_RAYS_MOST,
+         .given = &t->rays_given,
+         .help = "rays a point"},
+        {.name = "truth-error",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &t->error,
+         .least_open = true,
+         .most = 1,
+         .given = &t->error_given,
+         .shown = "none",
          .help = "more of them until the standard error of irradiance is below\nthis share of it"},
-        {.name = "truth-max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &t->rays_most, .least = 2,
-         .most = CAPTURE_RAYS_MOST, .help = "rays a point that --truth-error may spend"},
-        {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &t->bounces, .most = CAPTURE_BOUNCES_MOST,
-         .shown = "the stream's", .help = "how often light may scatter on its way"},
-        {.name = "any-scene", .kind = OPTION_FLAG, .value = &a->any_scene,
-         .help = "the stream may have been captured in another scene than SCENE,\nwhich is the true one"},
+        {.name = "truth-max-rays",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &t->rays_most,
+         .least = 2,
+         .most = CAPTURE_RAYS_MOST,
+         .help = "rays a point that --truth-error may spend"},
+        {.name = "bounces",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &t->bounces,
+         .most = CAPTURE_BOUNCES_MOST,
+         .shown = "the stream's",
+         .help = "how often light may scatter on its way"},
+        {.name = "any-scene",
+         .kind = OPTION_FLAG,
+         .value = &a->any_scene,
+         .help = "the stream may have been captured in another scene than SCENE,\n"
+                 "which is the true one"},
         {0}};
     const struct option_row figures[] = {
-        {.name = "tolerance", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->measure.tolerance, .most = 1e6,
-         .help = "too bright or dark is what is off by more than this share of\nthe mean irradiance"},
-        {.name = "dark", .argument = "SHARE", .kind = OPTION_REAL, .value = &a->measure.dark, .most = 1e6,
+        {.name = "tolerance",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &a->measure.tolerance,
+         .most = 1e6,
+         .help = "too bright or dark is what is off by more than this share of\n"
+                 "the mean irradiance"},
+        {.name = "dark",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &a->measure.dark,
+         .most = 1e6,
          .help = "points with less than this share of the mean irradiance are\ndark"},
-        {.name = "leak-samples", .argument = "N", .kind = OPTION_INTEGER, .value = &a->leak_samples, .most = 65536,
+        {.name = "leak-samples",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &a->leak_samples,
+         .most = 65536,
          .help = "points in each cell that look for their probes; 0: none"},
-        {.name = "map", .argument = "FILE", .kind = OPTION_TEXT, .value = &a->map_file, .shown = "none", .unrecorded = true,
+        {.name = "map",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &a->map_file,
+         .shown = "none",
+         .unrecorded = true,
          .help = "write the points with the error at each to FILE, as a probe\nstream"},
-        {.name = "tsv", .kind = OPTION_SET, .count = REPORT_TSV, .value = &a->format, .unrecorded = true,
-         .help = "print a line for each figure: measure, of what, value, and the\nends of its interval"},
-        {.name = "json", .kind = OPTION_SET, .count = REPORT_JSON, .value = &a->format, .unrecorded = true,
+        {.name = "tsv",
+         .kind = OPTION_SET,
+         .count = REPORT_TSV,
+         .value = &a->format,
+         .unrecorded = true,
+         .help = "print a line for each figure: measure, of what, value, and the\n"
+                 "ends of its interval"},
+        {.name = "json",
+         .kind = OPTION_SET,
+         .count = REPORT_JSON,
+         .value = &a->format,
+         .unrecorded = true,
          .help = "the same as JSON"},
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], shared[COMMON_ROWS];
@@ -90,13 +180,15 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     program->groups[1] = truth;
     program->groups[2] = interpolate_options_rows(&a->how, how);
     program->groups[3] = figures;
-    program->groups[4] = common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
+    program->groups[4] = common_rows(
+        &a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
     for (struct option_row *row = shared; row->name; row++) {
         if (!strcmp(row->name, "seed"))
             row->given = &seed_given;
         if (!strcmp(row->name, "output")) {
             row->shown = "none";
-            row->help = "write the stream, its cells with columns leak, leak_light\nand leak_free, to FILE; - is standard output";
+            row->help = "write the stream, its cells with columns leak, leak_light\n"
+                        "and leak_free, to FILE; - is standard output";
         }
     }
     struct error *err = options_parse(program, argc, argv);
@@ -107,7 +199,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     a->measure.threads = (int)a->common.threads;
     for (int k = 0; k < 3 && !err && t->bounds_given; k++)
         if (!(t->bounds[k] <= t->bounds[3 + k]))
-            err = error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g", t->bounds[k], t->bounds[3 + k]);
+            err = error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
+                              t->bounds[k], t->bounds[3 + k]);
     if (!err && t->points_file && t->points_given)
         err = error_usage("--points and --at exclude each other");
     if (!err && t->path_file && t->paths_given)
@@ -126,7 +219,9 @@ static struct error *check_inputs(const struct arguments *a, const char *input)
     int standard = 0;
     for (int i = 0; i < 3; i++)
         standard += from[i] && !strcmp(from[i], "-");
-    return standard > 1 ? error_usage("only one of the stream, --at and --path can come from standard input") : NULL;
+    return standard > 1
+               ? error_usage("only one of the stream, --at and --path can come from standard input")
+               : NULL;
 }
 
 /* The box of the probes. */
@@ -143,8 +238,9 @@ static void probes_box(const struct baked *baked, double box[6])
 }
 
 /* The truth from its file; where there is none yet, traced, and kept. */
-static struct error *get_truth(struct truth *truth, const struct arguments *a, const struct stage *stage,
-                               const struct baked *baked, const struct program *program, struct warnings *warnings)
+static struct error *get_truth(struct truth *truth, const struct arguments *a,
+                               const struct stage *stage, const struct baked *baked,
+                               const struct program *program, struct warnings *warnings)
 {
     double box[6];
     if (a->truth_file && !access(a->truth_file, F_OK))
@@ -152,9 +248,10 @@ static struct error *get_truth(struct truth *truth, const struct arguments *a, c
     if (a->truth_file && errno != ENOENT)
         return error_system(errno, "%s", a->truth_file);
     probes_box(baked, box);
-    struct progress *progress =
-        progress_start(a->common.progress && !a->common.quiet, program->name, "points", truth_size(&a->truth));
-    struct error *err = truth_trace(truth, stage, &a->truth, box, program->recorded, (int)a->common.threads, progress, warnings);
+    struct progress *progress = progress_start(a->common.progress && !a->common.quiet,
+                                               program->name, "points", truth_size(&a->truth));
+    struct error *err = truth_trace(truth, stage, &a->truth, box, program->recorded,
+                                    (int)a->common.threads, progress, warnings);
     progress_end(progress);
     if (!err && a->truth_file)
         err = stream_write(truth->stream, a->truth_file, STREAM_AS_READ);
@@ -172,8 +269,8 @@ static struct error *store_column(struct stream *stream, const char *name, const
 }
 
 /* Marks the cells and writes the stream. */
-static struct error *write_marked(struct stream *stream, const struct unseen_cells *cells, const struct arguments *a,
-                                  const char *recorded)
+static struct error *write_marked(struct stream *stream, const struct unseen_cells *cells,
+                                  const struct arguments *a, const char *recorded)
 {
     struct error *err = store_column(stream, "leak", cells->cell_weight);
     if (!err)
@@ -182,12 +279,14 @@ static struct error *write_marked(struct stream *stream, const struct unseen_cel
         err = store_column(stream, "leak_free", cells->cell_free);
     if (!err)
         err = header_add_provenance(&stream->header, recorded);
-    return err ? err : stream_write(stream, a->common.output, (enum stream_encoding)a->common.encoding);
+    return err ? err
+               : stream_write(stream, a->common.output, (enum stream_encoding)a->common.encoding);
 }
 
 /* Measures the error, and writes the map of it where one is wanted. */
-static struct error *measure_points(struct report *report, const struct arguments *a, const struct stage *stage,
-                                    const struct truth *truth, const struct baked *baked, const char *recorded)
+static struct error *measure_points(struct report *report, const struct arguments *a,
+                                    const struct stage *stage, const struct truth *truth,
+                                    const struct baked *baked, const char *recorded)
 {
     struct stream *stream = NULL;
     struct table *map = NULL;
@@ -209,20 +308,24 @@ static struct error *measure_points(struct report *report, const struct argument
 }
 
 /* What leaks is known of tetrahedra alone: there is free space in them to take points of. */
-static struct error *check_cells(const struct arguments *a, const struct baked *baked, struct warnings *warnings)
+static struct error *check_cells(const struct arguments *a, const struct baked *baked,
+                                 struct warnings *warnings)
 {
-    static const char *const cells[] = {"there are no cells", "the cell is a point", "the cells are segments",
-                                        "the cells are triangles"};
+    static const char *const cells[] = {"there are no cells", "the cell is a point",
+                                        "the cells are segments", "the cells are triangles"};
     if (baked->mesh.corners == 4 || !a->leak_samples)
         return NULL;
     if (a->common.output)
         return error_new("--output marks where tetrahedra leak: %s", cells[baked->mesh.corners]);
-    warnings_add(warnings, "leaks", "leaks are measured of tetrahedra alone, and %s: the report has no figures of cells",
-                 cells[baked->mesh.corners]);
+    warnings_add(
+        warnings, "leaks",
+        "leaks are measured of tetrahedra alone, and %s: the report has no figures of cells",
+        cells[baked->mesh.corners]);
     return NULL;
 }
 
-static struct error *open_baked(struct baked *baked, const struct stream *stream, const struct arguments *a, const char *input,
+static struct error *open_baked(struct baked *baked, const struct stream *stream,
+                                const struct arguments *a, const char *input,
                                 struct warnings *warnings)
 {
     const struct interpolate_settings settings = interpolate_options_settings(&a->how, "sh");
@@ -237,8 +340,9 @@ struct seconds {
     double start, truth, error, leak;
 };
 
-static struct error *measure_all(struct report *report, const struct arguments *a, const struct stage *stage,
-                                 const struct baked *baked, struct unseen_cells *cells, const struct program *program,
+static struct error *measure_all(struct report *report, const struct arguments *a,
+                                 const struct stage *stage, const struct baked *baked,
+                                 struct unseen_cells *cells, const struct program *program,
                                  struct seconds *seconds, struct warnings *warnings)
 {
     struct truth truth = {0};
@@ -251,31 +355,37 @@ static struct error *measure_all(struct report *report, const struct arguments *
         err = measure_change(report, &truth, baked);
     seconds->error = now();
     if (!err && leaks)
-        err = unseen_cells(cells, stage->tracer, baked, (int)a->leak_samples, a->measure.seed, a->measure.threads);
+        err = unseen_cells(cells, stage->tracer, baked, (int)a->leak_samples, a->measure.seed,
+                           a->measure.threads);
     seconds->leak = now();
     if (!err && leaks)
         err = unseen_report(report, cells, baked->mesh.cells);
     const struct estimate noise = report_get(report, "noise_mean_relative", "all");
     if (!err && noise.value > a->measure.tolerance)
-        warnings_add(warnings, "noise", "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: "
-                     "--truth-rays brings it down", 100 * noise.value);
+        warnings_add(warnings, "noise",
+                     "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: "
+                     "--truth-rays brings it down",
+                     100 * noise.value);
     truth_clear(&truth);
     return err;
 }
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.truth = truth_settings_default(), .measure = {.tolerance = 0.05, .dark = 0.25}, .leak_samples = 8,
+    struct arguments a = {.truth = truth_settings_default(),
+                          .measure = {.tolerance = 0.05, .dark = 0.25},
+                          .leak_samples = 8,
                           .common = common_default()};
     a.common.output = NULL;
-    struct program program = {
-        .name = "probe-error",
-        .usage = "[OPTION]... SCENE [STREAM]",
-        .summary = "Measures the light of the baked STREAM (standard input) against light that is path traced\n"
-                   "in SCENE at points between the probes: its error, how much of it comes through walls, and\n"
-                   "how it changes along paths.",
-        .operands_least = 1,
-        .operands_most = 2};
+    struct program program = {.name = "probe-error",
+                              .usage = "[OPTION]... SCENE [STREAM]",
+                              .summary = "Measures the light of the baked STREAM (standard input) "
+                                         "against light that is path traced\n"
+                                         "in SCENE at points between the probes: its error, how "
+                                         "much of it comes through walls, and\n"
+                                         "how it changes along paths.",
+                              .operands_least = 1,
+                              .operands_most = 2};
     struct warnings warnings = {0};
     struct stream *stream = NULL;
     struct stage stage = {0};
@@ -296,11 +406,13 @@ int main(int argc, char **argv)
     if (!err)
         err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other && !a.any_scene)
-        err = error_new("%s: this is not the scene that the probes were captured in (its key is %s, theirs %s); "
+        err = error_new("%s: this is not the scene that the probes were captured in (its key is "
+                        "%s, theirs %s); "
                         "--any-scene measures all the same",
                         program.operands[0], stage.key, stage.captured_key);
     if (!err && !stage.captured)
-        warnings_add(&warnings, "settings", "the stream does not say how it was captured: all light, %d bounces, "
+        warnings_add(&warnings, "settings",
+                     "the stream does not say how it was captured: all light, %d bounces, "
                      "and the scene's own lights are taken",
                      stage.capture_settings.bounces);
     seconds.start = now();
@@ -310,9 +422,11 @@ int main(int argc, char **argv)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     if (!err && !a.common.quiet)
-        fprintf(stderr, "%s: truth %.2f s, error %.2f s, leaks %.2f s\n", program.name, seconds.truth - seconds.start,
-                seconds.error - seconds.truth, seconds.leak - seconds.error);
-    const bool to_stdout = a.common.output && !strcmp(a.common.output, "-"); /* then the report gives way */
+        fprintf(stderr, "%s: truth %.2f s, error %.2f s, leaks %.2f s\n", program.name,
+                seconds.truth - seconds.start, seconds.error - seconds.truth,
+                seconds.leak - seconds.error);
+    /* then the report gives way */
+    const bool to_stdout = a.common.output && !strcmp(a.common.output, "-");
     if (!err && a.common.output)
         err = write_marked(stream, &cells, &a, program.recorded);
     if (!err)

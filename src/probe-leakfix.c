@@ -1,4 +1,5 @@
-/* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both sides of the wall. */
+/* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both
+ * sides of the wall. */
 #include "base/array.h"
 #include "base/error.h"
 #include "base/options.h"
@@ -34,13 +35,14 @@ static struct error *check_stream(const struct stream *stream)
     return cells_find(stream, &cells);
 }
 
-static struct error *choose_settings(const struct arguments *a, const struct stream *stream, int threads,
-                                     struct leak_settings *settings)
+static struct error *choose_settings(const struct arguments *a, const struct stream *stream,
+                                     int threads, struct leak_settings *settings)
 {
     struct cells cells;
     struct error *err = cells_find(stream, &cells);
     if (!err)
-        err = leak_settings_for(settings, positions(stream), cells.corners, cells.table->rows, cells.vertex);
+        err = leak_settings_for(settings, positions(stream), cells.corners, cells.table->rows,
+                                cells.vertex);
     settings->graze = a->graze;
     settings->margin = a->margin;
     settings->offset = a->offset_given ? a->offset : settings->offset;
@@ -49,9 +51,10 @@ static struct error *choose_settings(const struct arguments *a, const struct str
     return err;
 }
 
-/* Finds leaks, and the probes that would mend them, but for those that would stand inside solids. */
-static struct error *find(struct leaks *leaks, const struct stage *stage, const struct leak_settings *settings,
-                          const struct stream *stream)
+/* Finds leaks, and the probes that would mend them, but for those that would stand inside
+ * solids. */
+static struct error *find(struct leaks *leaks, const struct stage *stage,
+                          const struct leak_settings *settings, const struct stream *stream)
 {
     struct place_inside_settings inside_settings = place_inside_default();
     bool *inside = NULL;
@@ -59,8 +62,8 @@ static struct error *find(struct leaks *leaks, const struct stage *stage, const 
     struct cells cells;
     struct error *err = cells_find(stream, &cells);
     if (!err)
-        err = leak_find(leaks, stage->tracer, settings, stream_table(stream, "probe")->rows, positions(stream), cells.corners,
-                        cells.table->rows, cells.vertex);
+        err = leak_find(leaks, stage->tracer, settings, stream_table(stream, "probe")->rows,
+                        positions(stream), cells.corners, cells.table->rows, cells.vertex);
     if (err || !leaks->probe_count)
         return err;
     inside_settings.threads = settings->threads;
@@ -85,7 +88,8 @@ static struct error *mend(struct stream *stream, const struct leaks *leaks)
     struct error *err = table_resize(probes, before + leaks->probe_count);
     if (err)
         return err;
-    memcpy(column_f64(table_column(probes, "position")) + 3 * before, leaks->probe, 3 * leaks->probe_count * sizeof(double));
+    memcpy(column_f64(table_column(probes, "position")) + 3 * before, leaks->probe,
+           3 * leaks->probe_count * sizeof(double));
     return cells_make(stream);
 }
 
@@ -105,14 +109,17 @@ static struct error *store_occlusion(struct stream *stream, const struct leaks *
 
 static void say(const char *program, const char *when, const struct leaks *leaks, size_t probes)
 {
-    fprintf(stderr, "%s: %s: %zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n", program, when,
-            leaks->leaking, leaks->edges, leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
+    fprintf(stderr,
+            "%s: %s: %zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n",
+            program, when, leaks->leaking, leaks->edges,
+            leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
             leaks->crossed, probes);
 }
 
 /* Rounds of finding and mending, until nothing asks to be mended or a limit is met. */
-static struct error *fix(struct stream *stream, const struct stage *stage, const struct leak_settings *settings,
-                         const struct arguments *a, const char *program, bool quiet, struct warnings *warnings)
+static struct error *fix(struct stream *stream, const struct stage *stage,
+                         const struct leak_settings *settings, const struct arguments *a,
+                         const char *program, bool quiet, struct warnings *warnings)
 {
     struct leaks leaks = {0};
     struct error *err = find(&leaks, stage, settings, stream);
@@ -121,7 +128,8 @@ static struct error *fix(struct stream *stream, const struct stage *stage, const
     struct leak_settings round_settings = *settings;
     for (int64_t round = 0; !err && leaks.leaking && round < a->rounds; round++) {
         if ((double)(stream_table(stream, "probe")->rows + leaks.probe_count) > a->max_probes) {
-            warnings_add(warnings, "max-probes", "%zu more probes would be more than --max-probes %.0f: edges still leak",
+            warnings_add(warnings, "max-probes",
+                         "%zu more probes would be more than --max-probes %.0f: edges still leak",
                          leaks.probe_count, a->max_probes);
             break;
         }
@@ -141,45 +149,87 @@ static struct error *fix(struct stream *stream, const struct stage *stage, const
     return err;
 }
 
-static struct error *capture_new(struct stream *stream, struct stage *stage, size_t first, const struct common *common,
-                                 const char *program, struct warnings *warnings)
+static struct error *capture_new(struct stream *stream, struct stage *stage, size_t first,
+                                 const struct common *common, const char *program,
+                                 struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
     const size_t count = probes->rows - first;
     if (!count)
         return NULL;
     if (!stage->captured) {
-        warnings_add(warnings, "uncaptured", "the stream's probes have no light, and so have the %zu new ones: run probe-capture",
-                     count);
+        warnings_add(
+            warnings, "uncaptured",
+            "the stream's probes have no light, and so have the %zu new ones: run probe-capture",
+            count);
         return NULL;
     }
     size_t captured = 0;
     struct error *err = stage_decimate(stage, warnings);
     if (err)
         return err;
-    struct progress *progress = progress_start(common->progress && !common->quiet, program, "probes", count);
+    struct progress *progress =
+        progress_start(common->progress && !common->quiet, program, "probes", count);
     err = capture_rows(&stage->path, &stage->capture_settings, probes, first, count, false, NULL,
-                                     (int)common->threads, progress, &captured, NULL);
+                       (int)common->threads, progress, &captured, NULL);
     progress_end(progress);
     return err;
 }
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN, .max_probes = 1e6, .rounds = 4};
+    struct arguments a = {.graze = 0.1,
+                          .margin = 0.1,
+                          .offset = NAN,
+                          .separation = NAN,
+                          .max_probes = 1e6,
+                          .rounds = 4};
     const struct option_row rows[] = {
-        {.name = "rounds", .argument = "N", .kind = OPTION_INTEGER, .value = &a.rounds, .most = 1000,
+        {.name = "rounds",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &a.rounds,
+         .most = 1000,
          .help = "mend at most N times; 0 only counts, and marks the cells"},
-        {.name = "graze", .argument = "COS", .kind = OPTION_REAL, .value = &a.graze, .most = 1, .least = 1e-9,
-         .help = "a ray nearer to the surface's plane than this cosine to its normal\nonly grazes it"},
-        {.name = "margin", .argument = "SHARE", .kind = OPTION_REAL, .value = &a.margin, .most = 0.5, .least = 1e-9,
-         .help = "no probe where the edge's end is nearer to the wall than this share\nof the edge"},
-        {.name = "offset", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.offset, .least_open = true, .most = INFINITY,
-         .given = &a.offset_given, .help = "distance of new probes from the surface (default: 0.05 of the median edge)"},
-        {.name = "separation", .argument = "LENGTH", .kind = OPTION_REAL, .value = &a.separation, .least_open = true,
-         .most = INFINITY, .given = &a.separation_given,
-         .help = "in the first round, no new probe nearer than this to one that it sees;\nhalved in each round (default: 0.5 of the median edge)"},
-        {.name = "max-probes", .argument = "N", .kind = OPTION_REAL, .value = &a.max_probes, .least = 1, .most = INT32_MAX,
+        {.name = "graze",
+         .argument = "COS",
+         .kind = OPTION_REAL,
+         .value = &a.graze,
+         .most = 1,
+         .least = 1e-9,
+         .help = "a ray nearer to the surface's plane than this cosine to its normal\n"
+                 "only grazes it"},
+        {.name = "margin",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &a.margin,
+         .most = 0.5,
+         .least = 1e-9,
+         .help = "no probe where the edge's end is nearer to the wall than this share\n"
+                 "of the edge"},
+        {.name = "offset",
+         .argument = "LENGTH",
+         .kind = OPTION_REAL,
+         .value = &a.offset,
+         .least_open = true,
+         .most = INFINITY,
+         .given = &a.offset_given,
+         .help = "distance of new probes from the surface (default: 0.05 of the median edge)"},
+        {.name = "separation",
+         .argument = "LENGTH",
+         .kind = OPTION_REAL,
+         .value = &a.separation,
+         .least_open = true,
+         .most = INFINITY,
+         .given = &a.separation_given,
+         .help = "in the first round, no new probe nearer than this to one that it sees;\n"
+                 "halved in each round (default: 0.5 of the median edge)"},
+        {.name = "max-probes",
+         .argument = "N",
+         .kind = OPTION_REAL,
+         .value = &a.max_probes,
+         .least = 1,
+         .most = INT32_MAX,
          .help = "stop rather than have more probes"},
         {0}};
     struct common common = common_default();
@@ -187,10 +237,13 @@ int main(int argc, char **argv)
     struct program program = {
         .name = "probe-leakfix",
         .usage = "[OPTION]... SCENE [STREAM]",
-        .summary = "Finds edges of the tetrahedra in STREAM (standard input) that pass through walls of SCENE,\n"
-                   "puts a probe on each side of the wall, captures it as the others were, and makes the\n"
-                   "tetrahedra again, until no edge leaks.",
-        .groups = {rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared)},
+        .summary =
+            "Finds edges of the tetrahedra in STREAM (standard input) that pass through walls of "
+            "SCENE,\n"
+            "puts a probe on each side of the wall, captures it as the others were, and makes the\n"
+            "tetrahedra again, until no edge leaks.",
+        .groups = {rows,
+                   common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared)},
         .operands_least = 1,
         .operands_most = 2};
     struct warnings warnings = {0};
@@ -209,8 +262,10 @@ int main(int argc, char **argv)
     if (!err)
         err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other)
-        warnings_add(&warnings, "scene", "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)",
-                     program.operands[0], stage.key, stage.captured_key);
+        warnings_add(
+            &warnings, "scene",
+            "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)",
+            program.operands[0], stage.key, stage.captured_key);
     if (!err)
         err = choose_settings(&a, stream, (int)common.threads, &settings);
     if (!err) {

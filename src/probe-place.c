@@ -18,7 +18,8 @@ enum inside { INSIDE_DROP, INSIDE_KEEP, INSIDE_MARK };
 
 struct arguments {
     double spacing[3], count, bounds[6], step, offset, crease, max_probes;
-    bool spacing_given, count_given, bounds_given, step_given, offset_given, crease_given, inside_given;
+    bool spacing_given, count_given, bounds_given, step_given, offset_given, crease_given,
+        inside_given;
     int inside;
     int64_t inside_rays;
     double backface_share;
@@ -29,7 +30,8 @@ struct arguments {
 static struct error *parse_spacing(void *value, const char *text)
 {
     double *spacing = value;
-    struct error *err = strchr(text, ',') ? options_reals("--spacing", text, 3, spacing) : options_real("--spacing", text, spacing);
+    struct error *err = strchr(text, ',') ? options_reals("--spacing", text, 3, spacing)
+                                          : options_real("--spacing", text, spacing);
     if (!err && !strchr(text, ','))
         spacing[1] = spacing[2] = spacing[0];
     for (int k = 0; k < 3 && !err; k++)
@@ -46,7 +48,8 @@ static struct error *check_arguments(struct arguments *a, const struct program *
     while (m < METHODS && strcmp(program->operands[0], methods[m]))
         m++;
     if (m == METHODS)
-        return error_usage("expected a method grid, points, path or vertices, got '%s'", program->operands[0]);
+        return error_usage("expected a method grid, points, path or vertices, got '%s'",
+                           program->operands[0]);
     a->method = (enum method)m;
     const bool has_file = m == METHOD_POINTS || m == METHOD_PATH;
     const int next = has_file ? 2 : 1;
@@ -63,7 +66,8 @@ static struct error *check_arguments(struct arguments *a, const struct program *
     if (m != METHOD_GRID && (a->spacing_given || a->count_given || a->bounds_given))
         return error_usage("--spacing, --count and --bounds go with the method grid");
     if ((m == METHOD_PATH) != a->step_given)
-        return error_usage(m == METHOD_PATH ? "path: expected --step" : "--step goes with the method path");
+        return error_usage(m == METHOD_PATH ? "path: expected --step"
+                                            : "--step goes with the method path");
     if (m == METHOD_VERTICES && !a->scene)
         return error_usage("vertices: expected a SCENE");
     if (m != METHOD_VERTICES && (a->offset_given || a->crease_given))
@@ -75,14 +79,16 @@ static struct error *check_arguments(struct arguments *a, const struct program *
     return NULL;
 }
 
-static struct error *grid_bounds(const struct arguments *a, const struct scene *scene, double min[3], double max[3])
+static struct error *grid_bounds(const struct arguments *a, const struct scene *scene,
+                                 double min[3], double max[3])
 {
     if (a->bounds_given) {
         memcpy(min, a->bounds, 3 * sizeof *min);
         memcpy(max, a->bounds + 3, 3 * sizeof *max);
         for (int k = 0; k < 3; k++)
             if (min[k] > max[k])
-                return error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g", min[k], max[k]);
+                return error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
+                                   min[k], max[k]);
         return NULL;
     }
     const double low[3] = {scene->box_min.x, scene->box_min.y, scene->box_min.z};
@@ -98,14 +104,16 @@ static double default_offset(const struct scene *scene)
     return PLACE_OFFSET_SHARE * vec3_length(size);
 }
 
-static struct error *place_probes(const struct arguments *a, const struct scene *scene, struct place *place)
+static struct error *place_probes(const struct arguments *a, const struct scene *scene,
+                                  struct place *place)
 {
     if (a->method == METHOD_POINTS)
         return place_points(place, a->file, a->max_probes);
     if (a->method == METHOD_PATH)
         return place_path(place, a->file, a->step, a->max_probes);
     if (a->method == METHOD_VERTICES)
-        return place_vertices(place, scene, a->offset_given ? a->offset : default_offset(scene), a->crease, a->max_probes);
+        return place_vertices(place, scene, a->offset_given ? a->offset : default_offset(scene),
+                              a->crease, a->max_probes);
     struct place_grid grid = {.spacing = {a->spacing[0], a->spacing[1], a->spacing[2]}};
     struct error *err = grid_bounds(a, scene, grid.min, grid.max);
     if (!err && a->count_given) {
@@ -117,15 +125,17 @@ static struct error *place_probes(const struct arguments *a, const struct scene 
     return err ? err : place_grid(place, &grid, a->max_probes);
 }
 
-/* Recognises what is inside solids; `inside` is a row for each position, or NULL where nobody asks. */
-static struct error *find_inside(const struct arguments *a, const struct scene *scene, const struct place *place, int threads,
-                                 bool **inside, struct warnings *warnings)
+/* Recognises what is inside solids; `inside` is a row for each position, or NULL where nobody
+ * asks. */
+static struct error *find_inside(const struct arguments *a, const struct scene *scene,
+                                 const struct place *place, int threads, bool **inside,
+                                 struct warnings *warnings)
 {
     *inside = NULL;
     if (!scene || a->inside == INSIDE_KEEP)
         return NULL;
-    const struct place_inside_settings settings = {.rays = (int)a->inside_rays, .backface_share = a->backface_share,
-                                                   .threads = threads};
+    const struct place_inside_settings settings = {
+        .rays = (int)a->inside_rays, .backface_share = a->backface_share, .threads = threads};
     struct tracer *tracer = NULL;
     struct error *err = trace_create(&tracer, scene);
     if (!err)
@@ -136,8 +146,8 @@ static struct error *find_inside(const struct arguments *a, const struct scene *
     return err;
 }
 
-static struct error *fill(struct stream *stream, const struct arguments *a, const struct place *place, const bool *inside,
-                          struct warnings *warnings)
+static struct error *fill(struct stream *stream, const struct arguments *a,
+                          const struct place *place, const bool *inside, struct warnings *warnings)
 {
     struct table *probes = NULL;
     struct column *position = NULL, *normal = NULL, *mark = NULL;
@@ -167,10 +177,12 @@ static struct error *fill(struct stream *stream, const struct arguments *a, cons
     if (!err)
         err = table_resize(probes, kept);
     if (!err && within && a->inside == INSIDE_DROP)
-        warnings_add(warnings, "inside", "%zu of %zu probes are inside solids: dropped (--inside keep keeps them)", within,
-                     place->count);
+        warnings_add(warnings, "inside",
+                     "%zu of %zu probes are inside solids: dropped (--inside keep keeps them)",
+                     within, place->count);
     if (!err && place->count && !kept)
-        err = error_new("all %zu probes are inside solids (--inside keep keeps them)", place->count);
+        err =
+            error_new("all %zu probes are inside solids (--inside keep keeps them)", place->count);
     if (!err && !place->count)
         err = error_new("%s: expected at least one position, got none", a->file);
     return err;
@@ -180,30 +192,94 @@ int main(int argc, char **argv)
 {
     static const char *const insides[] = {"drop", "keep", "mark", NULL};
     const struct place_inside_settings inside_default = place_inside_default();
-    struct arguments a = {.spacing = {NAN, NAN, NAN}, .count = NAN, .bounds = {NAN}, .step = NAN, .offset = NAN, .crease = 60,
-                          .max_probes = 1e6, .inside_rays = inside_default.rays, .backface_share = inside_default.backface_share};
+    struct arguments a = {.spacing = {NAN, NAN, NAN},
+                          .count = NAN,
+                          .bounds = {NAN},
+                          .step = NAN,
+                          .offset = NAN,
+                          .crease = 60,
+                          .max_probes = 1e6,
+                          .inside_rays = inside_default.rays,
+                          .backface_share = inside_default.backface_share};
     const struct option_row rows[] = {
-        {.name = "spacing", .letter = 's', .argument = "S|SX,SY,SZ", .kind = OPTION_CALL, .value = a.spacing,
-         .parse = parse_spacing, .given = &a.spacing_given, .help = "grid: distance between probes, in units of the scene"},
-        {.name = "count", .letter = 'n', .argument = "N", .kind = OPTION_REAL, .value = &a.count, .least = 1, .most = 1e15,
-         .given = &a.count_given, .help = "grid: the finest spacing that makes at most N probes, before those\ninside solids go"},
-        {.name = "bounds", .argument = "X0,Y0,Z0,X1,Y1,Z1", .kind = OPTION_REALS, .count = 6, .value = a.bounds,
-         .given = &a.bounds_given, .help = "grid: fill this box (default: the scene's)"},
-        {.name = "step", .argument = "S", .kind = OPTION_REAL, .value = &a.step, .least_open = true, .most = INFINITY,
-         .given = &a.step_given, .help = "path: the greatest distance between probes along the path"},
-        {.name = "offset", .argument = "D", .kind = OPTION_REAL, .value = &a.offset, .least_open = true, .most = INFINITY,
-         .given = &a.offset_given, .shown = "0.001 of the scene's diagonal",
+        {.name = "spacing",
+         .letter = 's',
+         .argument = "S|SX,SY,SZ",
+         .kind = OPTION_CALL,
+         .value = a.spacing,
+         .parse = parse_spacing,
+         .given = &a.spacing_given,
+         .help = "grid: distance between probes, in units of the scene"},
+        {.name = "count",
+         .letter = 'n',
+         .argument = "N",
+         .kind = OPTION_REAL,
+         .value = &a.count,
+         .least = 1,
+         .most = 1e15,
+         .given = &a.count_given,
+         .help = "grid: the finest spacing that makes at most N probes, before those\n"
+                 "inside solids go"},
+        {.name = "bounds",
+         .argument = "X0,Y0,Z0,X1,Y1,Z1",
+         .kind = OPTION_REALS,
+         .count = 6,
+         .value = a.bounds,
+         .given = &a.bounds_given,
+         .help = "grid: fill this box (default: the scene's)"},
+        {.name = "step",
+         .argument = "S",
+         .kind = OPTION_REAL,
+         .value = &a.step,
+         .least_open = true,
+         .most = INFINITY,
+         .given = &a.step_given,
+         .help = "path: the greatest distance between probes along the path"},
+        {.name = "offset",
+         .argument = "D",
+         .kind = OPTION_REAL,
+         .value = &a.offset,
+         .least_open = true,
+         .most = INFINITY,
+         .given = &a.offset_given,
+         .shown = "0.001 of the scene's diagonal",
          .help = "vertices: how far off the surface, in units of the scene"},
-        {.name = "crease", .argument = "DEGREES", .kind = OPTION_REAL, .value = &a.crease, .most = 180, .given = &a.crease_given,
+        {.name = "crease",
+         .argument = "DEGREES",
+         .kind = OPTION_REAL,
+         .value = &a.crease,
+         .most = 180,
+         .given = &a.crease_given,
          .help = "vertices: faces that turn more than this do not share a probe"},
-        {.name = "max-probes", .argument = "N", .kind = OPTION_REAL, .value = &a.max_probes, .least = 1, .most = INT32_MAX,
-         .help = "refuse to make more", .unrecorded = true},
-        {.name = "inside", .argument = "HOW", .kind = OPTION_CHOICE, .choices = insides, .value = &a.inside,
-         .given = &a.inside_given, .shown = "drop; at vertices keep",
+        {.name = "max-probes",
+         .argument = "N",
+         .kind = OPTION_REAL,
+         .value = &a.max_probes,
+         .least = 1,
+         .most = INT32_MAX,
+         .help = "refuse to make more",
+         .unrecorded = true},
+        {.name = "inside",
+         .argument = "HOW",
+         .kind = OPTION_CHOICE,
+         .choices = insides,
+         .value = &a.inside,
+         .given = &a.inside_given,
+         .shown = "drop; at vertices keep",
          .help = "probes inside solids: drop, keep, or mark in a column `inside`"},
-        {.name = "inside-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &a.inside_rays, .least = 8, .most = 65536,
+        {.name = "inside-rays",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &a.inside_rays,
+         .least = 8,
+         .most = 65536,
          .help = "rays around a probe that look for solids"},
-        {.name = "backface-share", .argument = "X", .kind = OPTION_REAL, .value = &a.backface_share, .most = 1, .least = 1e-9,
+        {.name = "backface-share",
+         .argument = "X",
+         .kind = OPTION_REAL,
+         .value = &a.backface_share,
+         .most = 1,
+         .least = 1e-9,
          .help = "share of them that meet back faces inside what is not closed"},
         {0}};
     struct common common = common_default();
@@ -212,7 +288,8 @@ int main(int argc, char **argv)
     struct program program = {
         .name = "probe-place",
         .usage = "grid|points FILE|path FILE|vertices [OPTION]... [SCENE]",
-        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line), along the\n"
+        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line), "
+                   "along the\n"
                    "path through them, or at its vertices. Probes inside solids are dropped.",
         .groups = {rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_least = 1,

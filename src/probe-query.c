@@ -18,7 +18,8 @@ struct arguments {
     const char *column;
 };
 
-static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path, const struct arguments *a)
+static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path,
+                                const struct arguments *a)
 {
     const struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
     if (interpolate_is_packed(path))
@@ -27,11 +28,13 @@ static struct error *open_baked(struct interpolate **in, struct stream **stream,
     return err ? err : error_wrap(interpolate_open(in, *stream, &settings), "%s", path);
 }
 
-static struct error *write_packed(const struct interpolate *in, enum probe_packing packing, const char *path)
+static struct error *write_packed(const struct interpolate *in, enum probe_packing packing,
+                                  const char *path)
 {
     struct stream_output out;
     char *image;
-    const size_t size = probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, NULL, 0);
+    const size_t size =
+        probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, NULL, 0);
     if (!size)
         return error_new("some probes have no light: run probe-capture");
     struct error *err = output_open(&out, path, true);
@@ -56,15 +59,22 @@ static const char *light_outside(const struct interpolate *in, enum query_outsid
         return "their light goes on from the hull along rays";
     if (outside != QUERY_EXTEND || !in->volume)
         return "their light is that of the hull's nearest point";
-    return probe_volume_corners(in->volume) < 4 ? "the probes are in a plane or on a line, so their light is that of the nearest point there"
-                                                : "no middle sees all of it, so their light is that of its nearest point";
+    return probe_volume_corners(in->volume) < 4
+               ? "the probes are in a plane or on a line, so their light is that of the nearest "
+                 "point there"
+               : "no middle sees all of it, so their light is that of its nearest point";
 }
 
-static struct error *answer(const struct interpolate *in, const struct arguments *a, const char *input, const struct common *common,
+static struct error *answer(const struct interpolate *in, const struct arguments *a,
+                            const char *input, const struct common *common,
                             const struct program *program)
 {
-    const struct query_settings settings = {.format = (enum query_format)a->to, .outside = (enum query_outside)a->how.outside, .explain = a->explain,
-                                            .threads = (int)common->threads, .output = common->output, .recorded = program->recorded};
+    const struct query_settings settings = {.format = (enum query_format)a->to,
+                                            .outside = (enum query_outside)a->how.outside,
+                                            .explain = a->explain,
+                                            .threads = (int)common->threads,
+                                            .output = common->output,
+                                            .recorded = program->recorded};
     struct query *query = NULL;
     struct points *points = NULL;
     struct warnings warnings = {0};
@@ -74,8 +84,8 @@ static struct error *answer(const struct interpolate *in, const struct arguments
     if (!err)
         err = query_run(query, points);
     if (!err && query_outside(query))
-        warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: %s", query_outside(query),
-                     light_outside(in, settings.outside));
+        warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: %s",
+                     query_outside(query), light_outside(in, settings.outside));
     if (!err && !common->quiet)
         warnings_print(&warnings, program->name);
     warnings_clear(&warnings);
@@ -95,30 +105,62 @@ int main(int argc, char **argv)
     struct arguments a = {.from = POINTS_TEXT, .to = QUERY_TEXT, .column = "sh"};
     bool pack = false;
     const struct option_row rows[] = {
-        {.name = "from", .argument = "FORMAT", .kind = OPTION_CHOICE, .choices = from_formats, .value = &a.from,
-         .help = "points come as text, one a line, or binary: little-endian doubles,\n3 a point", .unrecorded = true},
-        {.name = "normals", .kind = OPTION_FLAG, .value = &a.normals, .unrecorded = true,
+        {.name = "from",
+         .argument = "FORMAT",
+         .kind = OPTION_CHOICE,
+         .choices = from_formats,
+         .value = &a.from,
+         .help = "points come as text, one a line, or binary: little-endian doubles,\n"
+                 "3 a point",
+         .unrecorded = true},
+        {.name = "normals",
+         .kind = OPTION_FLAG,
+         .value = &a.normals,
+         .unrecorded = true,
          .help = "binary points have 6 doubles, the last 3 a normal (text tells by itself)"},
-        {.name = "to", .argument = "FORMAT", .kind = OPTION_CHOICE, .choices = to_formats, .value = &a.to,
-         .help = "light goes out as text, binary (little-endian floats), or a probe\nstream of the points", .unrecorded = true},
-        {.name = "column", .argument = "NAME", .kind = OPTION_TEXT, .value = &a.column,
+        {.name = "to",
+         .argument = "FORMAT",
+         .kind = OPTION_CHOICE,
+         .choices = to_formats,
+         .value = &a.to,
+         .help = "light goes out as text, binary (little-endian floats), or a probe\n"
+                 "stream of the points",
+         .unrecorded = true},
+        {.name = "column",
+         .argument = "NAME",
+         .kind = OPTION_TEXT,
+         .value = &a.column,
          .help = "interpolate this column of the probes"},
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS];
     const struct option_row more[] = {
-        {.name = "pack", .argument = "PRECISION", .kind = OPTION_CHOICE, .choices = packings, .value = &a.pack, .given = &pack,
-         .shown = "no", .help = "answer no points: write BAKED as a packed file for libprobe-query, its\nlight as floats or halves (float, half)"},
-        {.name = "explain", .kind = OPTION_FLAG, .value = &a.explain, .unrecorded = true,
-         .help = "with text: add the cell, its four probes and their weights, inside or\noutside of the hull, and the distance from it"},
+        {.name = "pack",
+         .argument = "PRECISION",
+         .kind = OPTION_CHOICE,
+         .choices = packings,
+         .value = &a.pack,
+         .given = &pack,
+         .shown = "no",
+         .help = "answer no points: write BAKED as a packed file for libprobe-query, its\n"
+                 "light as floats or halves (float, half)"},
+        {.name = "explain",
+         .kind = OPTION_FLAG,
+         .value = &a.explain,
+         .unrecorded = true,
+         .help = "with text: add the cell, its four probes and their weights, inside or\n"
+                 "outside of the hull, and the distance from it"},
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
     struct program program = {
         .name = "probe-query",
         .usage = "[OPTION]... BAKED [POINTS]",
-        .summary = "Reads points (x y z, or x y z nx ny nz) and writes the light there, interpolated between\n"
-                   "the probes of BAKED: the SH coefficients, or for a normal the irradiance (R G B).",
-        .groups = {rows, interpolate_options_rows(&a.how, how), more, common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared)},
+        .summary =
+            "Reads points (x y z, or x y z nx ny nz) and writes the light there, interpolated "
+            "between\n"
+            "the probes of BAKED: the SH coefficients, or for a normal the irradiance (R G B).",
+        .groups = {rows, interpolate_options_rows(&a.how, how), more,
+                   common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared)},
         .operands_least = 1,
         .operands_most = 2};
     struct stream *stream = NULL;
@@ -127,7 +169,10 @@ int main(int argc, char **argv)
         if (strcmp(row->name, "outside"))
             continue;
         row->choices = outsides;
-        row->help = "outside of the hull of the probes: the light of its nearest point\n(nearest), light that goes on from it along rays (extend), one of these\nas the hull is (auto: see the manual), none (zero), or the point is\nrefused (error)";
+        row->help = "outside of the hull of the probes: the light of its nearest point\n"
+                    "(nearest), light that goes on from it along rays (extend), one of these\n"
+                    "as the hull is (auto: see the manual), none (zero), or the point is\n"
+                    "refused (error)";
     }
     struct error *err = options_parse(&program, argc, argv);
     if (!err && a.explain && a.to != QUERY_TEXT)
@@ -147,7 +192,8 @@ int main(int argc, char **argv)
     if (!err)
         err = open_baked(&in, &stream, baked, &a);
     if (!err)
-        err = pack ? write_packed(in, (enum probe_packing)a.pack, common.output) : answer(in, &a, input, &common, &program);
+        err = pack ? write_packed(in, (enum probe_packing)a.pack, common.output)
+                   : answer(in, &a, input, &common, &program);
     interpolate_close(in);
     stream_destroy(stream);
     program_clear(&program);

@@ -34,7 +34,8 @@ static void enclosing_box(const struct enclose *enclose, const struct table *pro
     }
     for (int k = 0; k < 3; k++) {
         box[k] = enclose->bounds_given ? enclose->bounds[k] : box[k] - enclose->margin * side;
-        box[3 + k] = enclose->bounds_given ? enclose->bounds[3 + k] : box[3 + k] + enclose->margin * side;
+        box[3 + k] = enclose->bounds_given ? enclose->bounds[3 + k]
+                                           : box[3 + k] + enclose->margin * side;
     }
 }
 
@@ -47,7 +48,8 @@ static bool has_probe_at(const struct table *probes, const double corner[3])
     return false;
 }
 
-/* Adds the corners of the box that are no probes yet; what they lack is missing: light is captured by a second pass. */
+/* Adds the corners of the box that are no probes yet; what they lack is missing: light is captured
+ * by a second pass. */
 static struct error *add_corners(const struct enclose *enclose, struct table *probes)
 {
     if (!probes->rows && !enclose->bounds_given)
@@ -56,12 +58,14 @@ static struct error *add_corners(const struct enclose *enclose, struct table *pr
     enclosing_box(enclose, probes, box);
     struct error *err = NULL;
     for (int corner = 0; corner < 8 && !err; corner++) {
-        const double p[3] = {box[corner & 1 ? 3 : 0], box[corner & 2 ? 4 : 1], box[corner & 4 ? 5 : 2]};
+        const double p[3] = {box[corner & 1 ? 3 : 0], box[corner & 2 ? 4 : 1],
+                             box[corner & 4 ? 5 : 2]};
         if (has_probe_at(probes, p))
             continue;
         err = table_resize(probes, probes->rows + 1);
         if (!err)
-            memcpy(column_f64(table_column(probes, "position")) + 3 * (probes->rows - 1), p, sizeof p);
+            memcpy(column_f64(table_column(probes, "position")) + 3 * (probes->rows - 1), p,
+                   sizeof p);
     }
     return err;
 }
@@ -73,7 +77,8 @@ struct column_of {
     int32_t *data;
 };
 
-/* Lends the cells to a table of the stream, which would take as much memory again; take_back before either is freed. */
+/* Lends the cells to a table of the stream, which would take as much memory again; take_back before
+ * either is freed. */
 static struct error *lend(struct stream *stream, const struct tetra *tetra)
 {
     const struct column_of columns[] = {{"vertex", tetra->vertex}, {"neighbour", tetra->neighbour}};
@@ -101,7 +106,8 @@ static void take_back(struct stream *stream, const struct tetra *tetra)
         cells->rows = cells->capacity = 0;
 }
 
-static struct error *write_stream(struct stream *stream, const struct tetra *tetra, const struct common *common)
+static struct error *write_stream(struct stream *stream, const struct tetra *tetra,
+                                  const struct common *common)
 {
     struct error *err = lend(stream, tetra);
     if (!err)
@@ -124,8 +130,8 @@ static struct error *store_columns(struct table *probes, const struct tetra *tet
     return err;
 }
 
-static struct error *build(struct stream *stream, const struct enclose *enclose, double merge, int threads, struct tetra *tetra,
-                           struct warnings *warnings)
+static struct error *build(struct stream *stream, const struct enclose *enclose, double merge,
+                           int threads, struct tetra *tetra, struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
     struct tetra_settings settings = tetra_settings_default();
@@ -138,7 +144,8 @@ static struct error *build(struct stream *stream, const struct enclose *enclose,
     cells_remove(stream); /* with what other columns they had: they are untrue now */
     probes = stream_table(stream, "probe");
     if (!err)
-        err = tetra_make(tetra, probes->rows, column_f64(table_column(probes, "position")), &settings, warnings);
+        err = tetra_make(tetra, probes->rows, column_f64(table_column(probes, "position")),
+                         &settings, warnings);
     return err ? err : store_columns(probes, tetra);
 }
 
@@ -154,12 +161,15 @@ static struct error *cells_of(const struct stream *stream, struct tetra *tetra)
     if (!err && table_column(probes, "merged"))
         err = table_require(probes, "merged", COLUMN_I32, 1, &merged);
     if (!err)
-        *tetra = (struct tetra){.corners = cells.corners, .cell_count = cells.table->rows, .vertex = cells.vertex,
-                                .neighbour = cells.neighbour, .merged = merged ? column_i32(merged) : NULL};
+        *tetra = (struct tetra){.corners = cells.corners,
+                                .cell_count = cells.table->rows,
+                                .vertex = cells.vertex,
+                                .neighbour = cells.neighbour,
+                                .merged = merged ? column_i32(merged) : NULL};
     return err;
 }
 
-/* -- what is said of them ----------------------------------------------------------------------- */
+/* -- what is said of them --------------------------------------------------------------------- */
 
 static const char *const cells_names[] = {"points", "segments", "triangles", "tetrahedra"};
 static const char *const content_names[] = {"", "length", "area", "volume"};
@@ -177,8 +187,11 @@ static void print_report(const struct tetra_report *r, int corners, size_t probe
             "hull            %zu %s\n"
             "%-15s %.9g, of the hull %.9g\n"
             "of a cell       %.6g least, %.6g median, %.6g most\n",
-            r->hull_facets, corners == 2 ? "ends" : corners == 3 ? "edges" : "faces", content, r->volume, r->hull_volume, r->volume_least,
-            r->volume_median, r->volume_most);
+            r->hull_facets,
+            corners == 2   ? "ends"
+            : corners == 3 ? "edges"
+                           : "faces",
+            content, r->volume, r->hull_volume, r->volume_least, r->volume_median, r->volume_most);
     if (corners == 2)
         return;
     const char *angle = corners == 4 ? "dihedral angle" : "angle";
@@ -186,10 +199,12 @@ static void print_report(const struct tetra_report *r, int corners, size_t probe
             "%-15s %.4f least, %.4f most (degrees)\n"
             "slivers         %zu cells below 5 degrees, %.4f %%\n"
             "least %s of a cell, in degrees: cells\n",
-            angle, r->angle_least, r->angle_most, r->angle_histogram[0], 100.0 * (double)r->angle_histogram[0] / (double)r->cells, angle);
+            angle, r->angle_least, r->angle_most, r->angle_histogram[0],
+            100.0 * (double)r->angle_histogram[0] / (double)r->cells, angle);
     for (int i = 0; i < 15; i++)
         if (r->angle_histogram[i])
-            fprintf(stderr, "  %2d - %2d  %9zu  %5.2f %%\n", 5 * i, 5 * i + 5, r->angle_histogram[i],
+            fprintf(stderr, "  %2d - %2d  %9zu  %5.2f %%\n", 5 * i, 5 * i + 5,
+                    r->angle_histogram[i],
                     100.0 * (double)r->angle_histogram[i] / (double)r->cells);
 }
 
@@ -197,22 +212,26 @@ static struct error *report(const struct stream *stream, const struct tetra *tet
 {
     const struct table *probes = stream_table(stream, "probe");
     struct tetra_report measured;
-    struct error *err = tetra_measure(tetra, probes->rows, column_f64(table_column(probes, "position")), &measured);
+    struct error *err =
+        tetra_measure(tetra, probes->rows, column_f64(table_column(probes, "position")), &measured);
     if (!err)
         print_report(&measured, tetra->corners, probes->rows);
     return err;
 }
 
-static struct error *verify(const struct stream *stream, const struct tetra *tetra, const struct program *program, bool quiet)
+static struct error *verify(const struct stream *stream, const struct tetra *tetra,
+                            const struct program *program, bool quiet)
 {
     const struct table *probes = stream_table(stream, "probe");
     struct tetra_verdict verdict;
-    struct error *err = tetra_verify(tetra, probes->rows, column_f64(table_column(probes, "position")), &verdict);
+    struct error *err =
+        tetra_verify(tetra, probes->rows, column_f64(table_column(probes, "position")), &verdict);
     if (!err && !quiet)
-        fprintf(stderr, "%s: %zu %s are sound; of %zu inner facets %zu are not Delaunay, by at most %.2g of squared distances; %zu dents in the hull\n",
-                program->name, tetra->cell_count, cells_names[tetra->corners - 1], verdict.inner_facets, verdict.not_delaunay,
-                    verdict.tolerance,
-                verdict.dents);
+        fprintf(stderr,
+                "%s: %zu %s are sound; of %zu inner facets %zu are not Delaunay, by at most %.2g "
+                "of squared distances; %zu dents in the hull\n",
+                program->name, tetra->cell_count, cells_names[tetra->corners - 1],
+                verdict.inner_facets, verdict.not_delaunay, verdict.tolerance, verdict.dents);
     return err;
 }
 
@@ -222,17 +241,40 @@ int main(int argc, char **argv)
     bool verify_only = false, want_report = false;
     double merge = tetra_settings_default().merge;
     const struct option_row rows[] = {
-        {.name = "enclose", .kind = OPTION_FLAG, .value = &enclose.wanted,
-         .help = "add the eight corners of the probes' box as probes, to be captured\nby a second pass of probe-capture"},
-        {.name = "margin", .argument = "SHARE", .kind = OPTION_REAL, .value = &enclose.margin, .most = 100,
+        {.name = "enclose",
+         .kind = OPTION_FLAG,
+         .value = &enclose.wanted,
+         .help = "add the eight corners of the probes' box as probes, to be captured\n"
+                 "by a second pass of probe-capture"},
+        {.name = "margin",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &enclose.margin,
+         .most = 100,
          .help = "with --enclose: grow the box by this share of its largest side"},
-        {.name = "bounds", .argument = "X0,Y0,Z0,X1,Y1,Z1", .kind = OPTION_REALS, .count = 6, .value = enclose.bounds,
-         .given = &enclose.bounds_given, .help = "with --enclose: this box instead"},
-        {.name = "merge", .argument = "SHARE", .kind = OPTION_REAL, .value = &merge, .most = 1,
-         .help = "let one of probes that are nearer to each other than this share of\nthe box's largest side stand for the others in the cells"},
-        {.name = "report", .kind = OPTION_FLAG, .value = &want_report, .unrecorded = true,
+        {.name = "bounds",
+         .argument = "X0,Y0,Z0,X1,Y1,Z1",
+         .kind = OPTION_REALS,
+         .count = 6,
+         .value = enclose.bounds,
+         .given = &enclose.bounds_given,
+         .help = "with --enclose: this box instead"},
+        {.name = "merge",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &merge,
+         .most = 1,
+         .help = "let one of probes that are nearer to each other than this share of\n"
+                 "the box's largest side stand for the others in the cells"},
+        {.name = "report",
+         .kind = OPTION_FLAG,
+         .value = &want_report,
+         .unrecorded = true,
          .help = "print counts, volumes, slivers and angles to standard error"},
-        {.name = "verify", .kind = OPTION_FLAG, .value = &verify_only, .unrecorded = true,
+        {.name = "verify",
+         .kind = OPTION_FLAG,
+         .value = &verify_only,
+         .unrecorded = true,
          .help = "check the stream's own cells, write nothing, exit with 1 if they are\nbroken"},
         {0}};
     struct common common = common_default();
@@ -240,9 +282,10 @@ int main(int argc, char **argv)
     struct program program = {
         .name = "probe-tet",
         .usage = "[OPTION]... [STREAM]",
-        .summary = "Makes the Delaunay tetrahedra of the probes in STREAM (standard input) and writes\n"
-                   "the stream with a table of cells and their neighbours: tet of tetrahedra, or tri of\n"
-                   "triangles, segment, point where the probes lie in a plane, on a line, at one place.",
+        .summary =
+            "Makes the Delaunay tetrahedra of the probes in STREAM (standard input) and writes\n"
+            "the stream with a table of cells and their neighbours: tet of tetrahedra, or tri of\n"
+            "triangles, segment, point where the probes lie in a plane, on a line, at one place.",
         .groups = {rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_most = 1};
     struct warnings warnings = {0};

@@ -21,8 +21,8 @@ struct vtk_options {
 };
 
 /* The scene with the settings of the bake; its sky is no surface. */
-static struct error *read_scene(struct scene **scene, const char *path, const struct stream_header *header,
-                                struct warnings *warnings)
+static struct error *read_scene(struct scene **scene, const char *path,
+                                const struct stream_header *header, struct warnings *warnings)
 {
     struct scene_settings settings = scene_settings_default();
     struct error *err = scene_settings_from_header(&settings, header);
@@ -69,7 +69,8 @@ static struct error *run(const struct vtk_options *o, const char *input, struct 
     char *name = NULL;
     struct error *err = stream_read(&stream, input);
     if (!err)
-        err = error_wrap(grid_create(&grid, stream, o->exposure, warnings), "%s", strcmp(input, "-") ? input : "stdin");
+        err = error_wrap(grid_create(&grid, stream, o->exposure, warnings), "%s",
+                         strcmp(input, "-") ? input : "stdin");
     if (!err && o->scene)
         err = read_scene(&scene, o->scene, &stream->header, warnings);
     if (!err && o->scene)
@@ -92,26 +93,56 @@ int main(int argc, char **argv)
 {
     struct vtk_options options = {.encoding = VTK_EXPORT_BASE64};
     const struct option_row rows[] = {
-        {.name = "output", .letter = 'o', .argument = "FILE.vtu", .kind = OPTION_TEXT, .value = &options.output,
+        {.name = "output",
+         .letter = 'o',
+         .argument = "FILE.vtu",
+         .kind = OPTION_TEXT,
+         .value = &options.output,
          .help = "write the probes and tetrahedra to FILE.vtu, which appears only when it is\n"
                  "whole (required); - is standard output"},
-        {.name = "scene", .argument = "SCENE", .kind = OPTION_TEXT, .value = &options.scene, .shown = "",
+        {.name = "scene",
+         .argument = "SCENE",
+         .kind = OPTION_TEXT,
+         .value = &options.scene,
+         .shown = "",
          .help = "write the scene's surface as well"},
-        {.name = "scene-output", .argument = "FILE.vtp", .kind = OPTION_TEXT, .value = &options.scene_output,
-         .shown = "FILE.scene.vtp", .help = "where the surface goes"},
-        {.name = "exposure", .argument = "FACTOR", .kind = OPTION_REAL, .value = &options.exposure, .least = 0,
-         .least_open = true, .most = INFINITY, .shown = "automatic",
-         .help = "from irradiance to display colour; automatic brings the 95th percentile of\nluminance to 0.7"},
-        {.name = "compress", .kind = OPTION_SET, .value = &options.encoding, .count = VTK_EXPORT_COMPRESSED,
+        {.name = "scene-output",
+         .argument = "FILE.vtp",
+         .kind = OPTION_TEXT,
+         .value = &options.scene_output,
+         .shown = "FILE.scene.vtp",
+         .help = "where the surface goes"},
+        {.name = "exposure",
+         .argument = "FACTOR",
+         .kind = OPTION_REAL,
+         .value = &options.exposure,
+         .least = 0,
+         .least_open = true,
+         .most = INFINITY,
+         .shown = "automatic",
+         .help = "from irradiance to display colour; automatic brings the 95th percentile of\n"
+                 "luminance to 0.7"},
+        {.name = "compress",
+         .kind = OPTION_SET,
+         .value = &options.encoding,
+         .count = VTK_EXPORT_COMPRESSED,
          .help = "compress the arrays with zlib"},
-        {.name = "text", .kind = OPTION_SET, .value = &options.encoding, .count = VTK_EXPORT_TEXT,
+        {.name = "text",
+         .kind = OPTION_SET,
+         .value = &options.encoding,
+         .count = VTK_EXPORT_TEXT,
          .help = "write numbers as text"},
-        {.name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .value = &options.quiet, .help = "no warnings"},
+        {.name = "quiet",
+         .letter = 'q',
+         .kind = OPTION_FLAG,
+         .value = &options.quiet,
+         .help = "no warnings"},
         {0}};
     struct program program = {
         .name = "probe-vtk",
         .usage = "[OPTION]... -o FILE.vtu [STREAM]",
-        .summary = "Writes the probes and tetrahedra of STREAM (standard input) for ParaView: every column as a\n"
+        .summary = "Writes the probes and tetrahedra of STREAM (standard input) for ParaView: "
+                   "every column as a\n"
                    "named array, luminance and its gradients, quality and leaks of the cells.",
         .groups = {rows},
         .operands_most = 1};

@@ -1,13 +1,17 @@
-/* What a program that was compiled against probe-query.h has in it: sizes and places of its structs, and its numbers. As lines
- * for tests/libprobe-query.t, which compares them with tests/libprobe-query.abi.
+/* What a program that was compiled against probe-query.h has in it: sizes and places of its
+ * structs, and its numbers. As lines for tests/libprobe-query.t, which compares them with
+ * tests/libprobe-query.abi.
  */
 #include "libprobe-query/probe-query.h"
 
 #include <stdio.h>
 
-#define SIZE(type) printf("struct %s: %zu bytes, aligned to %zu\n", #type, sizeof(struct type), _Alignof(struct type))
-#define PLACE(type, member) \
-    printf("struct %s: %s at %zu, %zu bytes\n", #type, #member, offsetof(struct type, member), sizeof((struct type){0}.member))
+#define SIZE(type)                                                                                 \
+    printf("struct %s: %zu bytes, aligned to %zu\n", #type, sizeof(struct type),                   \
+           _Alignof(struct type))
+#define PLACE(type, member)                                                                        \
+    printf("struct %s: %s at %zu, %zu bytes\n", #type, #member, offsetof(struct type, member),     \
+           sizeof((struct type){0}.member))
 #define NUMBER(name) printf("%s = %d\n", #name, (int)name)
 
 int main(void)

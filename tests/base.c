@@ -1,5 +1,6 @@
 /* The lowest layer: errors gain context, arrays refuse to overflow, random numbers depend on their
- * name alone, loops report the first failure whatever the threads do, options mean what they say. */
+ * name alone, loops report the first failure whatever the threads do, options mean what they
+ * say. */
 #include "base/array.h"
 #include "base/error.h"
 #include "base/options.h"
@@ -17,7 +18,8 @@ static void test_error(void)
     struct error *err = error_new("expected %d coordinates, got %d", 3, 2);
     err = error_wrap(err, "line %d", 12);
     err = error_wrap(err, "stdin");
-    ok(!strcmp(error_message(err), "stdin: line 12: expected 3 coordinates, got 2"), "context is put in front");
+    ok(!strcmp(error_message(err), "stdin: line 12: expected 3 coordinates, got 2"),
+       "context is put in front");
     ok(error_status(err) == EXIT_BAD_DATA, "bad data by default");
     error_destroy(err);
     err = error_wrap(error_usage("no such option"), "--x");
@@ -26,7 +28,8 @@ static void test_error(void)
     ok(!error_wrap(NULL, "nothing"), "success stays success under context");
     ok(error_wrap(error_memory(), "anywhere") == error_memory(), "memory shortage needs no memory");
     err = error_system(ENOENT, "a.obj");
-    ok(!strcmp(error_message(err), "a.obj: No such file or directory"), "system errors say what the system says");
+    ok(!strcmp(error_message(err), "a.obj: No such file or directory"),
+       "system errors say what the system says");
     error_destroy(err);
 }
 
@@ -62,7 +65,8 @@ static void test_random(void)
         clash += (x == random_u32(&c)) + (x == random_u32(&d)) + (x == random_u32(&e));
     }
     ok(same == 1000, "one name, one stream");
-    ok(clash <= 1, "another seed, name or index is another stream: %d of 3000 numbers agree", clash);
+    ok(clash <= 1, "another seed, name or index is another stream: %d of 3000 numbers agree",
+       clash);
 
     /* Mean and variance of a uniform variable: z-scores within 4.5 (7e-6 two-sided). */
     enum { N = 200000 };
@@ -98,7 +102,8 @@ static void test_threads(void)
     ok(!err && all, "every item is done once, on 4 threads");
     for (int threads = 1; threads <= 4; threads++) {
         err = threads_for(threads, 1000, square_or_fail, squares);
-        ok(err && !strcmp(error_message(err), "item 300"), "the first failure is reported with %d threads", threads);
+        ok(err && !strcmp(error_message(err), "item 300"),
+           "the first failure is reported with %d threads", threads);
         error_destroy(err);
     }
     ok(!threads_for(4, 0, square_or_fail, squares), "an empty loop is done at once");
@@ -111,11 +116,13 @@ static void test_warnings(void)
         warnings_add(&w, "texture missing", "texture %d", i);
     warnings_add(&w, "other", "something");
     warnings_add(NULL, "other", "nobody listens");
-    ok(w.count == 2 && warnings_of_kind(&w, "texture missing") == 5, "warnings are counted by kind");
+    ok(w.count == 2 && warnings_of_kind(&w, "texture missing") == 5,
+       "warnings are counted by kind");
     warnings_clear(&w);
 }
 
-/* Parses one command line ("probe-x" and the words, separated by |) and checks the message or the record. */
+/* Parses one command line ("probe-x" and the words, separated by |) and checks the message or the
+ * record. */
 static void parse(const char *words, const char *expected)
 {
     double spacing = 1.5, vector[3] = {1, 2, 3};
@@ -125,28 +132,55 @@ static void parse(const char *words, const char *expected)
     const char *name = NULL;
     static const char *const kinds[] = {"all", "direct", NULL};
     const struct option_row rows[] = {
-        {.name = "spacing", .letter = 's', .argument = "S", .help = "", .kind = OPTION_REAL, .value = &spacing,
-         .least_open = true, .most = (double)INFINITY},
-        {.name = "vector", .argument = "X,Y,Z", .help = "", .kind = OPTION_REALS, .count = 3, .value = vector},
-        {.name = "rays", .argument = "N", .help = "", .kind = OPTION_INTEGER, .least = 1, .most = 100, .value = &rays},
-        {.name = "light", .argument = "L", .help = "", .kind = OPTION_CHOICE, .choices = kinds, .value = &kind},
+        {.name = "spacing",
+         .letter = 's',
+         .argument = "S",
+         .help = "",
+         .kind = OPTION_REAL,
+         .value = &spacing,
+         .least_open = true,
+         .most = (double)INFINITY},
+        {.name = "vector",
+         .argument = "X,Y,Z",
+         .help = "",
+         .kind = OPTION_REALS,
+         .count = 3,
+         .value = vector},
+        {.name = "rays",
+         .argument = "N",
+         .help = "",
+         .kind = OPTION_INTEGER,
+         .least = 1,
+         .most = 100,
+         .value = &rays},
+        {.name = "light",
+         .argument = "L",
+         .help = "",
+         .kind = OPTION_CHOICE,
+         .choices = kinds,
+         .value = &kind},
         {.name = "flag", .help = "", .kind = OPTION_FLAG, .value = &flag},
         {.name = "name", .argument = "N", .help = "", .kind = OPTION_TEXT, .value = &name},
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
-    struct program program = {.name = "probe-x", .usage = "FILE", .summary = "",
-                              .groups = {rows, common_rows(&common, ~0u, shared)}, .operands_most = 1};
+    struct program program = {.name = "probe-x",
+                              .usage = "FILE",
+                              .summary = "",
+                              .groups = {rows, common_rows(&common, ~0u, shared)},
+                              .operands_most = 1};
     char buffer[256];
     char *argv[16];
     int argc = 0;
     snprintf(buffer, sizeof buffer, "probe-x%s%s", *words ? "|" : "", words);
-    for (char *save = NULL, *word = strtok_r(buffer, "|", &save); word; word = strtok_r(NULL, "|", &save))
+    for (char *save = NULL, *word = strtok_r(buffer, "|", &save); word;
+         word = strtok_r(NULL, "|", &save))
         argv[argc++] = word;
     argv[argc] = NULL;
     struct error *err = options_parse(&program, argc, argv);
     const char *got = err ? error_message(err) : program.recorded;
-    ok(!strcmp(got, expected) && (!err || error_status(err) == EXIT_BAD_USAGE), "%s: %s", words, got);
+    ok(!strcmp(got, expected) && (!err || error_status(err) == EXIT_BAD_USAGE), "%s: %s", words,
+       got);
     error_destroy(err);
     program_clear(&program);
 }
@@ -155,7 +189,8 @@ static void test_options(void)
 {
     parse("", "probe-x");
     parse("-s|2|--rays=7|--light|direct|file", "probe-x --spacing 2 --rays 7 --light direct");
-    parse("--threads|3|--quiet|--progress|-o|x|--text|--binary", "probe-x"); /* what cannot change the light */
+    /* what cannot change the light */
+    parse("--threads|3|--quiet|--progress|-o|x|--text|--binary", "probe-x");
     parse("--seed|3|--flag", "probe-x --seed 3 --flag");
     parse("--name|it's a name", "probe-x --name 'it'\\''s a name'");
     parse("--spacing|0", "--spacing: expected a number greater than 0, got 0");
@@ -167,7 +202,8 @@ static void test_options(void)
     parse("--rays|1.5", "--rays: expected a whole number, got '1.5'");
     parse("--rays|99999999999999999999", "--rays: the number 99999999999999999999 is too large");
     parse("--vector|1,2", "--vector: expected 3 finite numbers separated by commas, got '1,2'");
-    parse("--vector|1,2,3,4", "--vector: expected 3 finite numbers separated by commas, got '1,2,3,4'");
+    parse("--vector|1,2,3,4",
+          "--vector: expected 3 finite numbers separated by commas, got '1,2,3,4'");
     parse("--light|sun", "--light: expected one of all, direct, got 'sun'");
     parse("--flag=1", "--flag takes no argument");
     parse("--nothing", "unknown or ambiguous option '--nothing'");

@@ -29,7 +29,7 @@ static void fit(enum basis basis, int order, const float *sh, float *c)
     basis_fit_destroy(f);
 }
 
-/* -- functions ------------------------------------------------------------------------------------ */
+/* -- functions -------------------------------------------------------------------------------- */
 
 static void test_functions(void)
 {
@@ -44,7 +44,8 @@ static void test_functions(void)
             basis_irradiance(basis, ones, n, rgb);
             worst = fmax(worst, fabs(rgb[i % 3] - 1));
         }
-        ok(worst < 1e-14, "%s: the functions sum to 1 in every direction (%.1e)", basis_name(basis), worst);
+        ok(worst < 1e-14, "%s: the functions sum to 1 in every direction (%.1e)", basis_name(basis),
+           worst);
     }
     /* McTaggart's by hand: (0.36, -0.48, 0.8) meets +X, -Y, +Z. */
     float cube[18];
@@ -54,9 +55,11 @@ static void test_functions(void)
     basis_irradiance(BASIS_CUBE, cube, (const double[3]){0.36, -0.48, 0.8}, rgb);
     ok(fabs(rgb[1] - (0.1296 * 2 + 0.2304 * 11 + 0.64 * 14)) < 1e-12,
        "cube: the three sides that a normal meets, by its squares");
-    /* At a corner v: 0.35 + 0.25 of its own, and of its five neighbours, v . w = 1 / sqrt(5), 0.35 / 5 + 0.25 / 25. */
+    /* At a corner v: 0.35 + 0.25 of its own, and of its five neighbours, v . w = 1 / sqrt(5), 0.35
+     * / 5 + 0.25 / 25. */
     float dice[36] = {0};
-    const double corner[3] = {0, -0.8506508083520399, 0.5257311121191336}; /* 4 g + 2 a + b = 4 + 2 + 0 */
+    /* 4 g + 2 a + b = 4 + 2 + 0 */
+    const double corner[3] = {0, -0.8506508083520399, 0.5257311121191336};
     dice[3 * 6] = 1;
     basis_irradiance(BASIS_DICE, dice, corner, rgb);
     const double own = rgb[0];
@@ -68,12 +71,14 @@ static void test_functions(void)
         dice[3 * i] = 0;
         neighbours += fabs(rgb[0] - 0.08) < 1e-12;
     }
-    ok(fabs(own - 0.6) < 1e-12 && neighbours == 5, "dice: corner 6 is where it is said to be, with five neighbours");
+    ok(fabs(own - 0.6) < 1e-12 && neighbours == 5,
+       "dice: corner 6 is where it is said to be, with five neighbours");
     float ahd[9] = {1, 2, 3, 4, 5, 6, 0, 0.6f, 0.8f};
     basis_irradiance(BASIS_AHD, ahd, (const double[3]){0, 0, 1}, rgb);
     double back[3];
     basis_irradiance(BASIS_AHD, ahd, (const double[3]){0, 0, -1}, back);
-    ok(fabs(rgb[2] - (3 + 0.8 * 6)) < 1e-6 && back[2] == 3, "ahd: ambient, and highlight by the cosine");
+    ok(fabs(rgb[2] - (3 + 0.8 * 6)) < 1e-6 && back[2] == 3,
+       "ahd: ambient, and highlight by the cosine");
 }
 
 /* The derivative along a unit tangent t at n, by differences on the sphere's great circle. */
@@ -109,8 +114,8 @@ static void test_cubic(void)
         derivative = fmax(derivative, fabs(slope(c, n, u, 1e-6) - (double)c[9 * i + 3]));
         derivative = fmax(derivative, fabs(slope(c, n, v, 1e-6) - (double)c[9 * i + 6]));
     }
-    ok(value < 1e-12 && derivative < 1e-4, "dice-cubic: the corners' values and derivatives are kept (%.1e, %.1e)", value,
-       derivative);
+    ok(value < 1e-12 && derivative < 1e-4,
+       "dice-cubic: the corners' values and derivatives are kept (%.1e, %.1e)", value, derivative);
 
     /* Along circles: no jump of value or slope, over all edges. */
     double jump = 0, kink = 0;
@@ -137,7 +142,9 @@ static void test_cubic(void)
             before = s;
         }
     }
-    ok(jump < 2e-3 && kink < 2e-2, "dice-cubic: smooth across edges: steps of 3e-4 change value by %.1e, slope by %.1e", jump, kink);
+    ok(jump < 2e-3 && kink < 2e-2,
+       "dice-cubic: smooth across edges: steps of 3e-4 change value by %.1e, slope by %.1e", jump,
+       kink);
 
     float sh[12] = {0}, linear[BASIS_WIDTH_MOST]; /* E = A_1 L_1m Y_1m alone */
     sh[3] = 1, sh[6] = -2, sh[9] = 0.5f;
@@ -153,16 +160,19 @@ static void test_cubic(void)
     ok(worst < 1e-6, "dice-cubic: holds linear light exactly (%.1e)", worst);
 }
 
-/* -- fits ----------------------------------------------------------------------------------------- */
+/* -- fits ------------------------------------------------------------------------------------- */
 
 enum { SAMPLES = 40000 };
 
-/* Integral of the square of what a fit leaves out, colour k; and of what it leaves out times other functions. */
-static double left_out(enum basis basis, int order, const float *sh, const float *c, const float *other, int k)
+/* Integral of the square of what a fit leaves out, colour k; and of what it leaves out times other
+ * functions. */
+static double left_out(enum basis basis, int order, const float *sh, const float *c,
+                       const float *other, int k)
 {
     double sum = 0;
     for (int i = 0; i < SAMPLES; i++) {
-        const double z = 1 - (2 * i + 1.0) / SAMPLES, s = sqrt(1 - z * z), phi = i * 2.399963229728653;
+        const double z = 1 - (2 * i + 1.0) / SAMPLES, s = sqrt(1 - z * z),
+                     phi = i * 2.399963229728653;
         const double n[3] = {s * cos(phi), s * sin(phi), z};
         double is[3], was[3], by[3];
         basis_irradiance(basis, c, n, is);
@@ -186,18 +196,21 @@ static void test_fits(void)
                 other[i] = (float)(draw() - 0.5);
             worst = fmax(worst, fabs(left_out(basis, order, sh, c, other, order % 3)));
         }
-        ok(worst < 3e-4, "%s: what is left out is orthogonal to whatever the basis can hold: least squares (%.1e)",
+        ok(worst < 3e-4,
+           "%s: what is left out is orthogonal to whatever the basis can hold: least squares "
+           "(%.1e)",
            basis_name(basis), worst);
     }
     /* Y20 and Y22 are combinations of squares, which the cube holds. */
     float even[27] = {[0] = 2, [18] = 0.3f, [24] = -0.2f}, cube[18];
     fit(BASIS_CUBE, 3, even, cube);
-    ok(left_out(BASIS_CUBE, 3, even, cube, NULL, 0) < 1e-11, "cube: holds squares of the axes exactly");
+    ok(left_out(BASIS_CUBE, 3, even, cube, NULL, 0) < 1e-11,
+       "cube: holds squares of the axes exactly");
     /* x alone: 1.25 x |x| is the best. */
     float x[12] = {[9] = (float)(1 / (2 * PI / 3 * 0.48860251190292))};
     fit(BASIS_CUBE, 2, x, cube);
-    ok(fabsf(cube[0] - 1.25f) < 1e-5f && fabsf(cube[3] + 1.25f) < 1e-5f &&
-       fabsf(cube[6]) < 1e-5f, "cube: E = x becomes 5/4 x |x|");
+    ok(fabsf(cube[0] - 1.25f) < 1e-5f && fabsf(cube[3] + 1.25f) < 1e-5f && fabsf(cube[6]) < 1e-5f,
+       "cube: E = x becomes 5/4 x |x|");
     for (enum basis basis = BASIS_CUBE; basis < BASIS_COUNT; basis++) {
         float sky[3 * SH_COUNT_MAX] = {0}, c[BASIS_WIDTH_MOST];
         double worst = 0;
@@ -211,14 +224,15 @@ static void test_fits(void)
             for (int k = 0; k < 3; k++)
                 worst = fmax(worst, fabs(rgb[k] / (PI * (k + 1)) - 1));
         }
-        ok(worst < (basis == BASIS_DICE_CUBIC ? 0.042 : 1e-5), "%s: a uniform sky is pi L, to %.1e", basis_name(basis), worst);
+        ok(worst < (basis == BASIS_DICE_CUBIC ? 0.042 : 1e-5), "%s: a uniform sky is pi L, to %.1e",
+           basis_name(basis), worst);
     }
 }
 
-/* -- ahd ------------------------------------------------------------------------------------------ */
+/* -- ahd -------------------------------------------------------------------------------------- */
 
-/* A sky and one delta: the direction is the delta's, and the two colours follow from <E, c> = pi A + H sum of A_l^2 (2l + 1) /
- * 4 pi. */
+/* A sky and one delta: the direction is the delta's, and the two colours follow from <E, c> = pi A
+ * + H sum of A_l^2 (2l + 1) / 4 pi. */
 static void test_highlight(void)
 {
     double turned = 0, worst = 0;
@@ -235,17 +249,20 @@ static void test_highlight(void)
         for (int l = 0; l < order; l++)
             norm += sh_cosine(l) * sh_cosine(l) * (2 * l + 1) / (4 * PI);
         for (int k = 0; k < 3; k++) {
-            const double whole = 4 * PI * PI * sky[k] + PI * light[k], part = PI * PI * sky[k] + norm * light[k];
+            const double whole = 4 * PI * PI * sky[k] + PI * light[k],
+                         part = PI * PI * sky[k] + norm * light[k];
             const double h = (part - whole / 4) * 12 / (5 * PI), a = (whole - PI * h) / (4 * PI);
             worst = fmax(worst, fmax(fabs((double)c[3 + k] / h - 1), fabs((double)c[k] / a - 1)));
             turned = fmax(turned, fabs((double)c[6 + k] - d[k]));
         }
     }
-    ok(turned < 1e-5 && worst < 1e-5, "ahd: a lamp and a sky are its closed form (direction off by %.1e, colours by %.1e)",
-       turned, worst);
+    ok(turned < 1e-5 && worst < 1e-5,
+       "ahd: a lamp and a sky are its closed form (direction off by %.1e, colours by %.1e)", turned,
+       worst);
 
     int better = 0, negative = 0;
-    for (int turn = 0; turn < 6; turn++) { /* no other direction, with colours of its own or changed ones, does better */
+    /* no other direction, with colours of its own or changed ones, does better */
+    for (int turn = 0; turn < 6; turn++) {
         float sh[3 * SH_COUNT_MAX], c[9], other[9];
         make_probe(3, sh);
         fit(BASIS_AHD, 3, sh, c);
@@ -271,14 +288,15 @@ static void test_highlight(void)
             better += sum < best - 1e-6;
         }
     }
-    ok(!better && !negative, "ahd: nothing near or far is closer, no colour below 0 (%d, %d)", better, negative);
+    ok(!better && !negative, "ahd: nothing near or far is closer, no colour below 0 (%d, %d)",
+       better, negative);
     float dark[27] = {0}, c[9];
     fit(BASIS_AHD, 3, dark, c);
     ok(!c[0] && !c[3] && fabsf(c[6] * c[6] + c[7] * c[7] + c[8] * c[8] - 1) < 1e-6f,
        "ahd: darkness is dark, with a unit direction");
 }
 
-/* -- tables --------------------------------------------------------------------------------------- */
+/* -- tables ----------------------------------------------------------------------------------- */
 
 static void test_table(void)
 {
@@ -293,27 +311,31 @@ static void test_table(void)
         struct basis_error error, again;
         must(basis_convert(&t, basis, false, 2, &error));
         const size_t width = basis_width(basis);
-        const float *sh = column_f32(table_column(&t, "sh")), *c = column_f32(table_column(&t, basis_column(basis)));
+        const float *sh = column_f32(table_column(&t, "sh")),
+                    *c = column_f32(table_column(&t, basis_column(basis)));
         double square = 0, worst = 0;
         for (size_t i = 0; i < ROWS - 1; i++) {
             double mean = 0, one = 0;
             for (int s = 0; s < SAMPLES; s++) {
-                const double z = 1 - (2 * s + 1.0) / SAMPLES, r = sqrt(1 - z * z), phi = s * 2.399963229728653;
+                const double z = 1 - (2 * s + 1.0) / SAMPLES, r = sqrt(1 - z * z),
+                             phi = s * 2.399963229728653;
                 const double n[3] = {r * cos(phi), r * sin(phi), z};
                 double is[3], was[3];
                 basis_irradiance(basis, c + i * width, n, is);
                 sh_irradiance(3, sh + 27 * i, 0, n, was);
-                const double off = 0.2126 * (is[0] - was[0]) + 0.7152 * (is[1] - was[1]) + 0.0722 * (is[2] - was[2]);
+                const double off = 0.2126 * (is[0] - was[0]) + 0.7152 * (is[1] - was[1]) +
+                                   0.0722 * (is[2] - was[2]);
                 mean += (0.2126 * was[0] + 0.7152 * was[1] + 0.0722 * was[2]) / SAMPLES;
                 one += off * off / SAMPLES;
                 worst = fmax(worst, fabs(off));
             }
             square += one / (mean * mean) / (ROWS - 1);
         }
-        ok(error.probes == ROWS - 1 && fabs(error.rms / sqrt(square) - 1) < 0.02 && isnan(c[(ROWS - 1) * width]) &&
-           error.worst >= error.rms,
-           "%s: the stated error is that over 40000 directions (%.4f, %.4f); a probe without light has none", basis_name(basis), error.rms,
-           sqrt(square));
+        ok(error.probes == ROWS - 1 && fabs(error.rms / sqrt(square) - 1) < 0.02 &&
+               isnan(c[(ROWS - 1) * width]) && error.worst >= error.rms,
+           "%s: the stated error is that over 40000 directions (%.4f, %.4f); a probe without light "
+           "has none",
+           basis_name(basis), error.rms, sqrt(square));
         /* Convolved coefficients give the same, but for their rounding. */
         float sample[BASIS_WIDTH_MOST];
         memcpy(sample, c, width * sizeof *sample);
@@ -323,7 +345,8 @@ static void test_table(void)
         double off = 0;
         for (size_t k = 0; k < width; k++)
             off = fmax(off, fabs((double)c[k] - (double)sample[k]));
-        ok(off < 1e-4 && fabs(again.rms - error.rms) < 1e-5, "%s: and the same of irradiance (%.1e)", basis_name(basis), off);
+        ok(off < 1e-4 && fabs(again.rms - error.rms) < 1e-5,
+           "%s: and the same of irradiance (%.1e)", basis_name(basis), off);
         must(content_convert(&t, true, false));
     }
     basis_drop(&t);

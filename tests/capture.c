@@ -1,6 +1,6 @@
-/* Capture, one probe at a time: what the rays learn, seeds, alpha, instances, the header, and the coverage of sh_error. z-scores,
- * (value - truth) / sh_error, are held within 4.5 (a chance of 7e-6 of failing by luck). Closed forms: tests/forms.c; scale and
- * distance: tests/extremes.c. */
+/* Capture, one probe at a time: what the rays learn, seeds, alpha, instances, the header, and the
+ * coverage of sh_error. z-scores, (value - truth) / sh_error, are held within 4.5 (a chance of 7e-6
+ * of failing by luck). Closed forms: tests/forms.c; scale and distance: tests/extremes.c. */
 #include "math/random.h"
 #include "stream/stream.h"
 #include "support/capture_bench.h"
@@ -10,7 +10,8 @@ static double worst_z(const struct capture_probe *p, int order, const double *tr
 {
     double worst = 0;
     for (int i = 0; i < 3 * order * order; i++) {
-        const double off = fabs((double)p->sh[i] - truth[i]), error = (double)p->sh_error[i] + 1e-6 * (1 + fabs(truth[i]));
+        const double off = fabs((double)p->sh[i] - truth[i]),
+                     error = (double)p->sh_error[i] + 1e-6 * (1 + fabs(truth[i]));
         worst = fmax(worst, off / error);
     }
     return worst;
@@ -41,8 +42,8 @@ static void test_rays(void)
     bench_finish(&b, 4);
     const struct capture_settings s = capture_settings_default();
     const struct capture_probe p = capture(&b, &s, 0.3, -0.4, 0.2);
-    ok(p.sky == 0 && p.validity == 1 && p.depth > 2 &&
-       p.depth < 2 * sqrt(3), "closed: no ray escapes, depth %.3f", (double)p.depth);
+    ok(p.sky == 0 && p.validity == 1 && p.depth > 2 && p.depth < 2 * sqrt(3),
+       "closed: no ray escapes, depth %.3f", (double)p.depth);
     bench_clear(&b);
 }
 
@@ -64,7 +65,8 @@ static struct capture_probe capture_room(uint64_t seed)
 
 static void test_seed(void)
 {
-    const struct capture_probe here = capture_room(0), again = capture_room(0), other = capture_room(1);
+    const struct capture_probe here = capture_room(0), again = capture_room(0),
+                               other = capture_room(1);
     ok(!memcmp(here.sh, again.sh, sizeof(float[27])), "the same seed gives the same bytes");
     ok(memcmp(here.sh, other.sh, sizeof(float[27])), "another seed gives others");
 }
@@ -85,14 +87,16 @@ static void test_coverage(void)
     struct bench b;
     bench_start(&b);
     add_cube(&b, 2, material(0.7f, 0));
-    add_quad(&b, (const double[12]){-1, 1.9, -1, 1, 1.9, -1, 1, 1.9, 1, -1, 1.9, 1}, material(0.2f, 4));
+    add_quad(&b, (const double[12]){-1, 1.9, -1, 1, 1.9, -1, 1, 1.9, 1, -1, 1.9, 1},
+             material(0.2f, 4));
     bench_finish(&b, 4);
     enum { PROBES = 60, SEEDS = 12 };
     struct capture_settings s = capture_settings_default();
     size_t within = 0, all = 0;
     struct random r = random_start(7, 0, 0);
     for (int i = 0; i < PROBES; i++) {
-        const double p[3] = {3 * random_double(&r) - 1.5, 3 * random_double(&r) - 1.5, 3 * random_double(&r) - 1.5};
+        const double p[3] = {3 * random_double(&r) - 1.5, 3 * random_double(&r) - 1.5,
+                             3 * random_double(&r) - 1.5};
         s.rays = 20000;
         s.seed = 1000;
         const struct capture_probe truth = capture(&b, &s, p[0], p[1], p[2]);
@@ -102,14 +106,16 @@ static void test_coverage(void)
             const struct capture_probe one = capture(&b, &s, p[0], p[1], p[2]);
             for (int k = 0; k < 27; k++, all++) {
                 const double e = (double)one.sh_error[k], t = (double)truth.sh_error[k];
-                within += fabs((double)one.sh[k] - (double)truth.sh[k]) < 1.96 * sqrt(e * e + t * t);
+                within += fabs((double)one.sh[k] - (double)truth.sh[k]) <
+                          1.96 * sqrt(e * e + t * t);
             }
         }
     }
-    /* Colours and coefficients of one capture are correlated: as if there were PROBES * SEEDS independent ones, 95 % is met
-     * within 4 * sqrt(.95 * .05 / 720) = 3.2 %. */
+    /* Colours and coefficients of one capture are correlated: as if there were PROBES * SEEDS
+     * independent ones, 95 % is met within 4 * sqrt(.95 * .05 / 720) = 3.2 %. */
     const double share = (double)within / (double)all;
-    ok(share > 0.918 && share < 0.982, "the truth lies within 1.96 sh_error in %.1f %% of %zu cases", 100 * share, all);
+    ok(share > 0.918 && share < 0.982,
+       "the truth lies within 1.96 sh_error in %.1f %% of %zu cases", 100 * share, all);
     bench_clear(&b);
 }
 
@@ -130,10 +136,13 @@ static void test_alpha(void)
         const struct capture_probe p = capture(&b, &s, 0.1, 0.2, 0.3);
         double truth[27] = {0};
         truth[0] = truth[1] = truth[2] = (blend ? 0.75 : 1) * sqrt(4 * PI);
-        ok(worst_z(&p, 3, truth) < 4.5, "%s (z = %.2f)", blend ? "a wall of opacity 0.25 lets 3/4 of the sky through" : "a cut-out below its cut-off is not there",
+        ok(worst_z(&p, 3, truth) < 4.5, "%s (z = %.2f)",
+           blend ? "a wall of opacity 0.25 lets 3/4 of the sky through"
+                 : "a cut-out below its cut-off is not there",
            worst_z(&p, 3, truth));
         const double inside[3] = {0, 0, 0}, outside[3] = {5, 0.1, 0.2};
-        ok(fabsf(trace_visibility(b.tracer, inside, outside) - (blend ? 0.75f : 1)) < 1e-6f, "and visibility says so");
+        ok(fabsf(trace_visibility(b.tracer, inside, outside) - (blend ? 0.75f : 1)) < 1e-6f,
+           "and visibility says so");
         bench_clear(&b);
     }
 }
@@ -148,7 +157,8 @@ static void test_instances(void)
         b.settings.emit_front_only = true;
         add_quad(&b, (const double[12]){-1, 2, -1, 1, 2, -1, 1, 2, 1, -1, 2, 1}, material(0, 1));
         if (flat) {
-            add_quad(&b, (const double[12]){1, -2, -1, -1, -2, -1, -1, -2, 1, 1, -2, 1}, material(0, 1));
+            add_quad(&b, (const double[12]){1, -2, -1, -1, -2, -1, -1, -2, 1, 1, -2, 1},
+                     material(0, 1));
         } else {
             struct scene_instance *grown = realloc(b.scene->instances, 2 * sizeof *grown);
             b.scene->instances = grown;
@@ -163,22 +173,30 @@ static void test_instances(void)
         p[flat] = capture(&b, &s, 0.2, 0.1, 0);
         bench_clear(&b);
     }
-    ok(difference_z(&p[0], &p[1]) < 4.5, "a mesh placed twice lights as two meshes do (z = %.2f)", difference_z(&p[0], &p[1]));
+    ok(difference_z(&p[0], &p[1]) < 4.5, "a mesh placed twice lights as two meshes do (z = %.2f)",
+       difference_z(&p[0], &p[1]));
     ok(p[0].sh[0] > 0.3f, "and it shines");
 }
 
 static void test_header(void)
 {
-    struct capture_settings s = {.order = 5, .rays = 77, .bounces = 3, .light = CAPTURE_INDIRECT, .seed = (uint64_t)1 << 52,
-                                 .decimate = 0.3}, back = capture_settings_default();
+    struct capture_settings s = {.order = 5,
+                                 .rays = 77,
+                                 .bounces = 3,
+                                 .light = CAPTURE_INDIRECT,
+                                 .seed = (uint64_t)1 << 52,
+                                 .decimate = 0.3},
+                            back = capture_settings_default();
     struct stream_header h = {0};
     must(capture_settings_to_header(&s, &h));
     must(capture_settings_from_header(&back, &h));
-    ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT && back.seed == s.seed &&
-       back.decimate == s.decimate, "settings come back from a header");
+    ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT &&
+           back.seed == s.seed && back.decimate == s.decimate,
+       "settings come back from a header");
     must(header_set_key(&h, "capture-rays", "many"));
     struct error *err = capture_settings_from_header(&back, &h);
-    ok(err && strstr(error_message(err), "capture-rays"), "refused: %s", err ? error_message(err) : "");
+    ok(err && strstr(error_message(err), "capture-rays"), "refused: %s",
+       err ? error_message(err) : "");
     error_destroy(err);
     header_clear(&h);
 }

@@ -1,9 +1,10 @@
-/* Whether sh_error says the truth: over more than 1000 probes of three scenes, the light of many rays lies within 1.96 of the
- * standard errors of few in 93 to 97 % of all cases; and likewise for surfaces and for rays that are spent by error.
+/* Whether sh_error says the truth: over more than 1000 probes of three scenes, the light of many
+ * rays lies within 1.96 of the standard errors of few in 93 to 97 % of all cases; and likewise for
+ * surfaces and for rays that are spent by error.
  *
- * The scenes are those that come with the program, lit from the fronts of their lamps: a lamp that shines from its back as
- * well, into the slit under the ceiling, is light that one ray in thousands meets, and no sample of 1000 knows how much of that
- * there is. */
+ * The scenes are those that come with the program, lit from the fronts of their lamps: a lamp that
+ * shines from its back as well, into the slit under the ceiling, is light that one ray in thousands
+ * meets, and no sample of 1000 knows how much of that there is. */
 #include "base/error.h"
 #include "base/threads.h"
 #include "base/warning.h"
@@ -43,7 +44,8 @@ static struct error *try_probe(void *context, size_t index, int thread)
     const double p[3] = {t->low.x + (t->high.x - t->low.x) * random_double(&r),
                          t->low.y + (t->high.y - t->low.y) * random_double(&r),
                          t->low.z + (t->high.z - t->low.z) * random_double(&r)};
-    const struct vec3f n = path_scatter((struct vec3f){0, 1, 0}, random_float(&r), random_float(&r));
+    const struct vec3f n =
+        path_scatter((struct vec3f){0, 1, 0}, random_float(&r), random_float(&r));
     const float normal[3] = {n.x, n.y, n.z};
     struct capture_settings many = t->few;
     many.rays = TRUTH_RAYS;
@@ -58,13 +60,16 @@ static struct error *try_probe(void *context, size_t index, int thread)
             continue;
         const double off = (double)one.sh[k] - (double)truth.sh[k];
         t->all[index]++;
-        t->within[index] += off * off < 1.96 * 1.96 * ((double)one.sh_error[k] * (double)one.sh_error[k] + (double)truth.sh_error[k] * (double)truth.sh_error[k]);
+        t->within[index] += off * off < 1.96 * 1.96 *
+                                            ((double)one.sh_error[k] * (double)one.sh_error[k] +
+                                             (double)truth.sh_error[k] * (double)truth.sh_error[k]);
     }
     return err;
 }
 
 /* Adds one scene's cases. */
-static void try_scene(const char *name, double sky, struct trial *t, double *within, double *all, int *probes)
+static void try_scene(const char *name, double sky, struct trial *t, double *within, double *all,
+                      int *probes)
 {
     char path[4096];
     const char *source = getenv("SRC");
@@ -110,7 +115,8 @@ static void test(const char *what, struct capture_settings few, bool surface, in
     try_scene("coloured-walls.gltf", 1, &t, &within, &all, &probes);
     const double share = within / all;
     ok(share > 0.93 && share < 0.97 && probes >= least_probes,
-       "%s: the truth is within 1.96 standard errors in %.1f %% of %.0f cases, %d probes", what, 100 * share, all, probes);
+       "%s: the truth is within 1.96 standard errors in %.1f %% of %.0f cases, %d probes", what,
+       100 * share, all, probes);
 }
 
 int main(void)

@@ -1,5 +1,5 @@
-/* What capture learns beside a point's light: gradient, surfaces, occlusion, visibility; and how it spends: error bounds, orders.
- * Against closed forms, and against other captures. */
+/* What capture learns beside a point's light: gradient, surfaces, occlusion, visibility; and how it
+ * spends: error bounds, orders. Against closed forms, and against other captures. */
 #include "libprobe-query/sh.h"
 #include "light/order.h"
 #include "math/random.h"
@@ -13,9 +13,11 @@
 static void start_room(struct bench *b)
 {
     bench_start(b);
-    b->settings.emit_front_only = true; /* its back would light the slit above it, which rays seldom meet */
+    /* its back would light the slit above it, which rays seldom meet */
+    b->settings.emit_front_only = true;
     add_cube(b, 2, material(0.6f, 0));
-    add_quad(b, (const double[12]){-0.8, 1.6, -0.8, 0.6, 1.6, -0.8, 0.6, 1.6, 0.9, -0.8, 1.6, 0.9}, material(0, 4));
+    add_quad(b, (const double[12]){-0.8, 1.6, -0.8, 0.6, 1.6, -0.8, 0.6, 1.6, 0.9, -0.8, 1.6, 0.9},
+             material(0, 4));
     struct shape block = shape_sphere(0.6, 0); /* an icosahedron */
     shape_move(&block, 0.7, -1.2, -0.6);
     add_shape(b, &block, material(0.5f, 0));
@@ -23,8 +25,8 @@ static void start_room(struct bench *b)
 }
 
 /* Mean gradient of K captures, and its variance. */
-static void mean_gradient(const struct bench *b, struct capture_settings s, const double p[3], int count, double *mean,
-                          double *variance)
+static void mean_gradient(const struct bench *b, struct capture_settings s, const double p[3],
+                          int count, double *mean, double *variance)
 {
     enum { VALUES = 81 };
     double square[VALUES] = {0};
@@ -43,8 +45,8 @@ static void mean_gradient(const struct bench *b, struct capture_settings s, cons
 }
 
 /* The same from six captures, h away along each axis. */
-static void six_captures(const struct bench *b, struct capture_settings s, const double p[3], double h, double *gradient,
-                         double *variance)
+static void six_captures(const struct bench *b, struct capture_settings s, const double p[3],
+                         double h, double *gradient, double *variance)
 {
     s.columns = CAPTURE_ERROR;
     for (int axis = 0; axis < 3; axis++) {
@@ -63,11 +65,13 @@ static void six_captures(const struct bench *b, struct capture_settings s, const
     }
 }
 
-/* Walls that move with planes are exact in the limit of small cells; at 4096 rays what the cells cut off is 1 to 2 % of the
- * gradient. A sign, a factor or an axis that is wrong is off by its whole size. */
+/* Walls that move with planes are exact in the limit of small cells; at 4096 rays what the cells
+ * cut off is 1 to 2 % of the gradient. A sign, a factor or an axis that is wrong is off by its
+ * whole size. */
 static void test_gradient(enum capture_light light)
 {
-    static const double points[4][3] = {{0.3, 0.5, -0.4}, {-0.9, -0.3, 0.7}, {1.1, 0.9, 1.2}, {0.1, -0.7, 0.2}};
+    static const double points[4][3] = {
+        {0.3, 0.5, -0.4}, {-0.9, -0.3, 0.7}, {1.1, 0.9, 1.2}, {0.1, -0.7, 0.2}};
     struct bench b;
     start_room(&b);
     bench_finish(&b, 1);
@@ -88,7 +92,9 @@ static void test_gradient(enum capture_light light)
         }
     }
     const double left = sqrt(fmax(off - noise, 0) / size);
-    ok(left < 0.04, "%s light: the gradient is that of six shifted captures, but for %.1f %% beside a noise of %.1f %%",
+    ok(left < 0.04,
+       "%s light: the gradient is that of six shifted captures, but for %.1f %% beside a noise of "
+       "%.1f %%",
        light == CAPTURE_DIRECT ? "direct" : "indirect", 100 * left, 100 * sqrt(noise / size));
     ok(fabs(along / size - 1) < 0.03, "and as large (ratio %.3f)", along / size);
     bench_clear(&b);
@@ -99,7 +105,8 @@ static void test_point_gradient(void)
 {
     struct bench b;
     bench_start(&b);
-    add_light(&b, (struct scene_light){.kind = SCENE_POINT, .position = {1, 2, -1}, .intensity = {3, 5, 7}});
+    add_light(&b, (struct scene_light){
+                      .kind = SCENE_POINT, .position = {1, 2, -1}, .intensity = {3, 5, 7}});
     bench_finish(&b, 1);
     struct capture_settings s = capture_settings_default();
     s.columns = CAPTURE_GRADIENT;
@@ -110,8 +117,11 @@ static void test_point_gradient(void)
     for (int axis = 0; axis < 3; axis++) {
         /* d(r^-2)/dp = 2 way / r^4; L_00 = I Y00 / r^2; L_11 = I 0.4886 way_x / r^3 */
         const double d00 = 3 * 0.28209479177387814 * 2 * way[axis] / (r2 * r2);
-        const double d11 = 3 * 0.48860251190292 * (3 * way[0] * way[axis] / (r2 * r2 * r) - (axis == 0 ? 1 / (r2 * r) : 0));
-        worst = fmax(worst, fabs((double)probe.sh_gradient[27 * axis] - d00) + fabs((double)probe.sh_gradient[27 * axis + 9] - d11));
+        const double d11 =
+            3 * 0.48860251190292 *
+            (3 * way[0] * way[axis] / (r2 * r2 * r) - (axis == 0 ? 1 / (r2 * r) : 0));
+        worst = fmax(worst, fabs((double)probe.sh_gradient[27 * axis] - d00) +
+                                fabs((double)probe.sh_gradient[27 * axis + 9] - d11));
     }
     ok(worst < 1e-6, "the gradient of a point light's delta is its closed form's (%.1e)", worst);
     bench_clear(&b);
@@ -119,8 +129,8 @@ static void test_point_gradient(void)
 
 /* -- surfaces ---------------------------------------------------------------------------------- */
 
-static struct capture_probe capture_surface(const struct bench *b, const struct capture_settings *s, double x, double y,
-                                            double z, const float n[3])
+static struct capture_probe capture_surface(const struct bench *b, const struct capture_settings *s,
+                                            double x, double y, double z, const float n[3])
 {
     struct capture_probe probe;
     must(capture_probe(&b->path, s, (const double[3]){x, y, z}, n, &probe));
@@ -132,22 +142,27 @@ static void test_surfaces(void)
     struct bench b;
     bench_start(&b);
     b.settings.sky[0] = 1, b.settings.sky[1] = 2, b.settings.sky[2] = 3;
-    add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {0, -0.6, -0.8}, .intensity = {10, 20, 30}});
+    add_light(&b, (struct scene_light){
+                      .kind = SCENE_SUN, .direction = {0, -0.6, -0.8}, .intensity = {10, 20, 30}});
     bench_finish(&b, 1);
     struct capture_settings s = capture_settings_default();
     s.rays = 64;
     const struct capture_probe up = capture_surface(&b, &s, 0, 0, 0, (const float[3]){0, 1, 0});
     const struct capture_probe away = capture_surface(&b, &s, 0, 0, 0, (const float[3]){0, 0, -1});
-    ok(fabs((double)up.sh[0] - (PI + 6)) < 1e-5 && fabs((double)up.sh[2] - 3 * (PI + 6)) < 1e-4 && up.sh_error[0] < 1e-5f,
+    ok(fabs((double)up.sh[0] - (PI + 6)) < 1e-5 && fabs((double)up.sh[2] - 3 * (PI + 6)) < 1e-4 &&
+           up.sh_error[0] < 1e-5f,
        "a surface under a sky and a sun: pi L + E cos, to the digit (%.6f)", (double)up.sh[0]);
-    ok(fabs((double)away.sh[0] - PI) < 1e-5, "turned from the sun: pi L (%.6f)", (double)away.sh[0]);
+    ok(fabs((double)away.sh[0] - PI) < 1e-5, "turned from the sun: pi L (%.6f)",
+       (double)away.sh[0]);
     bench_clear(&b);
 
-    /* A square lamp above and to the side, by Lambert's formula: E = L / 2 sum of angle * (edge normal . n). */
+    /* A square lamp above and to the side, by Lambert's formula: E = L / 2 sum of angle * (edge
+     * normal . n). */
     const double quad[12] = {0.2, 1.5, -0.5, 1.2, 1.5, -0.5, 1.2, 1.5, 0.5, 0.2, 1.5, 0.5};
     double lambert = 0;
     for (int i = 0; i < 4; i++) {
-        const struct vec3 a = vec3_normalize(vec3_load(quad + 3 * i)), c = vec3_normalize(vec3_load(quad + 3 * ((i + 1) % 4)));
+        const struct vec3 a = vec3_normalize(vec3_load(quad + 3 * i)),
+                          c = vec3_normalize(vec3_load(quad + 3 * ((i + 1) % 4)));
         lambert += 0.5 * acos(vec3_dot(a, c)) * vec3_normalize(vec3_cross(a, c)).y;
     }
     lambert = fabs(lambert) * 3;
@@ -161,13 +176,13 @@ static void test_surfaces(void)
         mean += (double)p.sh[0] / 32;
         variance += (double)p.sh_error[0] * (double)p.sh_error[0] / 32 / 32;
     }
-    ok(fabs(mean - lambert) < 4.5 * sqrt(variance) &&
-       sqrt(variance) < 0.01 * lambert, "a lamp over a surface: Lambert's %.5f (%.5f +- %.5f)", lambert, mean, sqrt(variance));
+    ok(fabs(mean - lambert) < 4.5 * sqrt(variance) && sqrt(variance) < 0.01 * lambert,
+       "a lamp over a surface: Lambert's %.5f (%.5f +- %.5f)", lambert, mean, sqrt(variance));
     bench_clear(&b);
 }
 
-/* A wall of height 1 beside the surface, d away and as good as endless: what is open are the directions that make an angle
- * below pi - atan(1 / d) with the floor, seen along the wall. */
+/* A wall of height 1 beside the surface, d away and as good as endless: what is open are the
+ * directions that make an angle below pi - atan(1 / d) with the floor, seen along the wall. */
 static void test_occlusion(void)
 {
     struct bench b;
@@ -181,13 +196,15 @@ static void test_occlusion(void)
     const float up[3] = {0, 1, 0};
     const struct capture_probe open = capture_surface(&b, &s, 0, 0, 0, up);
     const double t = PI - atan2(1, d), ao = 0.5 * (1 - cos(t));
-    ok(fabs((double)open.ao - ao) < 0.003 && fabs((double)open.sky - ao) < 0.003, "beside a wall: k_A %.4f (%.4f)", ao,
-       (double)open.ao);
-    const double across = -sin(t) * sin(t) / 2, above = t / 2 - sin(2 * t) / 4, length = sqrt(across * across + above * above);
-    ok(fabs((double)open.bent_normal[0] - across / length) < 0.01 && fabs((double)open.bent_normal[1] - above / length) < 0.01 &&
+    ok(fabs((double)open.ao - ao) < 0.003 && fabs((double)open.sky - ao) < 0.003,
+       "beside a wall: k_A %.4f (%.4f)", ao, (double)open.ao);
+    const double across = -sin(t) * sin(t) / 2, above = t / 2 - sin(2 * t) / 4,
+                 length = sqrt(across * across + above * above);
+    ok(fabs((double)open.bent_normal[0] - across / length) < 0.01 &&
+           fabs((double)open.bent_normal[1] - above / length) < 0.01 &&
            fabs((double)open.bent_normal[2]) < 0.01,
-       "the bent normal leans from it: %.3f, %.3f (%.3f, %.3f)", across / length, above / length, (double)open.bent_normal[0],
-       (double)open.bent_normal[1]);
+       "the bent normal leans from it: %.3f, %.3f (%.3f, %.3f)", across / length, above / length,
+       (double)open.bent_normal[0], (double)open.bent_normal[1]);
     s.ao_distance = 0.4;
     const struct capture_probe near = capture_surface(&b, &s, 0, 0, 0, up);
     ok(near.ao == 1 && near.sky == open.sky, "what is beyond the ao distance does not occlude");
@@ -198,12 +215,13 @@ static void test_occlusion(void)
     bench_finish(&b, 1);
     s.ao_distance = 1.6;
     const struct capture_probe below = capture_surface(&b, &s, 0, 0, 0, up);
-    ok(fabs((double)below.ao - 1 / 2.56) < 0.003 &&
-       below.sky < 0.001f, "under a ceiling: (height / distance)^2 = %.4f (%.4f)", 1 / 2.56, (double)below.ao);
+    ok(fabs((double)below.ao - 1 / 2.56) < 0.003 && below.sky < 0.001f,
+       "under a ceiling: (height / distance)^2 = %.4f (%.4f)", 1 / 2.56, (double)below.ao);
     bench_clear(&b);
 }
 
-/* Above an endless floor the open half has V = 1/2 + sign(y)/2: L_00 = sqrt(pi), L_1-1 = pi 0.4886, L_2m = 0. */
+/* Above an endless floor the open half has V = 1/2 + sign(y)/2: L_00 = sqrt(pi), L_1-1 = pi 0.4886,
+ * L_2m = 0. */
 static void test_visibility(void)
 {
     struct bench b;
@@ -216,14 +234,17 @@ static void test_visibility(void)
     const struct capture_probe p = capture(&b, &s, 0, 1, 0);
     double worst = 0;
     for (int i = 0; i < 9; i++)
-        worst = fmax(worst, fabs((double)p.visibility[i] - (i == 0 ? sqrt(PI) : i == 1 ? 0.48860251190292 * PI : 0)));
+        worst = fmax(worst, fabs((double)p.visibility[i] - (i == 0   ? sqrt(PI)
+                                                            : i == 1 ? 0.48860251190292 * PI
+                                                                     : 0)));
     ok(worst < 0.005, "the sky that a probe above a floor sees, as SH (off by %.4f)", worst);
     bench_clear(&b);
 }
 
-/* -- what it costs ------------------------------------------------------------------------------ */
+/* -- what it costs ---------------------------------------------------------------------------- */
 
-/* Relative error of irradiance in luminance, in the mean over directions, as capture_settings.error has it. */
+/* Relative error of irradiance in luminance, in the mean over directions, as capture_settings.error
+ * has it. */
 static double irradiance_off(const struct capture_probe *p, const struct capture_probe *truth)
 {
     double off = 0;
@@ -234,7 +255,8 @@ static double irradiance_off(const struct capture_probe *p, const struct capture
                              0.0722 * ((double)p->sh[3 * i + 2] - (double)truth->sh[3 * i + 2]);
             off += sh_cosine(l) * sh_cosine(l) * d * d;
         }
-    const double mean = 0.2126 * (double)truth->sh[0] + 0.7152 * (double)truth->sh[1] + 0.0722 * (double)truth->sh[2];
+    const double mean = 0.2126 * (double)truth->sh[0] + 0.7152 * (double)truth->sh[1] +
+                        0.0722 * (double)truth->sh[2];
     return sqrt(off) / (PI * mean);
 }
 
@@ -251,7 +273,8 @@ static void test_error_bound(void)
         double square = 0, rays = 0;
         int most = 0;
         for (int k = 0; k < PROBES; k++) {
-            const double p[3] = {3 * random_double(&r) - 1.5, 3 * random_double(&r) - 1.2, 3 * random_double(&r) - 1.5};
+            const double p[3] = {3 * random_double(&r) - 1.5, 3 * random_double(&r) - 1.2,
+                                 3 * random_double(&r) - 1.5};
             struct capture_settings s = capture_settings_default();
             s.rays = 128;
             s.error = bounds[i];
@@ -266,8 +289,8 @@ static void test_error_bound(void)
             most = probe.rays > most ? probe.rays : most;
         }
         /* 40 probes tell the root of the mean to 11 %; rounds stop somewhat below the bound. */
-        ok(sqrt(square) < 1.25 * bounds[i] && sqrt(square) > 0.3 * bounds[i], "error %g asked for, %.4f had, %.0f rays a probe",
-           bounds[i], sqrt(square), rays);
+        ok(sqrt(square) < 1.25 * bounds[i] && sqrt(square) > 0.3 * bounds[i],
+           "error %g asked for, %.4f had, %.0f rays a probe", bounds[i], sqrt(square), rays);
         ok(rays > before && most < 65536, "less error costs more rays, %d at most", most);
         before = rays;
     }
@@ -291,14 +314,15 @@ static void test_error_bound(void)
     bench_clear(&b);
 
     bench_start(&b);
-    add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {0, -1, 0}, .intensity = {10, 10, 10}});
+    add_light(&b, (struct scene_light){
+                      .kind = SCENE_SUN, .direction = {0, -1, 0}, .intensity = {10, 10, 10}});
     bench_finish(&b, 3);
     const struct capture_probe sunny = capture(&b, &s, 0, 0, 0);
     ok(sunny.rays == capture_ray_count(128), "a sun alone is certain (%d rays)", sunny.rays);
     bench_clear(&b);
 }
 
-/* -- the light tree ------------------------------------------------------------------------------ */
+/* -- the light tree --------------------------------------------------------------------------- */
 
 /* Densities of all that can be drawn add up to one, and are those that lights_density tells. */
 static void test_light_tree(void)
@@ -328,7 +352,8 @@ static void test_light_tree(void)
         unlike = fmax(unlike, fabs(density / (double)choice.density - 1));
     }
     ok(unlike < 1e-4, "a point is drawn with the density that is told of it (%.1e)", unlike);
-    /* A draw may end where a node's lights all turn out to be behind the surface: its share is then nobody's. */
+    /* A draw may end where a node's lights all turn out to be behind the surface: its share is then
+     * nobody's. */
     const double share = (double)drawn / DRAWS;
     for (uint32_t i = 0; i < b.scene->instance_count; i++) {
         for (uint32_t k = 0; k < b.scene->meshes[b.scene->instances[i].mesh].triangle_count; k++) {
@@ -336,16 +361,18 @@ static void test_light_tree(void)
             struct vec3f c[3];
             trace_point_at(b.tracer, i, k, 0.3f, 0.3f, &p);
             trace_corners(b.tracer, i, k, c);
-            const float area = 0.5f * vec3f_length(vec3f_cross(vec3f_sub(c[1], c[0]), vec3f_sub(c[2], c[0])));
+            const float area =
+                0.5f * vec3f_length(vec3f_cross(vec3f_sub(c[1], c[0]), vec3f_sub(c[2], c[0])));
             sum += (double)lights_density(lights, &from, &p) * (double)area;
         }
     }
     ok(share > 0.8 && fabs(sum - share) < 5 * sqrt(share * (1 - share) / DRAWS) + 1e-4,
-       "over all %zu triangles it adds up to the share of draws that find one (%.4f, %.4f)", lights->count, sum, share);
+       "over all %zu triangles it adds up to the share of draws that find one (%.4f, %.4f)",
+       lights->count, sum, share);
     bench_clear(&b);
 }
 
-/* -- orders ---------------------------------------------------------------------------------------- */
+/* -- orders ----------------------------------------------------------------------------------- */
 
 static void test_order(void)
 {
@@ -357,7 +384,8 @@ static void test_order(void)
     must(table_add_column(&t, "sh_error", COLUMN_F32, WIDTH, NULL));
     must(table_add_column(&t, "sh_gradient", COLUMN_F32, 3 * WIDTH, &column));
     must(table_resize(&t, ROWS));
-    float *sh = column_f32(table_column(&t, "sh")), *error = column_f32(table_column(&t, "sh_error"));
+    float *sh = column_f32(table_column(&t, "sh")),
+          *error = column_f32(table_column(&t, "sh_error"));
     float *gradient = column_f32(table_column(&t, "sh_gradient"));
     for (int i = 0; i < ROWS * WIDTH; i++) {
         const int k = i % WIDTH / 3, l = (int)sqrt(k);
@@ -384,8 +412,9 @@ static void test_order(void)
     must(order_reduce(&t, 2));
     sh = column_f32(table_column(&t, "sh"));
     gradient = column_f32(table_column(&t, "sh_gradient"));
-    ok(table_column(&t, "sh")->width == 12 && table_column(&t, "sh_gradient")->width == 36 && sh[12] == 1 && sh[15] == 0.5f &&
-           gradient[36 + 12] == WIDTH && gradient[36 + 25] == 2 * WIDTH + 1,
+    ok(table_column(&t, "sh")->width == 12 && table_column(&t, "sh_gradient")->width == 36 &&
+           sh[12] == 1 && sh[15] == 0.5f && gradient[36 + 12] == WIDTH &&
+           gradient[36 + 25] == 2 * WIDTH + 1,
        "columns are cut to it, each axis of the gradient by itself");
     table_clear(&t);
 }

@@ -1,10 +1,11 @@
-/* Capture at the ends of its range: tiny, huge and far-off scenes, very bright beside very dim, walls that are almost white,
- * probes on walls, a million triangles, one and none. Each case prints a row
+/* Capture at the ends of its range: tiny, huge and far-off scenes, very bright beside very dim,
+ * walls that are almost white, probes on walls, a million triangles, one and none. Each case prints
+ * a row
  *
  *     # extreme NAME: error E % +- S %, z Z
  *
- * with the error along the truth (a closed form), its standard error, and the largest deviation of a coefficient in units of
- * sh_error; capture_runs.h says what is asked of them. */
+ * with the error along the truth (a closed form), its standard error, and the largest deviation of
+ * a coefficient in units of sh_error; capture_runs.h says what is asked of them. */
 #include "stream/stream.h"
 #include "support/capture_runs.h"
 
@@ -18,18 +19,22 @@ static struct capture_settings settings_of(int rays, int bounces)
 }
 
 /* Prints the row and holds it: the error's standard error is to be below `resolution`. */
-static void check_row(const struct runs *r, const double *truth, double resolution, const char *name)
+static void check_row(const struct runs *r, const double *truth, double resolution,
+                      const char *name)
 {
     const struct estimate bias = runs_bias(r, truth);
     const double z = runs_z(r, truth);
-    printf("# extreme %s: error %+.4f %% +- %.4f %%, z %.2f\n", name, 100 * bias.mean, 100 * bias.error, z);
+    printf("# extreme %s: error %+.4f %% +- %.4f %%, z %.2f\n", name, 100 * bias.mean,
+           100 * bias.error, z);
     ok(z < RUNS_Z_MOST && deviation(bias.mean, bias.error, 1) < RUNS_T_MOST &&
-       bias.error < resolution, "%s: as the closed form", name);
+           bias.error < resolution,
+       "%s: as the closed form", name);
 }
 
 /* -- scale and place -------------------------------------------------------------------------- */
 
-/* A sphere with a bright patch, as in tests/forms.c: even light, rho Le f / (1 - rho), on its walls. */
+/* A sphere with a bright patch, as in tests/forms.c: even light, rho Le f / (1 - rho), on its
+ * walls. */
 static void test_scale(double scale, double offset)
 {
     const double at[3] = {0.2, -0.3, 0.1}, le[3] = {3, 6, 1.5}, to = scale * offset;
@@ -43,8 +48,10 @@ static void test_scale(double scale, double offset)
     }
     add_uniform(truth, even);
     add_facing(truth, &patch, vec3_load(at), 4, le);
-    shape_place(&wall, (const double[9]){scale, 0, 0, 0, scale, 0, 0, 0, scale}, (struct vec3){to, -to, to / 3});
-    shape_place(&patch, (const double[9]){scale, 0, 0, 0, scale, 0, 0, 0, scale}, (struct vec3){to, -to, to / 3});
+    shape_place(&wall, (const double[9]){scale, 0, 0, 0, scale, 0, 0, 0, scale},
+                (struct vec3){to, -to, to / 3});
+    shape_place(&patch, (const double[9]){scale, 0, 0, 0, scale, 0, 0, 0, scale},
+                (struct vec3){to, -to, to / 3});
     struct bench b;
     bench_start(&b);
     add_shape(&b, &wall, material(0.8f, 0));
@@ -56,10 +63,12 @@ static void test_scale(double scale, double offset)
     runs_take(&runs, &b, settings_of(1024, 128), p, 32);
     snprintf(name, sizeof name, "scale %g, moved by %g sizes", scale, offset);
     check_row(&runs, truth, RUNS_RESOLUTION, name);
-    /* From r within the unit sphere the distance t obeys 1/t = (r c + sqrt(1 - r^2 + r^2 c^2)) / (1 - r^2), c the cosine from the
-     * radius; its mean over c is (1 + (1 - r^2) / r artanh r) / (2 (1 - r^2)). */
+    /* From r within the unit sphere the distance t obeys 1/t = (r c + sqrt(1 - r^2 + r^2 c^2)) / (1
+     * - r^2), c the cosine from the radius; its mean over c is (1 + (1 - r^2) / r artanh r) / (2 (1
+     * - r^2)). */
     const double r = sqrt(0.14), depth = 2 * (1 - r * r) / (1 + (1 - r * r) / r * atanh(r));
-    ok(fabs(runs.depth / scale / depth - 1) < 0.01, "%s: depth %.4f of %.4f, in scene units", name, runs.depth / scale, depth);
+    ok(fabs(runs.depth / scale / depth - 1) < 0.01, "%s: depth %.4f of %.4f, in scene units", name,
+       runs.depth / scale, depth);
     bench_clear(&b);
     shape_clear(&wall);
     shape_clear(&patch);
@@ -70,7 +79,8 @@ static void test_scale(double scale, double offset)
 /* A disc of this solid angle, seen along its axis from afar. */
 static void test_small_emitter(double solid_angle)
 {
-    static const double turned[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
+    static const double turned[9] = {2.0 / 3,  -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3,
+                                     -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
     const double distance = 4, axis[3] = {turned[1], turned[4], turned[7]}, at[3] = {0.1, 0.2, 0.3};
     const double sine2 = solid_angle / PI * (1 - solid_angle / (4 * PI)), cosine = sqrt(1 - sine2);
     struct shape disc = shape_disc(distance * sqrt(sine2) / cosine, 256);
@@ -79,7 +89,8 @@ static void test_small_emitter(double solid_angle)
     bench_start(&b);
     add_shape(&b, &disc, material(0, 1e4f));
     bench_finish(&b, 4);
-    /* As zonal functions of a direction: 1 - P_l(cosine) is lost below 1e-8 sr, and smaller than float's own. */
+    /* As zonal functions of a direction: 1 - P_l(cosine) is lost below 1e-8 sr, and smaller than
+     * float's own. */
     double truth[TRUTH_VALUES] = {0};
     const double rgb[3] = {1e4, 2e4, 5e3};
     if (solid_angle > 1e-6)
@@ -106,7 +117,8 @@ static void floor_field(const void *context, const double d[3], double rgb[3])
     rgb[0] = rgb[1] = rgb[2] = 0;
     if (!(d[1] < 0))
         return;
-    const double t = f->at[1] / -d[1], x = f->at[0] + t * d[0] - f->lamp[0], z = f->at[2] + t * d[2] - f->lamp[2], h = f->lamp[1];
+    const double t = f->at[1] / -d[1], x = f->at[0] + t * d[0] - f->lamp[0],
+                 z = f->at[2] + t * d[2] - f->lamp[2], h = f->lamp[1];
     const double square = x * x + h * h + z * z, e = f->intensity * h * h / (square * square);
     for (int k = 0; k < 3; k++)
         rgb[k] = 0.5 / (1 << k) * e * (k == 0 ? 1 : k == 1 ? 2 : 0.5) / PI;
@@ -116,7 +128,8 @@ static void floor_field(const void *context, const double d[3], double rgb[3])
 static void test_small_lamp_bounce(void)
 {
     const double radius = 0.01;
-    const struct lit_floor lit = {.at = {0, 1, 0.5}, .lamp = {1, 3, 0}, .intensity = 1e4 * PI * radius * radius};
+    const struct lit_floor lit = {
+        .at = {0, 1, 0.5}, .lamp = {1, 3, 0}, .intensity = 1e4 * PI * radius * radius};
     struct shape disc = shape_disc(radius, 256);
     struct bench b;
     shape_move(&disc, 1, 3, 0);
@@ -167,17 +180,20 @@ static void test_contrast(void)
     for (int channel = 0; channel < 2; channel++) {
         double truth[TRUTH_VALUES] = {0};
         add_parallelogram(truth, vec3_load(red), u, v, &g, (const double[3]){(double)1e8f, 0, 0});
-        add_parallelogram(truth, vec3_load(green), u, v, &g, (const double[3]){0, (double)1e-8f, 0});
+        add_parallelogram(truth, vec3_load(green), u, v, &g,
+                          (const double[3]){0, (double)1e-8f, 0});
         one = runs;
         only_channel(&one, truth, channel);
-        check_row(&one, truth, RUNS_RESOLUTION, channel ? "radiance 1e-8 beside 1e8" : "radiance 1e8 beside 1e-8");
+        check_row(&one, truth, RUNS_RESOLUTION,
+                  channel ? "radiance 1e-8 beside 1e8" : "radiance 1e8 beside 1e-8");
     }
     bench_clear(&b);
 }
 
 /* -- albedo ----------------------------------------------------------------------------------- */
 
-/* A closed box of shining walls: Le (1 - rho^(n+1)) / (1 - rho). A path lives for 1 / (1 - rho) bounces. */
+/* A closed box of shining walls: Le (1 - rho^(n+1)) / (1 - rho). A path lives for 1 / (1 - rho)
+ * bounces. */
 static void test_white(float albedo, int rays, double resolution)
 {
     enum { BOUNCES = 10000 };
@@ -201,10 +217,11 @@ static void test_white(float albedo, int rays, double resolution)
 
 /* -- probes on walls -------------------------------------------------------------------------- */
 
-enum wall { ALONE, UNDER_ANOTHER }; /* whether the wall is in the middle of the scene's box, where floats are finest */
+/* whether the wall is in the middle of the scene's box, where floats are finest */
+enum wall { ALONE, UNDER_ANOTHER };
 
-/* A square under an even sky scatters rho L to both sides: a probe close above sees that below and L above. One that stands on
- * it is taken to be before its front. */
+/* A square under an even sky scatters rho L to both sides: a probe close above sees that below and
+ * L above. One that stands on it is taken to be before its front. */
 static void test_near_wall(double height, enum wall wall, const char *name)
 {
     const double rho = 0.5, half = 10, p[3] = {0.7, height, -1.3};
@@ -225,8 +242,8 @@ static void test_near_wall(double height, enum wall wall, const char *name)
     bench_clear(&b);
 }
 
-/* On a wall, an edge and in a corner of a closed box that shines: the same light as anywhere in it, with none lost through the
- * walls. */
+/* On a wall, an edge and in a corner of a closed box that shines: the same light as anywhere in it,
+ * with none lost through the walls. */
 static void test_in_corner(double x, double y, double z, const char *name)
 {
     double truth[TRUTH_VALUES] = {0};
@@ -242,7 +259,8 @@ static void test_in_corner(double x, double y, double z, const char *name)
     bench_clear(&b);
 }
 
-/* The same in a corner of a box that is placed twice, the second time mirrored, turned about and grown. */
+/* The same in a corner of a box that is placed twice, the second time mirrored, turned about and
+ * grown. */
 static void test_in_instance(void)
 {
     double truth[TRUTH_VALUES] = {0};
@@ -260,7 +278,8 @@ static void test_in_instance(void)
     bench_clear(&b);
 }
 
-/* A wall shields a probe that stands on its front from a sun and a bulb behind it, not from those before it. */
+/* A wall shields a probe that stands on its front from a sun and a bulb behind it, not from those
+ * before it. */
 static void test_shielded(void)
 {
     for (int behind = 0; behind < 2; behind++) {
@@ -269,8 +288,12 @@ static void test_shielded(void)
         bench_start(&b);
         add_floor(&b, 10, 0, material(0, 0));
         add_floor(&b, 1e-3, 7, material(0, 0));
-        add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {0.6, -0.8 * side, 0}, .intensity = {1, 2, 3}});
-        add_light(&b, (struct scene_light){.kind = SCENE_POINT, .position = {0.7, 2 * side, -1.3}, .intensity = {4, 4, 4}});
+        add_light(&b, (struct scene_light){.kind = SCENE_SUN,
+                                           .direction = {0.6, -0.8 * side, 0},
+                                           .intensity = {1, 2, 3}});
+        add_light(&b, (struct scene_light){.kind = SCENE_POINT,
+                                           .position = {0.7, 2 * side, -1.3},
+                                           .intensity = {4, 4, 4}});
         bench_finish(&b, 2);
         double truth[TRUTH_VALUES] = {0};
         add_truth(truth, TRUTH_ORDER, (const double[3]){-0.6, 0.8, 0}, 1, 2, 3, 1);
@@ -279,7 +302,8 @@ static void test_shielded(void)
         runs_take(&runs, &b, settings_of(64, 2), p, 2);
         if (behind) {
             runs_mean(&runs, truth);
-            ok(largest(truth, TRUTH_VALUES) == 0, "probe on a wall: lights behind it do not shine through");
+            ok(largest(truth, TRUTH_VALUES) == 0,
+               "probe on a wall: lights behind it do not shine through");
         } else {
             ok(runs_z(&runs, truth) < 1, "probe on a wall: lights before it shine");
         }
@@ -287,11 +311,12 @@ static void test_shielded(void)
     }
 }
 
-/* Points of a tilted black square, with its normal or against it: whichever side, the sky's irradiance is pi, and none of it is
- * lost to the square itself. */
+/* Points of a tilted black square, with its normal or against it: whichever side, the sky's
+ * irradiance is pi, and none of it is lost to the square itself. */
 static void test_surface_points(void)
 {
-    static const double turned[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
+    static const double turned[9] = {2.0 / 3,  -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3,
+                                     -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
     enum { POINTS = 64 };
     struct shape square = shape_grid(3, 1);
     struct bench b;
@@ -304,10 +329,13 @@ static void test_surface_points(void)
     const struct capture_settings s = settings_of(64, 2);
     double worst = 0;
     for (int i = 0; i < 2 * POINTS; i++) {
-        const double x = 5 * (i / 2 % 8 + 0.3) / 8 - 2.5, z = 5 * (i / 16 + 0.4) / 8 - 2.5, side = i % 2 ? -1 : 1;
-        const double p[3] = {turned[0] * x + turned[2] * z + 0.1, turned[3] * x + turned[5] * z + 7.3,
+        const double x = 5 * (i / 2 % 8 + 0.3) / 8 - 2.5, z = 5 * (i / 16 + 0.4) / 8 - 2.5,
+                     side = i % 2 ? -1 : 1;
+        const double p[3] = {turned[0] * x + turned[2] * z + 0.1,
+                             turned[3] * x + turned[5] * z + 7.3,
                              turned[6] * x + turned[8] * z - 4.7};
-        const float normal[3] = {(float)(side * turned[1]), (float)(side * turned[4]), (float)(side * turned[7])};
+        const float normal[3] = {(float)(side * turned[1]), (float)(side * turned[4]),
+                                 (float)(side * turned[7])};
         struct capture_probe probe;
         must(capture_probe(&b.path, &s, p, normal, &probe));
         worst = fmax(worst, fabs((double)probe.sh[0] / PI - 1));
@@ -318,9 +346,9 @@ static void test_surface_points(void)
     shape_clear(&square);
 }
 
-/* The border of a square, where half of the half space below is the square and half is open: 7/8 of the light. Rays that pass
- * the border nearer than floats can tell count as hits (no ray may slip between two triangles), which widens the square by less
- * than 1 %. */
+/* The border of a square, where half of the half space below is the square and half is open: 7/8 of
+ * the light. Rays that pass the border nearer than floats can tell count as hits (no ray may slip
+ * between two triangles), which widens the square by less than 1 %. */
 static void test_on_border(void)
 {
     const double half = 10, p[3] = {half, 0, -1.3};
@@ -338,7 +366,8 @@ static void test_on_border(void)
     bool finite = true;
     for (int k = 0; k < TRUTH_VALUES; k++)
         finite = finite && isfinite(mean[k]) && isfinite(runs.variance[k]);
-    ok(finite && fabs(share / 0.875 - 1) < 0.01, "probe on the border of a wall: finite, and within 1 %% of the light that one above it has");
+    ok(finite && fabs(share / 0.875 - 1) < 0.01,
+       "probe on the border of a wall: finite, and within 1 %% of the light that one above it has");
     bench_clear(&b);
 }
 
@@ -356,8 +385,8 @@ static void test_triangle_count(size_t n, const char *name)
     ok(scene_triangle_count(b.scene) == 2 * n * n, "%s: all %zu are kept", name, 2 * n * n);
     double truth[TRUTH_VALUES] = {0};
     const struct gauss g = gauss_rule(40);
-    add_parallelogram(truth, (struct vec3){-0.3, 1, -0.4}, (struct vec3){1.2, 0, 0}, (struct vec3){0, 0, 1.2}, &g,
-                      (const double[3]){3, 6, 1.5});
+    add_parallelogram(truth, (struct vec3){-0.3, 1, -0.4}, (struct vec3){1.2, 0, 0},
+                      (struct vec3){0, 0, 1.2}, &g, (const double[3]){3, 6, 1.5});
     struct runs runs;
     runs_take(&runs, &b, settings_of(2048, 2), (const double[3]){0, 0, 0}, 32);
     check_row(&runs, truth, RUNS_RESOLUTION, name);
@@ -411,7 +440,8 @@ static void test_empty(void)
     bench_finish(&b, 4);
     runs_take(&runs, &b, settings_of(64, 4), (const double[3]){1e7, 0, -1e-7}, 2);
     runs_mean(&runs, mean);
-    ok(largest(mean, TRUTH_VALUES) == 0 && runs.sky == 1, "nothing at all: dark, and all rays escape");
+    ok(largest(mean, TRUTH_VALUES) == 0 && runs.sky == 1,
+       "nothing at all: dark, and all rays escape");
     bench_clear(&b);
     bench_start(&b);
     memcpy(b.settings.sky, (const double[3]){1e8, 1, 1e-8}, sizeof b.settings.sky);
@@ -441,19 +471,23 @@ static struct error *capture_table(double x, float emission)
     must(table_add_column(&table, "position", COLUMN_F64, 3, &position));
     must(capture_add_columns(&s, &table));
     must(table_resize(&table, 1));
-    memcpy(column_f64(table_column(&table, "position")), (const double[3]){x, 0.2, 0.3}, sizeof(double[3]));
-    struct error *err = capture_rows(&b.path, &s, &table, 0, 1, true, NULL, 1, NULL, &captured, NULL);
+    memcpy(column_f64(table_column(&table, "position")), (const double[3]){x, 0.2, 0.3},
+           sizeof(double[3]));
+    struct error *err =
+        capture_rows(&b.path, &s, &table, 0, 1, true, NULL, 1, NULL, &captured, NULL);
     table_clear(&table);
     bench_clear(&b);
     return err;
 }
 
-/* Light that overflows 32 bits on its way is refused, with what helps; so is a probe from where no ray can come. */
+/* Light that overflows 32 bits on its way is refused, with what helps; so is a probe from where no
+ * ray can come. */
 static void test_refused(void)
 {
-    struct error *err = capture_table(0.1, 3e37f); /* the lamps can be held, what they give the probe cannot */
-    ok(err && strstr(error_message(err), "probe 0") && strstr(error_message(err), "--light-scale"), "radiance of 3e37: %s",
-       err ? error_message(err) : "not refused");
+    /* the lamps can be held, what they give the probe cannot */
+    struct error *err = capture_table(0.1, 3e37f);
+    ok(err && strstr(error_message(err), "probe 0") && strstr(error_message(err), "--light-scale"),
+       "radiance of 3e37: %s", err ? error_message(err) : "not refused");
     error_destroy(err);
     struct bench b;
     bench_start(&b);
@@ -461,13 +495,15 @@ static void test_refused(void)
     must(scene_finish(b.scene, &b.settings, NULL));
     must(trace_create(&b.tracer, b.scene));
     err = path_create(&b.path, b.tracer, 64);
-    ok(err && strstr(error_message(err), "--light-scale"), "radiance of 1e38: %s", err ? error_message(err) : "not refused");
+    ok(err && strstr(error_message(err), "--light-scale"), "radiance of 1e38: %s",
+       err ? error_message(err) : "not refused");
     error_destroy(err);
     bench_clear(&b);
     static const double far[] = {1e16, 1e19, 1e40, 1e300};
     for (int i = 0; i < 4; i++) {
         err = capture_table(far[i], 1);
-        ok(err && strstr(error_message(err), "too far"), "a probe at %g: %s", far[i], err ? error_message(err) : "not refused");
+        ok(err && strstr(error_message(err), "too far"), "a probe at %g: %s", far[i],
+           err ? error_message(err) : "not refused");
         error_destroy(err);
     }
     err = capture_table(1e14, 1);

@@ -1,6 +1,6 @@
-/* Capture against closed forms, to order 6, and against itself: what must stay the same when a scene is changed in a way that
- * light does not notice. Each case is the mean of many seeds; capture_runs.h says what is asked of it, and how seldom luck
- * fails it. */
+/* Capture against closed forms, to order 6, and against itself: what must stay the same when a
+ * scene is changed in a way that light does not notice. Each case is the mean of many seeds;
+ * capture_runs.h says what is asked of it, and how seldom luck fails it. */
 #include "math/random.h"
 #include "support/capture_runs.h"
 #include "support/files.h"
@@ -17,7 +17,8 @@ static struct capture_settings settings_of(int rays, enum capture_light light)
 }
 
 /* Captures with 32 seeds and holds the result against the truth. */
-static void check_at(const struct bench *b, struct capture_settings s, const double p[3], const double *truth, const char *name)
+static void check_at(const struct bench *b, struct capture_settings s, const double p[3],
+                     const double *truth, const char *name)
 {
     struct runs runs;
     runs_take(&runs, b, s, p, 32);
@@ -45,7 +46,7 @@ static void write_gradient(const char *name)
     float texel[SKY_HEIGHT * SKY_WIDTH][3];
     for (int i = 0; i < SKY_WIDTH * SKY_HEIGHT; i++) {
         const double azimuth = 2 * PI * ((i % SKY_WIDTH + 0.5) / SKY_WIDTH - 0.5),
-            height = PI * (0.5 - (i / SKY_WIDTH + 0.5) / SKY_HEIGHT);
+                     height = PI * (0.5 - (i / SKY_WIDTH + 0.5) / SKY_HEIGHT);
         texel[i][0] = (float)(1 + 0.5 * sin(height));
         texel[i][1] = (float)(1 + 0.5 * cos(height) * cos(azimuth));
         texel[i][2] = (float)(1 + 0.5 * cos(height) * sin(azimuth));
@@ -69,7 +70,8 @@ static void write_sunny(const char *name)
 
 static void sky_field(const void *context, const double d[3], double rgb[3])
 {
-    const struct vec3f r = scene_sky_radiance(context, (struct vec3f){(float)d[0], (float)d[1], (float)d[2]});
+    const struct vec3f r =
+        scene_sky_radiance(context, (struct vec3f){(float)d[0], (float)d[1], (float)d[2]});
     rgb[0] = (double)r.x, rgb[1] = (double)r.y, rgb[2] = (double)r.z;
 }
 
@@ -97,11 +99,12 @@ static void ground_field(const void *context, const double d[3], double rgb[3])
 
 enum sky_kind { UNIFORM, GRADIENT, SUNNY };
 
-/* A sky alone, and above a diffuse ground that sees nothing but the sky: radiance rho E / pi below the horizon. The ground ends
- * at 2e4 times the probe's height, which is 5e-5 of the half space. */
+/* A sky alone, and above a diffuse ground that sees nothing but the sky: radiance rho E / pi below
+ * the horizon. The ground ends at 2e4 times the probe's height, which is 5e-5 of the half space. */
 static void test_sky(enum sky_kind sky, bool grounded)
 {
-    static const char *const names[] = {[UNIFORM] = "uniform", [GRADIENT] = "gradient", [SUNNY] = "sunny"};
+    static const char *const names[] = {
+        [UNIFORM] = "uniform", [GRADIENT] = "gradient", [SUNNY] = "sunny"};
     const double height = 1, p[3] = {0.2, height, -0.3}, colour[3] = {0.5, 1, 2};
     struct bench b;
     bench_start(&b);
@@ -116,29 +119,35 @@ static void test_sky(enum sky_kind sky, bool grounded)
     struct ground ground = {.scene = b.scene};
     add_field(falling, 2 * SKY_WIDTH, 2 * SKY_HEIGHT, falling_field, b.scene);
     for (int k = 0; k < 3; k++) {
-        const double e = falling[k] * sqrt(4 * PI), form = sky == UNIFORM ? PI * colour[k] : PI * (k ? 1 : 1 + 0.5 * 2 / 3);
+        const double e = falling[k] * sqrt(4 * PI),
+                     form = sky == UNIFORM ? PI * colour[k] : PI * (k ? 1 : 1 + 0.5 * 2 / 3);
         ground.radiance[k] = albedo_of((double)0.7f, k) * e / PI;
         if (sky != SUNNY)
-            ok(fabs(e - form) < (sky == UNIFORM ? 1e-6 : 0.01) * form, "the %s sky's irradiance is %.4f: %.4f", names[sky], form, e);
+            ok(fabs(e - form) < (sky == UNIFORM ? 1e-6 : 0.01) * form,
+               "the %s sky's irradiance is %.4f: %.4f", names[sky], form, e);
     }
-    add_field(truth, 2 * SKY_WIDTH, 2 * SKY_HEIGHT, grounded ? ground_field : sky_field, grounded ? (void *)&ground : (void *)b.scene);
+    add_field(truth, 2 * SKY_WIDTH, 2 * SKY_HEIGHT, grounded ? ground_field : sky_field,
+              grounded ? (void *)&ground : (void *)b.scene);
     char name[80];
     snprintf(name, sizeof name, "%s sky%s", names[sky], grounded ? " above a ground" : "");
     const int rays = sky == SUNNY ? 4096 : 512;
     struct runs runs;
     runs_take(&runs, &b, settings_of(rays, CAPTURE_ALL), p, 32);
     runs_check(&runs, truth, "%s", name);
-    /* Half of the rays meet the ground, at h / cos: the mean of cos / h over the sphere is 1 / (4 h). */
+    /* Half of the rays meet the ground, at h / cos: the mean of cos / h over the sphere is 1 / (4
+     * h). */
     if (grounded)
-        ok(fabs(runs.sky - 0.5) < 5 * sqrt(0.25 / (32 * rays)) && fabs(runs.depth / (4 * height) - 1) < 0.01 &&
-           runs.validity == 1, "%s: share of sky %.4f, depth %.4f", name, runs.sky, runs.depth);
+        ok(fabs(runs.sky - 0.5) < 5 * sqrt(0.25 / (32 * rays)) &&
+               fabs(runs.depth / (4 * height) - 1) < 0.01 && runs.validity == 1,
+           "%s: share of sky %.4f, depth %.4f", name, runs.sky, runs.depth);
     bench_clear(&b);
 }
 
 /* -- emitters --------------------------------------------------------------------------------- */
 
 /* A rotation that no axis likes. */
-static const double turned[9] = {2.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3, -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
+static const double turned[9] = {2.0 / 3,  -1.0 / 3, 2.0 / 3, 2.0 / 3, 2.0 / 3,
+                                 -1.0 / 3, -1.0 / 3, 2.0 / 3, 2.0 / 3};
 
 /* A disc seen from its axis is a cap of directions. */
 static void test_disc(double solid_angle)
@@ -167,21 +176,25 @@ static void test_sphere(double distance)
     const double radius = 0.7, rgb[3] = {2, 4, 1}, at[3] = {0.3, -0.2, 0.1};
     struct bench b;
     struct shape sphere = shape_sphere(radius, 3);
-    shape_move(&sphere, at[0] + 2.0 / 3 * distance, at[1] + 2.0 / 3 * distance, at[2] - 1.0 / 3 * distance);
+    shape_move(&sphere, at[0] + 2.0 / 3 * distance, at[1] + 2.0 / 3 * distance,
+               at[2] - 1.0 / 3 * distance);
     bench_start(&b);
     add_shape(&b, &sphere, material(0, 2));
     bench_finish(&b, 2);
     double truth[TRUTH_VALUES] = {0}, cap[TRUTH_VALUES] = {0}, solid = 0;
     const struct vec3 from = vec3_load(at);
     add_facing(truth, &sphere, from, 8, rgb);
-    add_cap(cap, (const double[3]){2.0 / 3, 2.0 / 3, -1.0 / 3}, sqrt(1 - radius * radius / (distance * distance)), rgb);
+    add_cap(cap, (const double[3]){2.0 / 3, 2.0 / 3, -1.0 / 3},
+            sqrt(1 - radius * radius / (distance * distance)), rgb);
     for (size_t t = 0; t < sphere.triangle_count; t++)
-        if (vec3_dot(shape_area_vector(&sphere, t), vec3_sub(shape_corner(&sphere, t, 0), from)) < 0)
+        if (vec3_dot(shape_area_vector(&sphere, t), vec3_sub(shape_corner(&sphere, t, 0), from)) <
+            0)
             solid += triangle_solid_angle(vec3_sub(shape_corner(&sphere, t, 0), from),
                                           vec3_sub(shape_corner(&sphere, t, 1), from),
                                           vec3_sub(shape_corner(&sphere, t, 2), from));
     ok(fabs(truth[0] * sqrt(4 * PI) / 2 / solid - 1) < 1e-6 && fabs(truth[0] / cap[0] - 1) < 0.02,
-       "sphere at %g: quadrature is its triangles' solid angle, %.6f sr, near the sphere's", distance, solid);
+       "sphere at %g: quadrature is its triangles' solid angle, %.6f sr, near the sphere's",
+       distance, solid);
     char name[80];
     snprintf(name, sizeof name, "sphere of radius %g at %g", radius, distance);
     check_at(&b, settings_of(4096, CAPTURE_ALL), at, truth, name);
@@ -189,13 +202,15 @@ static void test_sphere(double distance)
     shape_clear(&sphere);
 }
 
-/* A tilted quad: SH by quadrature, irradiance by Lambert's formula. Order 6 replaces the cosine lobe by a polynomial that is
- * nowhere more than 0.0586 off (at the horizon: 1/4 - 5/32 - 9/256), so that irradiance is within 0.0586 of radiance times
- * solid angle. */
+/* A tilted quad: SH by quadrature, irradiance by Lambert's formula. Order 6 replaces the cosine
+ * lobe by a polynomial that is nowhere more than 0.0586 off (at the horizon: 1/4 - 5/32 - 9/256),
+ * so that irradiance is within 0.0586 of radiance times solid angle. */
 static void test_polygon(double size, bool front_only, bool turned_away)
 {
-    const struct vec3 corner = {-0.4, 1.1, 0.2}, u = {size, 0.2 * size, 0.1 * size}, v = {-0.1 * size, 0.3 * size, 0.8 * size};
-    const struct vec3 polygon[4] = {corner, vec3_add(corner, u), vec3_add(vec3_add(corner, u), v), vec3_add(corner, v)};
+    const struct vec3 corner = {-0.4, 1.1, 0.2}, u = {size, 0.2 * size, 0.1 * size},
+                      v = {-0.1 * size, 0.3 * size, 0.8 * size};
+    const struct vec3 polygon[4] = {corner, vec3_add(corner, u), vec3_add(vec3_add(corner, u), v),
+                                    vec3_add(corner, v)};
     const double at[3] = {0.1, 0.2, -0.3}, rgb[3] = {3, 6, 1.5}, up[3] = {0, 1, 0};
     const struct gauss g = gauss_rule(48);
     double corners[12], truth[TRUTH_VALUES] = {0}, lambert = 0;
@@ -212,7 +227,8 @@ static void test_polygon(double size, bool front_only, bool turned_away)
         lambert = rgb[0] * lambert_irradiance(polygon, 4, (struct vec3){0, 1, 0});
     }
     char name[80];
-    snprintf(name, sizeof name, "quad of side %g%s%s", size, front_only ? ", front" : "", turned_away ? ", turned away" : "");
+    snprintf(name, sizeof name, "quad of side %g%s%s", size, front_only ? ", front" : "",
+             turned_away ? ", turned away" : "");
     struct runs runs;
     runs_take(&runs, &b, settings_of(2048, CAPTURE_ALL), at, 32);
     if (lit) {
@@ -257,16 +273,22 @@ static void floor_field(const void *context, const double d[3], double rgb[3])
 /* Over a floor: the light itself a delta, and one bounce by quadrature. */
 static void test_punctual(enum scene_light_kind kind)
 {
-    static const char *const names[] = {[SCENE_POINT] = "point", [SCENE_SPOT] = "spot", [SCENE_SUN] = "sun"};
-    const struct scene_light light = {.kind = kind, .position = {1, 3, 0}, .direction = {-0.28, -0.96, 0}, .intensity = {7, 5, 3},
-                                      .cos_inner = 0.98, .cos_outer = 0.6};
+    static const char *const names[] = {
+        [SCENE_POINT] = "point", [SCENE_SPOT] = "spot", [SCENE_SUN] = "sun"};
+    const struct scene_light light = {.kind = kind,
+                                      .position = {1, 3, 0},
+                                      .direction = {-0.28, -0.96, 0},
+                                      .intensity = {7, 5, 3},
+                                      .cos_inner = 0.98,
+                                      .cos_outer = 0.6};
     const struct lit_floor lit = {.light = &light, .at = {0, 1, 0.5}, .albedo = 0.5};
     struct bench b;
     bench_start(&b);
     add_floor(&b, 2e4, 0, material(0.5f, 0));
     add_light(&b, light);
     bench_finish(&b, 1);
-    double direct[TRUTH_VALUES] = {0}, bounced[TRUTH_VALUES] = {0}, all[TRUTH_VALUES], d[3], distance, rgb[3];
+    double direct[TRUTH_VALUES] = {0}, bounced[TRUTH_VALUES] = {0}, all[TRUTH_VALUES], d[3],
+           distance, rgb[3];
     scene_light_at(&light, lit.at, d, &distance, rgb);
     add_truth(direct, TRUTH_ORDER, d, rgb[0], rgb[1], rgb[2], 1);
     add_field(bounced, 96, 96, floor_field, &lit);
@@ -284,7 +306,8 @@ static void test_punctual(enum scene_light_kind kind)
 
 /* -- many bounces ----------------------------------------------------------------------------- */
 
-/* A closed box whose walls all shine: after n bounces Le (1 + rho + ... + rho^n) from everywhere. */
+/* A closed box whose walls all shine: after n bounces Le (1 + rho + ... + rho^n) from
+ * everywhere. */
 static void test_furnace(int bounces)
 {
     const double rho = (double)0.6f, le = 1.5;
@@ -294,7 +317,8 @@ static void test_furnace(int bounces)
     add_cube(&b, 2, material(0.6f, 1.5f));
     bench_finish(&b, bounces);
     for (int k = 0; k < 3; k++)
-        rgb[k] = emission_of(le, k) * (1 - pow(albedo_of(rho, k), bounces + 1)) / (1 - albedo_of(rho, k));
+        rgb[k] = emission_of(le, k) * (1 - pow(albedo_of(rho, k), bounces + 1)) /
+                 (1 - albedo_of(rho, k));
     add_uniform(truth, rgb);
     struct capture_settings s = settings_of(1024, CAPTURE_ALL);
     s.bounces = bounces;
@@ -304,10 +328,10 @@ static void test_furnace(int bounces)
     bench_clear(&b);
 }
 
-/* A sphere with diffuse walls, of which a patch of share f shines (or is open to the sky): every point of a sphere sees the
- * patch under the same form factor f, so the walls are lit evenly: E = pi Le f / (1 - rho s), s the share that scatters, 1 with
- * a patch that does so too, 1 - f with a hole (Jacquez and Kuppenheim, "Theory of the integrating sphere", J. Opt. Soc. Am. 45,
- * 1955). */
+/* A sphere with diffuse walls, of which a patch of share f shines (or is open to the sky): every
+ * point of a sphere sees the patch under the same form factor f, so the walls are lit evenly: E =
+ * pi Le f / (1 - rho s), s the share that scatters, 1 with a patch that does so too, 1 - f with a
+ * hole (Jacquez and Kuppenheim, "Theory of the integrating sphere", J. Opt. Soc. Am. 45, 1955). */
 static void test_integrating_sphere(bool hole)
 {
     const double rho = (double)0.8f, at[3] = {0.2, -0.3, 0.1}, le[3] = {3, 6, 1.5};
@@ -327,7 +351,8 @@ static void test_integrating_sphere(bool hole)
     for (int k = 0; k < 3; k++) {
         const double a = albedo_of(rho, k);
         scattered[k] = a * le[k] * share / (1 - a * (hole ? 1 - share : 1));
-        rest[k] = hole ? le[k] - scattered[k] : le[k]; /* what the patch gives beside the walls' radiance */
+        /* what the patch gives beside the walls' radiance */
+        rest[k] = hole ? le[k] - scattered[k] : le[k];
     }
     add_uniform(all, scattered);
     add_facing(all, &patch, vec3_load(at), 3, rest);
@@ -350,9 +375,9 @@ static void test_integrating_sphere(bool hole)
     shape_clear(&patch);
 }
 
-/* A black sphere that shines within a diffuse one: of what the outer one sends, the share q = (a / b)^2 meets the inner one,
- * the rest itself: radiance rho Le q / (1 - rho (1 - q)). q is the share of the areas, of spheres and of their triangles alike
- * (reciprocity). */
+/* A black sphere that shines within a diffuse one: of what the outer one sends, the share q = (a /
+ * b)^2 meets the inner one, the rest itself: radiance rho Le q / (1 - rho (1 - q)). q is the share
+ * of the areas, of spheres and of their triangles alike (reciprocity). */
 static void test_concentric(double radius)
 {
     const double rho = (double)0.7f, at[3] = {0.5, -0.4, 0.3}, le[3] = {3, 6, 1.5};
@@ -383,14 +408,18 @@ static void test_concentric(double radius)
 
 enum { TEXELS = 8 };
 
-/* A horizontal square with a texture of its own: texel (i, j) of the picture as a parallelogram seen from `at`. u runs along +z
- * and v along +x on add_floor's square; the picture's top row has v = 1. */
-static void add_texel(double *truth, int texel, double half, const double at[3], const double rgb[3])
+/* A horizontal square with a texture of its own: texel (i, j) of the picture as a parallelogram
+ * seen from `at`. u runs along +z and v along +x on add_floor's square; the picture's top row has v
+ * = 1. */
+static void add_texel(double *truth, int texel, double half, const double at[3],
+                      const double rgb[3])
 {
     const struct gauss g = gauss_rule(8);
     const double step = 2 * half / TEXELS;
-    const struct vec3 corner = {(TEXELS - 1 - texel / TEXELS) * step - half, 0, texel % TEXELS * step - half};
-    add_parallelogram(truth, vec3_sub(corner, vec3_load(at)), (struct vec3){step, 0, 0}, (struct vec3){0, 0, step}, &g, rgb);
+    const struct vec3 corner = {(TEXELS - 1 - texel / TEXELS) * step - half, 0,
+                                texel % TEXELS * step - half};
+    add_parallelogram(truth, vec3_sub(corner, vec3_load(at)), (struct vec3){step, 0, 0},
+                      (struct vec3){0, 0, step}, &g, rgb);
 }
 
 /* A square of random albedos under a uniform sky, which it alone sees: radiance rho(u, v) L. */
@@ -448,8 +477,9 @@ static void test_alpha_texture(bool blend)
     struct runs runs;
     runs_take(&runs, &b, settings_of(1024, CAPTURE_ALL), at, 32);
     runs_check(&runs, truth, "%s square", blend ? "blended" : "cut-out");
-    ok(fabs(runs.sky - open) < 5 * sqrt(open * (1 - open) / (32 * 1024)), "%s square: the share of open sky is %.4f: %.4f",
-       blend ? "blended" : "cut-out", open, runs.sky);
+    ok(fabs(runs.sky - open) < 5 * sqrt(open * (1 - open) / (32 * 1024)),
+       "%s square: the share of open sky is %.4f: %.4f", blend ? "blended" : "cut-out", open,
+       runs.sky);
     bench_clear(&b);
 }
 
@@ -480,7 +510,8 @@ static void test_checkerboard(void)
     for (int k = 0; k < 3; k++)
         rgb[k] = emission_of(1, k) / (1 - albedo_of(0.5, k));
     add_uniform(truth, rgb);
-    check_at(&b, settings_of(1024, CAPTURE_ALL), (const double[3]){0.1, 0.2, -0.15}, truth, "furnace of checkerboards");
+    check_at(&b, settings_of(1024, CAPTURE_ALL), (const double[3]){0.1, 0.2, -0.15}, truth,
+             "furnace of checkerboards");
     bench_clear(&b);
 }
 
@@ -499,15 +530,16 @@ static void turn_colour(const struct room *room, const double from[3], double fa
         to[(k + room->colour_turn) % 3] = factor * from[k];
 }
 
-static void add_panel(struct bench *b, const struct room *room, const double panel[9], const double albedo[3],
-                      const double emission[3])
+static void add_panel(struct bench *b, const struct room *room, const double panel[9],
+                      const double albedo[3], const double emission[3])
 {
     const struct vec3 middle = vec3_load(panel), u = vec3_load(panel + 3), v = vec3_load(panel + 6);
     struct shape s = shape_create(4, 2);
     static const uint32_t index[6] = {0, 1, 2, 0, 2, 3};
     memcpy(s.index, index, sizeof index);
     for (int i = 0; i < 4; i++)
-        vec3_store(s.position + 3 * i, vec3_fma(vec3_fma(middle, i == 1 || i == 2 ? 1 : -1, u), i >= 2 ? 1 : -1, v));
+        vec3_store(s.position + 3 * i,
+                   vec3_fma(vec3_fma(middle, i == 1 || i == 2 ? 1 : -1, u), i >= 2 ? 1 : -1, v));
     if (room->rotation)
         shape_place(&s, room->rotation, (struct vec3){0});
     struct scene_material m = material(0, 0);
@@ -520,7 +552,9 @@ static void add_panel(struct bench *b, const struct room *room, const double pan
 static struct vec3 turn_point(const struct room *room, struct vec3 p)
 {
     const double *r = room->rotation;
-    return r ? (struct vec3){vec3_dot(vec3_load(r), p), vec3_dot(vec3_load(r + 3), p), vec3_dot(vec3_load(r + 6), p)} : p;
+    return r ? (struct vec3){vec3_dot(vec3_load(r), p), vec3_dot(vec3_load(r + 3), p),
+                             vec3_dot(vec3_load(r + 6), p)}
+             : p;
 }
 
 static void room_build(struct bench *b, const struct room *room)
@@ -528,14 +562,18 @@ static void room_build(struct bench *b, const struct room *room)
     static const struct {
         double panel[9], albedo[3];
     } walls[] = {
-        {{0, -1, 0, 2, 0, 0, 0, 0, 1.5}, {0.7, 0.6, 0.5}},    {{0, 1, 0, 2, 0, 0, 0, 0, 1.5}, {0.8, 0.8, 0.7}},
-        {{-2, 0, 0, 0, 1, 0, 0, 0, 1.5}, {0.8, 0.2, 0.1}},    {{2, -0.5, 0, 0, 0.5, 0, 0, 0, 1.5}, {0.2, 0.7, 0.3}},
-        {{0, 0, -1.5, 2, 0, 0, 0, 1, 0}, {0.4, 0.5, 0.8}},    {{0, 0, 1.5, 2, 0, 0, 0, 1, 0}, {0.6, 0.6, 0.6}},
+        {{0, -1, 0, 2, 0, 0, 0, 0, 1.5}, {0.7, 0.6, 0.5}},
+        {{0, 1, 0, 2, 0, 0, 0, 0, 1.5}, {0.8, 0.8, 0.7}},
+        {{-2, 0, 0, 0, 1, 0, 0, 0, 1.5}, {0.8, 0.2, 0.1}},
+        {{2, -0.5, 0, 0, 0.5, 0, 0, 0, 1.5}, {0.2, 0.7, 0.3}},
+        {{0, 0, -1.5, 2, 0, 0, 0, 1, 0}, {0.4, 0.5, 0.8}},
+        {{0, 0, 1.5, 2, 0, 0, 0, 1, 0}, {0.6, 0.6, 0.6}},
         {{0.4, -0.4, 0.3, 0.5, 0.2, 0.1, -0.1, 0.3, 0.4}, {0.9, 0.5, 0.2}},
     };
-    static const double lamps[2][9] = {{-1, 0.6, 0, 0.5, 0, 0, 0, 0, 0.4}, {0.9, -0.2, -0.8, 0.4, 0.1, 0, 0, 0.1, 0.3}};
-    static const double shine[2][3] = {{4, 1, 2}, {1, 3, 5}}, dark[3] = {0, 0, 0}, bulb[3] = {0.06, 0.04, 0.12},
-        sky[3] = {0.4, 0.6, 1};
+    static const double lamps[2][9] = {{-1, 0.6, 0, 0.5, 0, 0, 0, 0, 0.4},
+                                       {0.9, -0.2, -0.8, 0.4, 0.1, 0, 0, 0.1, 0.3}};
+    static const double shine[2][3] = {{4, 1, 2}, {1, 3, 5}}, dark[3] = {0, 0, 0},
+                        bulb[3] = {0.06, 0.04, 0.12}, sky[3] = {0.4, 0.6, 1};
     double albedo[3], emission[3];
     bench_start(b);
     for (size_t i = 0; i < sizeof walls / sizeof *walls; i++) {
@@ -547,7 +585,8 @@ static void room_build(struct bench *b, const struct room *room)
         turn_colour(room, shine[i], room->lamp[i], emission);
         add_panel(b, room, lamps[i], albedo, emission);
     }
-    struct scene_light light = {.kind = SCENE_POINT, .position = turn_point(room, (struct vec3){-1.2, 0.3, -0.6})};
+    struct scene_light light = {.kind = SCENE_POINT,
+                                .position = turn_point(room, (struct vec3){-1.2, 0.3, -0.6})};
     turn_colour(room, bulb, room->bulb, light.intensity);
     turn_colour(room, sky, room->sky, b->settings.sky);
     add_light(b, light);
@@ -555,7 +594,8 @@ static void room_build(struct bench *b, const struct room *room)
 }
 
 /* What 32 seeds from `seed` on see of a room. */
-static void room_runs(struct runs *runs, const struct room *room, enum capture_light light, uint64_t seed)
+static void room_runs(struct runs *runs, const struct room *room, enum capture_light light,
+                      uint64_t seed)
 {
     struct bench b;
     double p[3];
@@ -571,16 +611,20 @@ static void room_runs(struct runs *runs, const struct room *room, enum capture_l
 static const struct room whole = {.lamp = {1, 1}, .bulb = 1, .sky = 1};
 
 /* Two runs, or a sum of two, that must be the same light. */
-static void check_same(const struct runs *a, const struct runs *b, const struct runs *sum, const char *name)
+static void check_same(const struct runs *a, const struct runs *b, const struct runs *sum,
+                       const char *name)
 {
     const double t = runs_difference_t(a, b, sum);
     double mean[TRUTH_VALUES];
     runs_mean(sum, mean);
-    const struct estimate x = runs_bias(a, mean), y = b ? runs_bias(b, mean) : (struct estimate){-1, 0}, z = runs_bias(sum, mean);
-    const struct estimate off = {x.mean + y.mean + 1, sqrt(x.error * x.error + y.error * y.error + z.error * z.error)};
+    const struct estimate x = runs_bias(a, mean),
+                          y = b ? runs_bias(b, mean) : (struct estimate){-1, 0},
+                          z = runs_bias(sum, mean);
+    const struct estimate off = {x.mean + y.mean + 1,
+                                 sqrt(x.error * x.error + y.error * y.error + z.error * z.error)};
     ok(t < RUNS_T_MOST, "%s: every coefficient (t = %.2f)", name, t);
-    ok(deviation(off.mean, off.error, 1) < RUNS_T_MOST &&
-       off.error < RUNS_RESOLUTION, "%s: off by %+.3f %%, standard error %.3f %%", name, 100 * off.mean, 100 * off.error);
+    ok(deviation(off.mean, off.error, 1) < RUNS_T_MOST && off.error < RUNS_RESOLUTION,
+       "%s: off by %+.3f %%, standard error %.3f %%", name, 100 * off.mean, 100 * off.error);
 }
 
 static void test_linear(const struct runs *all)
@@ -627,11 +671,13 @@ static void test_channels(const struct runs *all)
     b.scene->materials[b.scene->material_count - 1].emission = (struct vec3f){1, 0, 0};
     path_clear(&b.path);
     must(path_create(&b.path, b.tracer, 32));
-    const struct capture_probe p = capture(&b, &(struct capture_settings){.order = 6, .rays = 1000, .bounces = 32}, -0.2, 0.1, 0.35);
+    const struct capture_probe p = capture(
+        &b, &(struct capture_settings){.order = 6, .rays = 1000, .bounces = 32}, -0.2, 0.1, 0.35);
     float others = 0;
     for (int k = 0; k < TRUTH_VALUES; k++)
         others = k % 3 ? fmaxf(others, fabsf(p.sh[k])) : others;
-    ok(p.sh[0] > 0 && others == 0, "a red lamp gives red alone: %g, %g", (double)p.sh[0], (double)others);
+    ok(p.sh[0] > 0 && others == 0, "a red lamp gives red alone: %g, %g", (double)p.sh[0],
+       (double)others);
     bench_clear(&b);
 }
 
@@ -664,8 +710,8 @@ static void test_orders(void)
     for (s.order = 1; s.order < SH_ORDER_MAX; s.order++) {
         const struct capture_probe p = capture(&b, &s, -0.2, 0.1, 0.35);
         const size_t size = (size_t)(3 * s.order * s.order) * sizeof(float);
-        ok(!memcmp(p.sh, most.sh, size) && !memcmp(p.sh_error, most.sh_error, size), "order %d is the beginning of order %d",
-           s.order, SH_ORDER_MAX);
+        ok(!memcmp(p.sh, most.sh, size) && !memcmp(p.sh_error, most.sh_error, size),
+           "order %d is the beginning of order %d", s.order, SH_ORDER_MAX);
     }
     bench_clear(&b);
 }

@@ -1,5 +1,5 @@
-/* Radiance and irradiance: both kinds of coefficients against closed forms, orders 1 to 6, with their error and gradient; and
- * what can be turned into which. */
+/* Radiance and irradiance: both kinds of coefficients against closed forms, orders 1 to 6, with
+ * their error and gradient; and what can be turned into which. */
 #include "light/content.h"
 #include "light/order.h"
 #include "stream/stream.h"
@@ -16,18 +16,24 @@ static int band_of(int value)
 /* P_l(x) */
 static double legendre(int l, double x)
 {
-    const double p[6] = {1, x, (3 * x * x - 1) / 2, (5 * x * x - 3) * x / 2, ((35 * x * x - 30) * x * x + 3) / 8,
+    const double p[6] = {1,
+                         x,
+                         (3 * x * x - 1) / 2,
+                         (5 * x * x - 3) * x / 2,
+                         ((35 * x * x - 30) * x * x + 3) / 8,
                          ((63 * x * x - 70) * x * x + 15) * x / 8};
     return p[l];
 }
 
-/* A sun in the void: deltas, exact. E(n) = irradiance * sum over l of A_l (2l + 1) / 4 pi P_l(n . d). */
+/* A sun in the void: deltas, exact. E(n) = irradiance * sum over l of A_l (2l + 1) / 4 pi P_l(n .
+ * d). */
 static void test_sun(void)
 {
     const double travel[3] = {0.36, -0.8, -0.48}, rgb[3] = {10, 20, 5};
     struct bench b;
     bench_start(&b);
-    add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {travel[0], travel[1], travel[2]},
+    add_light(&b, (struct scene_light){.kind = SCENE_SUN,
+                                       .direction = {travel[0], travel[1], travel[2]},
                                        .intensity = {rgb[0], rgb[1], rgb[2]}});
     bench_finish(&b, 1);
     double worst = 0, band3 = 0;
@@ -54,15 +60,18 @@ static void test_sun(void)
                 band3 += band_of(i) == 3 || band_of(i) == 5 ? fabs((double)probe.sh[i]) : 0;
         }
     }
-    ok(worst < 1e-6, "a sun's irradiance, orders 1 to 6, from radiance and from irradiance (%.1e)", worst);
+    ok(worst < 1e-6, "a sun's irradiance, orders 1 to 6, from radiance and from irradiance (%.1e)",
+       worst);
     ok(band3 == 0, "irradiance has no bands 3 and 5");
     bench_clear(&b);
 }
 
-/* A square lamp under a sky, behind which there is none. Noise: means of 32 seeds, by their standard errors. */
+/* A square lamp under a sky, behind which there is none. Noise: means of 32 seeds, by their
+ * standard errors. */
 static void test_lamp(void)
 {
-    const double sky[3] = {0.5, 1, 0.25}, lamp[12] = {-1, 2, -1, 1, 2, -1, 1, 2, 1, -1, 2, 1}, p[3] = {0, 0, 0};
+    const double sky[3] = {0.5, 1, 0.25}, lamp[12] = {-1, 2, -1, 1, 2, -1, 1, 2, 1, -1, 2, 1},
+                 p[3] = {0, 0, 0};
     const struct vec3 corner = {-1, 2, -1}, u = {2, 0, 0}, v = {0, 0, 2};
     struct bench b;
     bench_start(&b);
@@ -72,7 +81,8 @@ static void test_lamp(void)
     const struct gauss g = gauss_rule(32);
     double radiance[TRUTH_VALUES] = {0};
     add_uniform(radiance, sky);
-    add_parallelogram(radiance, corner, u, v, &g, (const double[3]){10 - sky[0], 20 - sky[1], 5 - sky[2]});
+    add_parallelogram(radiance, corner, u, v, &g,
+                      (const double[3]){10 - sky[0], 20 - sky[1], 5 - sky[2]});
     for (int order = 1; order <= SH_ORDER_MAX; order++) {
         struct capture_settings s = capture_settings_default();
         s.order = order;
@@ -89,19 +99,23 @@ static void test_lamp(void)
             capture_shape(&s, &probe);
             memcpy(runs.value[i], probe.sh, sizeof runs.value[i]);
             for (int k = 0; k < runs_values(&runs); k++) {
-                runs.variance[k] += (double)probe.sh_error[k] * (double)probe.sh_error[k] / runs.count / runs.count;
-                off_error = fmax(off_error, fabs((double)probe.sh_error[k] - fabs(A[band_of(k)]) * (double)raw.sh_error[k]));
+                runs.variance[k] += (double)probe.sh_error[k] * (double)probe.sh_error[k] /
+                                    runs.count / runs.count;
+                off_error = fmax(off_error, fabs((double)probe.sh_error[k] -
+                                                 fabs(A[band_of(k)]) * (double)raw.sh_error[k]));
             }
         }
         const double z = runs_z(&runs, truth);
         const struct estimate bias = runs_bias(&runs, truth);
-        ok(z < RUNS_Z_MOST && deviation(bias.mean, bias.error, 1) < RUNS_T_MOST && bias.error < RUNS_RESOLUTION && off_error < 1e-6,
-           "a lamp under a sky, irradiance of order %d: z = %.2f, off by %+.3f +- %.3f %%", order, z, 100 * bias.mean, 100 * bias.error);
+        ok(z < RUNS_Z_MOST && deviation(bias.mean, bias.error, 1) < RUNS_T_MOST &&
+               bias.error < RUNS_RESOLUTION && off_error < 1e-6,
+           "a lamp under a sky, irradiance of order %d: z = %.2f, off by %+.3f +- %.3f %%", order,
+           z, 100 * bias.mean, 100 * bias.error);
     }
     bench_clear(&b);
 }
 
-/* -- tables ---------------------------------------------------------------------------------------- */
+/* -- tables ----------------------------------------------------------------------------------- */
 
 static void make_table(struct table *t, int order)
 {
@@ -129,7 +143,8 @@ static void test_conversion(void)
         for (size_t column = 0; column < 3; column++) {
             const struct column *c = &t.columns[column], *d = &was.columns[column];
             for (size_t k = 0; k < 2 * c->width; k++) {
-                const double a = A[band_of((int)(k % t.columns[0].width))], expected = (column == 1 ? fabs(a) : a) * (double)column_f32(d)[k];
+                const double a = A[band_of((int)(k % t.columns[0].width))],
+                             expected = (column == 1 ? fabs(a) : a) * (double)column_f32(d)[k];
                 there = there && fabs((double)column_f32(c)[k] - expected) < 1e-6;
             }
             there = there && isnan(column_f32(c)[3 * c->width - 1]);
@@ -142,7 +157,7 @@ static void test_conversion(void)
             for (size_t column = 0; column < 3; column++)
                 for (size_t k = 0; k < 2 * t.columns[column].width; k++) {
                     const double is = (double)column_f32(&t.columns[column])[k],
-                        expected = (double)column_f32(&was.columns[column])[k];
+                                 expected = (double)column_f32(&was.columns[column])[k];
                     back = back && fabs(is - expected) < 2e-7 * fabs(expected);
                 }
         }
@@ -150,7 +165,8 @@ static void test_conversion(void)
         table_clear(&was);
         table_clear(&t);
     }
-    ok(there, "sh, its error and its gradient become A_l times what they were; what is missing stays missing");
+    ok(there, "sh, its error and its gradient become A_l times what they were; what is missing "
+              "stays missing");
     ok(back, "and come back to the last bit or two, up to order 3");
     ok(refused, "irradiance of order 4 and more cannot be undone, and that is said");
 
@@ -163,7 +179,8 @@ static void test_conversion(void)
         if (!i)
             must(content_convert(&t, false, true));
     }
-    ok(order[0] == order[1] && fabs(lost[0] - lost[1]) < 1e-6, "both need the same order (%d and %d)", order[0], order[1]);
+    ok(order[0] == order[1] && fabs(lost[0] - lost[1]) < 1e-6,
+       "both need the same order (%d and %d)", order[0], order[1]);
     table_clear(&t);
 }
 
@@ -175,10 +192,12 @@ static void test_header(void)
     ok(!convolved, "without a key it is radiance");
     must(content_to_header(&header, true));
     must(content_from_header(&header, &convolved));
-    ok(convolved && !strcmp(header_key(&header, "sh-content"), "irradiance"), "the key says irradiance");
+    ok(convolved && !strcmp(header_key(&header, "sh-content"), "irradiance"),
+       "the key says irradiance");
     must(header_set_key(&header, "sh-content", "flux"));
     struct error *err = content_from_header(&header, &convolved);
-    ok(err && strstr(error_message(err), "expected radiance or irradiance, got 'flux'"), "anything else is refused");
+    ok(err && strstr(error_message(err), "expected radiance or irradiance, got 'flux'"),
+       "anything else is refused");
     error_destroy(err);
     header_clear(&header);
 }

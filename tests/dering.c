@@ -1,5 +1,5 @@
-/* De-ringing: windows whose least r is known in closed form; what no window may do; the minimum over the sphere against many
- * samples. */
+/* De-ringing: windows whose least r is known in closed form; what no window may do; the minimum
+ * over the sphere against many samples. */
 #include "light/dering.h"
 #include "base/error.h"
 #include "light/content.h"
@@ -15,11 +15,12 @@ static void add_uniform(float *sh, double radiance)
         sh[k] += (float)(radiance * sqrt(4 * PI));
 }
 
-/* -- closed forms --------------------------------------------------------------------------------- */
+/* -- closed forms ----------------------------------------------------------------------------- */
 
-/* A delta's minimum over directions, as a share of the mean, falls as r rises; r_at inverts it. The window's r lies between
- * those of the floor plus the tolerance and plus half of it. */
-static void check_delta(enum dering_target target, int order, double floor, double (*r_at)(double least), const char *form)
+/* A delta's minimum over directions, as a share of the mean, falls as r rises; r_at inverts it. The
+ * window's r lies between those of the floor plus the tolerance and plus half of it. */
+static void check_delta(enum dering_target target, int order, double floor,
+                        double (*r_at)(double least), const char *form)
 {
     const struct dering_settings settings = {.target = target, .floor = floor};
     bool right = true, convolved_right = true;
@@ -28,12 +29,15 @@ static void check_delta(enum dering_target target, int order, double floor, doub
         double d[3];
         float sh[3 * SH_COUNT_MAX] = {0};
         draw_direction(d);
-        add_delta(order, sh, d, (const double[3]){1e-3 + draw(), 1e3 * draw(), turn % 2 ? 0 : 1}); /* one colour may be dark */
+        /* one colour may be dark */
+        add_delta(order, sh, d, (const double[3]){1e-3 + draw(), 1e3 * draw(), turn % 2 ? 0 : 1});
         r = dering_window(&settings, order, false, sh);
-        right = right && r >= r_at(floor + DERING_TOLERANCE) - 1e-6 && r <= r_at(floor + DERING_TOLERANCE / 2) + 1e-6;
+        right = right && r >= r_at(floor + DERING_TOLERANCE) - 1e-6 &&
+                r <= r_at(floor + DERING_TOLERANCE / 2) + 1e-6;
         if (target == DERING_IRRADIANCE || order <= CONTENT_RADIANCE_ORDER_MAX) {
             content_convolve(order, sh, NULL, NULL);
-            convolved_right = convolved_right && fabs(dering_window(&settings, order, true, sh) - r) < 1e-5;
+            convolved_right = convolved_right &&
+                              fabs(dering_window(&settings, order, true, sh) - r) < 1e-5;
         }
     }
     ok(right, "a delta at order %d, %s of at least %g: %s (r = %.5f, exact %.5f)", order,
@@ -42,15 +46,30 @@ static void check_delta(enum dering_target target, int order, double floor, doub
 }
 
 /* 1 + 2 r x at x = -1 */
-static double irradiance_2(double least) { return (1 - least) / 2; }
+static double irradiance_2(double least)
+{
+    return (1 - least) / 2;
+}
 /* 1 + 3 r x at x = -1 */
-static double radiance_2(double least) { return (1 - least) / 3; }
+static double radiance_2(double least)
+{
+    return (1 - least) / 3;
+}
 /* 1 + 2 r x + 5/8 r^2 (3 x^2 - 1) at x = -8 / (15 r): 7/15 - 5/8 r^2 */
-static double irradiance_3(double least) { return sqrt((7.0 / 15 - least) * 8 / 5); }
+static double irradiance_3(double least)
+{
+    return sqrt((7.0 / 15 - least) * 8 / 5);
+}
 /* the same at x = -1, where that is beyond it: 1 - 2 r + 5/4 r^2 */
-static double irradiance_3_back(double least) { return (2 - sqrt(4 - 5 * (1 - least))) / 2.5; }
+static double irradiance_3_back(double least)
+{
+    return (2 - sqrt(4 - 5 * (1 - least))) / 2.5;
+}
 /* 1 + 3 r x + 5/2 r^2 (3 x^2 - 1) at x = -1 / (5 r): 7/10 - 5/2 r^2 */
-static double radiance_3(double least) { return sqrt((0.7 - least) / 2.5); }
+static double radiance_3(double least)
+{
+    return sqrt((0.7 - least) / 2.5);
+}
 
 static void test_closed_forms(void)
 {
@@ -85,7 +104,8 @@ static void make_window(enum window window, double t, double w[3])
     }
 }
 
-/* What the least window of a kind that leaves nothing below 0 takes of the lamp, in the RMS over directions. */
+/* What the least window of a kind that leaves nothing below 0 takes of the lamp, in the RMS over
+ * directions. */
 static double taken(enum window window)
 {
     double w[3] = {1, 1, 1};
@@ -97,19 +117,24 @@ static double taken(enum window window)
             below = below || lamp(w, k * 2e-3 - 1) < 0;
     }
     const double energy[3] = {1, 4.0 / 3, 5.0 / 16}; /* (2l + 1) A_l^2 / A_0^2 */
-    return sqrt((energy[1] * (1 - w[1]) * (1 - w[1]) + energy[2] * (1 - w[2]) * (1 - w[2])) / (1 + energy[1] + energy[2]));
+    return sqrt((energy[1] * (1 - w[1]) * (1 - w[1]) + energy[2] * (1 - w[2]) * (1 - w[2])) /
+                (1 + energy[1] + energy[2]));
 }
 
 static void test_windows(void)
 {
-    static const double stated[] = {[ABEL_POISSON] = 0.13, [GAUSS] = 0.19, [BENDING] = 0.42, [HANN] = 0.49, [LANCZOS] = 0.49};
+    static const double stated[] = {
+        [ABEL_POISSON] = 0.13, [GAUSS] = 0.19, [BENDING] = 0.42, [HANN] = 0.49, [LANCZOS] = 0.49};
     double worst = 0;
     for (enum window window = ABEL_POISSON; window <= LANCZOS; window++)
         worst = fmax(worst, fabs(taken(window) - stated[window]));
-    ok(worst < 0.006, "windows that mend a lamp at order 3 take 13, 19, 42, 49 and 49 %% of it, as the manual says (to %.3f)", worst);
+    ok(worst < 0.006,
+       "windows that mend a lamp at order 3 take 13, 19, 42, 49 and 49 %% of it, as the manual "
+       "says (to %.3f)",
+       worst);
 }
 
-/* -- the minimum ---------------------------------------------------------------------------------- */
+/* -- the minimum ------------------------------------------------------------------------------ */
 
 enum { SAMPLES = 20000 };
 
@@ -118,7 +143,8 @@ static double sampled_minimum(int order, const double *f)
 {
     double least = (double)INFINITY;
     for (int i = 0; i < SAMPLES; i++) {
-        const double z = 1 - (2 * i + 1.0) / SAMPLES, s = sqrt(1 - z * z), phi = i * 2.399963229728653;
+        const double z = 1 - (2 * i + 1.0) / SAMPLES, s = sqrt(1 - z * z),
+                     phi = i * 2.399963229728653;
         double y[SH_COUNT_MAX], sum = 0;
         sh_basis(order, (const double[3]){s * cos(phi), s * sin(phi), z}, y);
         for (int k = 0; k < order * order; k++)
@@ -143,11 +169,12 @@ static void test_minimum(void)
         false_claims += dering_is_above(order, f, least + 1e-12, span);
         missed += !dering_is_above(order, f, least - 2 * span, span);
     }
-    ok(!false_claims, "no level that a sample is below is claimed as a bound (%d of %d)", false_claims, TURNS);
+    ok(!false_claims, "no level that a sample is below is claimed as a bound (%d of %d)",
+       false_claims, TURNS);
     ok(!missed, "a bound is found where it holds with some slack (%d of %d missed)", missed, TURNS);
 }
 
-/* -- any probe ------------------------------------------------------------------------------------ */
+/* -- any probe -------------------------------------------------------------------------------- */
 
 /* Light that is not negative: a sky and a few deltas of any colour. */
 static void make_probe(int order, float *sh)
@@ -163,7 +190,8 @@ static void make_probe(int order, float *sh)
     }
 }
 
-/* The least of what must stay above the floor, over its mean, over all colours; NaN-free as all have light. */
+/* The least of what must stay above the floor, over its mean, over all colours; NaN-free as all
+ * have light. */
 static double least_of(enum dering_target target, int order, const float *sh)
 {
     double least = (double)INFINITY;
@@ -209,7 +237,8 @@ static void test_properties(void)
     }
     ok(changed > 60, "most of %d probes and floors ring (%d)", 3 * TURNS, changed);
     ok(!below, "none is below its floor afterwards, in any of %d directions (%d)", SAMPLES, below);
-    ok(!not_least, "a window that is 0.01 wider does not keep it: the least is found (%d)", not_least);
+    ok(!not_least, "a window that is 0.01 wider does not keep it: the least is found (%d)",
+       not_least);
     ok(!again, "a second pass changes nothing (%d)", again);
     ok(!blurred, "what is above the floor keeps its bits (%d)", blurred);
     ok(!rising, "a higher floor never takes less (%d)", rising);
@@ -218,17 +247,18 @@ static void test_properties(void)
 static void test_untouched(void)
 {
     const struct dering_settings settings = {.target = DERING_RADIANCE},
-        high = {.target = DERING_RADIANCE, .floor = DERING_FLOOR_MOST};
+                                 high = {.target = DERING_RADIANCE, .floor = DERING_FLOOR_MOST};
     float sky[27] = {0}, dark[27] = {0}, negative[27] = {-1, 1, 1}, bare[27] = {[3] = 1};
     add_uniform(sky, 3);
-    ok(dering_window(&settings, 3, false, sky) == 1 &&
-       dering_window(&high, 3, false, sky) == 1, "a uniform sky does not ring, for any floor");
+    ok(dering_window(&settings, 3, false, sky) == 1 && dering_window(&high, 3, false, sky) == 1,
+       "a uniform sky does not ring, for any floor");
     ok(dering_window(&settings, 3, false, dark) == 1, "nor does darkness");
-    ok(dering_window(&settings, 3, false, negative) < 0 && dering_window(&settings, 3, false, bare) < 0,
+    ok(dering_window(&settings, 3, false, negative) < 0 &&
+           dering_window(&settings, 3, false, bare) < 0,
        "a mean below 0, or of 0 beside light: no window helps, and none is claimed to");
 }
 
-/* -- tables --------------------------------------------------------------------------------------- */
+/* -- tables ----------------------------------------------------------------------------------- */
 
 static void make_table(struct table *t)
 {
@@ -258,22 +288,27 @@ static void test_table(void)
     make_table(&t);
     make_table(&was);
     must(dering_table(&t, &settings, false, 2, &count));
-    const float *sh = column_f32(table_column(&t, "sh")), *error = column_f32(table_column(&t, "sh_error"));
-    const float *gradient = column_f32(table_column(&t, "sh_gradient")), *window = column_f32(table_column(&t, "sh_window"));
+    const float *sh = column_f32(table_column(&t, "sh")),
+                *error = column_f32(table_column(&t, "sh_error"));
+    const float *gradient = column_f32(table_column(&t, "sh_gradient")),
+                *window = column_f32(table_column(&t, "sh_window"));
     const float *sh_was = column_f32(table_column(&was, "sh"));
     const float r = window[0];
-    ok(count.probes == 3 && count.changed == 1 && count.hopeless == 1 && count.least == (double)r && r > 0.86f && r < 0.865f,
+    ok(count.probes == 3 && count.changed == 1 && count.hopeless == 1 && count.least == (double)r &&
+           r > 0.86f && r < 0.865f,
        "of four probes three have light, one rings, one is beyond help (r = %.4f)", (double)r);
     dering_count_add(&counted, &t);
-    ok(counted.probes == 3 && counted.changed == 1 && counted.least == (double)r && window[1] == 1 && isnan(window[2]) &&
-       window[3] == 1, "sh_window says so of each");
+    ok(counted.probes == 3 && counted.changed == 1 && counted.least == (double)r &&
+           window[1] == 1 && isnan(window[2]) && window[3] == 1,
+       "sh_window says so of each");
     const float square = (float)((double)r * (double)r);
     ok(sh[0] == sh_was[0] && sh[3] == (float)((double)r * (double)sh_was[3]) && error[3] == r &&
-       fabsf(error[12] - square) < 1e-6f &&
-           gradient[0] == -2 && gradient[3] == -2 * r && gradient[27 + 3] == -2 * r && gradient[54 + 3] == -2 * r,
+           fabsf(error[12] - square) < 1e-6f && gradient[0] == -2 && gradient[3] == -2 * r &&
+           gradient[27 + 3] == -2 * r && gradient[54 + 3] == -2 * r,
        "error and gradient go along, band by band");
     ok(!memcmp(sh + 27, sh_was + 27, 27 * sizeof *sh) &&
-       !memcmp(sh + 81, sh_was + 81, 27 * sizeof *sh), "the others keep every bit");
+           !memcmp(sh + 81, sh_was + 81, 27 * sizeof *sh),
+       "the others keep every bit");
     must(dering_table(&t, &settings, false, 1, &count));
     ok(!count.changed && window[0] == r, "and so do all in a second pass");
     table_clear(&t);
@@ -286,12 +321,19 @@ static void test_header(void)
     struct dering_settings back, some = {.target = DERING_RADIANCE, .floor = 0.125};
     must(dering_to_header(&some, &header));
     must(dering_from_header(&back, &header));
-    ok(!strcmp(header_key(&header, "sh-dering"), "radiance 0.125") && back.target == DERING_RADIANCE && back.floor == 0.125,
+    ok(!strcmp(header_key(&header, "sh-dering"), "radiance 0.125") &&
+           back.target == DERING_RADIANCE && back.floor == 0.125,
        "settings come back from the header");
     must(dering_to_header(&(struct dering_settings){0}, &header));
     must(dering_from_header(&back, &header));
     ok(!header_key(&header, "sh-dering") && back.target == DERING_NONE, "and none leaves none");
-    static const char *const bad[] = {"irradiance", "irradiance 1", "irradiance -1", "none 0", "radiance 0.1x", "radiance nan", ""};
+    static const char *const bad[] = {"irradiance",
+                                      "irradiance 1",
+                                      "irradiance -1",
+                                      "none 0",
+                                      "radiance 0.1x",
+                                      "radiance nan",
+                                      ""};
     int taken = 0;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         must(header_set_key(&header, "sh-dering", bad[i]));

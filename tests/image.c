@@ -31,13 +31,13 @@ static struct bytes png(int width, int height, int channels, const uint8_t *texe
 }
 
 /* Decodes and expects these channels and codes. */
-static void expect(const char *name, struct bytes file, enum image_use use, uint32_t width, uint32_t height,
-                   unsigned channels,
-                   const uint8_t *codes)
+static void expect(const char *name, struct bytes file, enum image_use use, uint32_t width,
+                   uint32_t height, unsigned channels, const uint8_t *codes)
 {
     struct scene_texture t = {0};
     struct error *err = image_decode(&t, file.data, file.size, use);
-    const bool right = !err && t.bytes && t.width == width && t.height == height && t.channels == channels &&
+    const bool right = !err && t.bytes && t.width == width && t.height == height &&
+                       t.channels == channels &&
                        !memcmp(t.texels, codes, (size_t)width * height * channels);
     ok(right, "%s%s%s", name, err ? ": " : "", err ? error_message(err) : "");
     error_destroy(err);
@@ -47,11 +47,12 @@ static void expect(const char *name, struct bytes file, enum image_use use, uint
 static void test_codes(void)
 {
     static const uint8_t grey[6] = {0, 1, 127, 128, 254, 255};
-    static const uint8_t grey_rgb[18] = {0, 0, 0, 1, 1, 1, 127, 127, 127, 128, 128, 128, 254, 254, 254, 255, 255, 255};
+    static const uint8_t grey_rgb[18] = {0,   0,   0,   1,   1,   1,   127, 127, 127,
+                                         128, 128, 128, 254, 254, 254, 255, 255, 255};
     static const uint8_t rgb[18] = {255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 8, 7, 6, 5, 4, 3, 2, 1};
     static const uint8_t rgb_grey[6] = {54, 182, 18, 8, 5, 2}; /* 0.2126 R + 0.7152 G + 0.0722 B */
-    static const uint8_t rgba[24] = {255, 0, 0, 255, 0, 255, 0, 254, 0, 0, 255, 3, 9, 8, 7, 0, 6, 5, 4, 128, 3, 2, 1,
-                                     1};
+    static const uint8_t rgba[24] = {255, 0, 0, 255, 0, 255, 0, 254, 0, 0, 255, 3,
+                                     9,   8, 7, 0,   6, 5,   4, 128, 3, 2, 1,   1};
     static const uint8_t alpha[6] = {255, 254, 3, 0, 128, 1};
     uint8_t opaque[24], noise[3000];
     memcpy(opaque, rgba, sizeof opaque);
@@ -105,9 +106,8 @@ static void test_lossy(void)
         double sum = 0;
         for (int i = 0; !err && i < 64 * 64 * 3; i++)
             sum += fabs((double)((const uint8_t *)t.texels)[i] - smooth[i]);
-        ok(!err && t.width == 64 && t.channels == 3 && sum / (64 * 64 * 3) < 3, "%s: mean error of a code %.2f",
-           f ? "lossy WebP" : "JPEG",
-           sum / (64 * 64 * 3));
+        ok(!err && t.width == 64 && t.channels == 3 && sum / (64 * 64 * 3) < 3,
+           "%s: mean error of a code %.2f", f ? "lossy WebP" : "JPEG", sum / (64 * 64 * 3));
         error_destroy(err);
         free(t.texels);
     }
@@ -124,8 +124,9 @@ static void test_radiance(void)
     struct error *err = image_decode(&t, f.data, f.size, IMAGE_COLOUR);
     double worst = 0;
     for (int i = 0; !err && i < 12; i++)
-        worst = fmax(worst, fabs((double)((const float *)t.texels)[i] - (double)rgb[i]) /
-                                fmax(fmax((double)rgb[i / 3 * 3], (double)rgb[i / 3 * 3 + 1]), 1e-9));
+        worst =
+            fmax(worst, fabs((double)((const float *)t.texels)[i] - (double)rgb[i]) /
+                            fmax(fmax((double)rgb[i / 3 * 3], (double)rgb[i / 3 * 3 + 1]), 1e-9));
     ok(!err && !t.bytes && t.channels == 3 && worst < 0.01,
        "Radiance .hdr keeps its range: error %.4f of the largest channel", worst);
     error_destroy(err);
@@ -162,7 +163,8 @@ static void test_cut_radiance(void)
         error_destroy(err);
         free(t.texels);
     }
-    ok(accepted == 1, "an .hdr that is cut off is refused, wherever: %zu of %zu accepted", accepted, f.size);
+    ok(accepted == 1, "an .hdr that is cut off is refused, wherever: %zu of %zu accepted", accepted,
+       f.size);
     free(f.data);
 }
 
@@ -181,7 +183,8 @@ static void test_damage(void)
     f.data[16] = 1; /* the width's highest byte: 2^24 texels */
     refuse("a PNG that claims to be huge", f.data, f.size);
     refuse("an .hdr without texels", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 4\n", 45);
-    refuse("an .hdr that claims to be huge", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 99999 +X 99999\n", 53);
+    refuse("an .hdr that claims to be huge",
+           "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 99999 +X 99999\n", 53);
     free(f.data);
     WebPFree(w.data);
 }

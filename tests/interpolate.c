@@ -1,5 +1,5 @@
-/* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees with its formula summed over
- * all probes. */
+/* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees
+ * with its formula summed over all probes. */
 #include "base/error.h"
 #include "interpolate/interpolate.h"
 #include "math/random.h"
@@ -17,7 +17,8 @@ static void must(struct error *err)
         bail("%s", error_message(err));
 }
 
-/* A polynomial of x, y, z, another one for each of WIDTH values: of this degree in all, or in each coordinate. */
+/* A polynomial of x, y, z, another one for each of WIDTH values: of this degree in all, or in each
+ * coordinate. */
 static double power(double x, int n)
 {
     double p = 1;
@@ -44,8 +45,8 @@ static double field(int degree, bool each, int value, const double p[3], double 
     return sum;
 }
 
-/* A stream of probes in a unit cube: at random, or the nodes of an uneven grid, shuffled; with the field, its gradient and
- * cells. */
+/* A stream of probes in a unit cube: at random, or the nodes of an uneven grid, shuffled; with the
+ * field, its gradient and cells. */
 static struct stream *make(bool grid, int degree, bool each)
 {
     struct stream *s = NULL;
@@ -63,12 +64,15 @@ static struct stream *make(bool grid, int degree, bool each)
         const size_t node = grid ? i * 37 % probes->rows : i;
         const size_t at[3] = {node % SIDE, node / SIDE % SIDE, node / SIDE / SIDE};
         for (size_t k = 0; k < 3; k++)
-            p[3 * i + k] = grid ? pow((double)at[k] / (SIDE - 1), 1 + 0.3 * (double)k) : random_double(&r);
+            p[3 * i + k] = grid ? pow((double)at[k] / (SIDE - 1), 1 + 0.3 * (double)k)
+                                : random_double(&r);
         for (int v = 0; v < WIDTH; v++) {
             double g[3];
-            column_f32(&probes->columns[1])[WIDTH * i + (size_t)v] = (float)field(degree, each, v, p + 3 * i, g);
+            column_f32(&probes->columns[1])[WIDTH * i + (size_t)v] =
+                (float)field(degree, each, v, p + 3 * i, g);
             for (size_t k = 0; k < 3; k++)
-                column_f32(&probes->columns[2])[3 * WIDTH * i + WIDTH * k + (size_t)v] = (float)g[k];
+                column_f32(&probes->columns[2])[3 * WIDTH * i + WIDTH * k + (size_t)v] =
+                    (float)g[k];
         }
     }
     must(tetra_build(&t, probes->rows, p, NULL));
@@ -82,14 +86,18 @@ static struct stream *make(bool grid, int degree, bool each)
     return s;
 }
 
-static struct interpolate *open_kind(const struct stream *s, enum interpolate_kind kind, enum interpolate_falloff falloff, double radius)
+static struct interpolate *open_kind(const struct stream *s, enum interpolate_kind kind,
+                                     enum interpolate_falloff falloff, double radius)
 {
     struct interpolate *in;
-    must(interpolate_open(&in, s, &(struct interpolate_settings){.kind = kind, .falloff = falloff, .radius = radius, .column = "sh"}));
+    must(interpolate_open(&in, s,
+                          &(struct interpolate_settings){
+                              .kind = kind, .falloff = falloff, .radius = radius, .column = "sh"}));
     return in;
 }
 
-static void at(const struct interpolate *in, const double p[3], float out[WIDTH], struct probe_place *place)
+static void at(const struct interpolate *in, const double p[3], float out[WIDTH],
+               struct probe_place *place)
 {
     interpolate_find(in, p, place);
     must(interpolate_at(in, p, place, out));
@@ -138,21 +146,27 @@ static void test_reproduced(void)
         {"shepard: constant fields", false, 0, false, INTERPOLATE_SHEPARD, true},
         {"trilinear: linear in each coordinate", true, 1, true, INTERPOLATE_TRILINEAR, true},
         {"trilinear: not quadratic fields", true, 2, false, INTERPOLATE_TRILINEAR, false},
-        {"tricubic: quadratic in each coordinate, nodes uneven", true, 2, true, INTERPOLATE_TRICUBIC, true},
+        {"tricubic: quadratic in each coordinate, nodes uneven", true, 2, true,
+         INTERPOLATE_TRICUBIC, true},
         {"tricubic: not cubic fields", true, 3, false, INTERPOLATE_TRICUBIC, false},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const double worst = worst_of(rows[i].grid, rows[i].degree, rows[i].each, rows[i].kind);
         ok(rows[i].exact ? worst < 5e-6 : worst > 1e-4, "%s (%.1e)", rows[i].name, worst);
     }
-    const double linear = worst_of(false, 2, false, INTERPOLATE_BARYCENTRIC), cubic = worst_of(false, 3, false, INTERPOLATE_CUBIC),
-                 plain = worst_of(false, 3, false, INTERPOLATE_BARYCENTRIC), nodes = worst_of(true, 3, false, INTERPOLATE_TRICUBIC),
+    const double linear = worst_of(false, 2, false, INTERPOLATE_BARYCENTRIC),
+                 cubic = worst_of(false, 3, false, INTERPOLATE_CUBIC),
+                 plain = worst_of(false, 3, false, INTERPOLATE_BARYCENTRIC),
+                 nodes = worst_of(true, 3, false, INTERPOLATE_TRICUBIC),
                  flat = worst_of(true, 3, false, INTERPOLATE_TRILINEAR);
-    ok(cubic < plain / 2 && nodes < flat / 2 && linear > 0, "of cubic fields, cubics are off less than half as much as linear ways (%.1e of %.1e, %.1e of %.1e)", cubic, plain, nodes, flat);
+    ok(cubic < plain / 2 && nodes < flat / 2 && linear > 0,
+       "of cubic fields, cubics are off less than half as much as linear ways (%.1e of %.1e, %.1e "
+       "of %.1e)",
+       cubic, plain, nodes, flat);
 }
 
-/* Along lines no value jumps; at probes the value is the probe's, and, with gradients in a cubic, so is the slope in every
- * direction. */
+/* Along lines no value jumps; at probes the value is the probe's, and, with gradients in a cubic,
+ * so is the slope in every direction. */
 static void test_smooth(void)
 {
     struct stream *s = make(false, 3, false), *g = make(true, 3, false);
@@ -161,14 +175,20 @@ static void test_smooth(void)
         const struct stream *stream;
         enum interpolate_kind kind;
         bool slopes, hits;
-    } rows[] = {{"barycentric", g, INTERPOLATE_BARYCENTRIC, false, true}, {"gradient", s, INTERPOLATE_GRADIENT, false, true},
-                {"cubic", g, INTERPOLATE_CUBIC, true, true},              {"shepard", s, INTERPOLATE_SHEPARD, false, false},
-                {"trilinear", g, INTERPOLATE_TRILINEAR, false, true},     {"tricubic", g, INTERPOLATE_TRICUBIC, false, true}};
+    } rows[] = {{"barycentric", g, INTERPOLATE_BARYCENTRIC, false, true},
+                {"gradient", s, INTERPOLATE_GRADIENT, false, true},
+                {"cubic", g, INTERPOLATE_CUBIC, true, true},
+                {"shepard", s, INTERPOLATE_SHEPARD, false, false},
+                {"trilinear", g, INTERPOLATE_TRILINEAR, false, true},
+                {"tricubic", g, INTERPOLATE_TRICUBIC, false, true}};
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
-        struct interpolate *in = open_kind(rows[row].stream, rows[row].kind, INTERPOLATE_FALL_QUADRATIC, 1.5); /* a radius that reaches a probe from all of the lines */
+        /* a radius that reaches a probe from all of the lines */
+        struct interpolate *in =
+            open_kind(rows[row].stream, rows[row].kind, INTERPOLATE_FALL_QUADRATIC, 1.5);
         const struct table *probes = stream_table(rows[row].stream, "probe");
         const double *position = column_f64(&probes->columns[0]);
-        const float *value = column_f32(&probes->columns[1]), *gradient = column_f32(&probes->columns[2]);
+        const float *value = column_f32(&probes->columns[1]),
+                    *gradient = column_f32(&probes->columns[2]);
         struct random r = random_start(23, 0, 0);
         struct probe_place place = {.cell = PROBE_COLD};
         double jump = 0, miss = 0, slope = 0;
@@ -193,7 +213,8 @@ static void test_smooth(void)
         for (size_t i = 0; i < probes->rows; i++) {
             float there[WIDTH], near[WIDTH];
             at(in, position + 3 * i, there, &place);
-            const double h = 1e-3, way[3] = {random_double(&r) - 0.5, random_double(&r) - 0.5, random_double(&r) - 0.5};
+            const double h = 1e-3, way[3] = {random_double(&r) - 0.5, random_double(&r) - 0.5,
+                                             random_double(&r) - 0.5};
             double p[3];
             for (size_t k = 0; k < 3; k++)
                 p[k] = position[3 * i + k] + h * way[k];
@@ -213,7 +234,8 @@ static void test_smooth(void)
         if (rows[row].kind == INTERPOLATE_BARYCENTRIC)
             ok(slope > 0.2, "barycentric: not its gradient (%.0e)", slope);
         if (rows[row].slopes)
-            ok(slope < 0.02, "%s: at a probe, its gradient in every direction (%.0e)", rows[row].name, slope);
+            ok(slope < 0.02, "%s: at a probe, its gradient in every direction (%.0e)",
+               rows[row].name, slope);
         interpolate_close(in);
     }
     stream_destroy(s);
@@ -230,7 +252,9 @@ static void test_scattered(void)
         value[WIDTH * 17 + v] = NAN; /* a probe without light is not there */
     for (int falloff = 0; falloff < 4; falloff++) {
         const double radius = 0.3;
-        struct interpolate *in = open_kind(s, falloff == 3 ? INTERPOLATE_NEAREST : INTERPOLATE_SHEPARD, (enum interpolate_falloff)(falloff % 3), falloff == 3 ? 0 : radius);
+        struct interpolate *in =
+            open_kind(s, falloff == 3 ? INTERPOLATE_NEAREST : INTERPOLATE_SHEPARD,
+                      (enum interpolate_falloff)(falloff % 3), falloff == 3 ? 0 : radius);
         struct random r = random_start(24, 0, 0);
         struct probe_place place = {.cell = PROBE_COLD};
         double worst = 0;
@@ -252,26 +276,38 @@ static void test_scattered(void)
                     least = square;
                     nearest = j;
                 }
-                const double c = radius - sqrt(square), w = falloff == 3 || c <= 0 ? 0 : falloff == 0 ? c : falloff == 1 ? c * c : c * c * c;
+                const double c = radius - sqrt(square), w = falloff == 3 || c <= 0 ? 0
+                                                            : falloff == 0         ? c
+                                                            : falloff == 1         ? c * c
+                                                                                   : c * c * c;
                 sum += w;
                 for (size_t v = 0; v < WIDTH; v++)
                     expected[v] += w > 0 ? w * (double)value[WIDTH * j + v] : 0;
             }
             alone += sum == 0;
             for (size_t v = 0; v < WIDTH; v++)
-                worst = fmax(worst, fabs((double)out[v] - (sum > 0 ? expected[v] / sum : (double)value[WIDTH * nearest + v])));
+                worst = fmax(worst,
+                             fabs((double)out[v] - (sum > 0 ? expected[v] / sum
+                                                            : (double)value[WIDTH * nearest + v])));
         }
-        ok(worst < 1e-5 && (falloff == 3 || (alone > 0 && alone < 900)), "%s: as summed over all probes (%.0e; %d of 1000 points had none within the radius)",
-           falloff == 3 ? "nearest" : falloff == 0 ? "shepard linear" : falloff == 1 ? "shepard quadratic" : "shepard cubic", worst, alone);
+        ok(worst < 1e-5 && (falloff == 3 || (alone > 0 && alone < 900)),
+           "%s: as summed over all probes (%.0e; %d of 1000 points had none within the radius)",
+           falloff == 3   ? "nearest"
+           : falloff == 0 ? "shepard linear"
+           : falloff == 1 ? "shepard quadratic"
+                          : "shepard cubic",
+           worst, alone);
         interpolate_close(in);
     }
     stream_destroy(s);
 }
 
-static void refused(struct stream *s, enum interpolate_kind kind, const char *column, const char *why)
+static void refused(struct stream *s, enum interpolate_kind kind, const char *column,
+                    const char *why)
 {
     struct interpolate *in;
-    struct error *err = interpolate_open(&in, s, &(struct interpolate_settings){.kind = kind, .column = column});
+    struct error *err =
+        interpolate_open(&in, s, &(struct interpolate_settings){.kind = kind, .column = column});
     ok(err && !in && strstr(error_message(err), why), "refused: %s", err ? error_message(err) : "");
     error_destroy(err);
     interpolate_close(in);
@@ -280,7 +316,8 @@ static void refused(struct stream *s, enum interpolate_kind kind, const char *co
 static void test_refused(void)
 {
     struct stream *s = make(false, 1, false), *g = make(true, 1, false);
-    refused(s, INTERPOLATE_TRILINEAR, "sh", "not the nodes of a grid: 150 probes have 150, 150 and 150 different");
+    refused(s, INTERPOLATE_TRILINEAR, "sh",
+            "not the nodes of a grid: 150 probes have 150, 150 and 150 different");
     refused(s, INTERPOLATE_BARYCENTRIC, "light", "light");
     struct table *probes = stream_table(g, "probe");
     column_f64(&probes->columns[0])[3 * 7] = column_f64(&probes->columns[0])[3 * 8];
@@ -288,11 +325,13 @@ static void test_refused(void)
         column_f64(&probes->columns[0])[3 * 7 + k] = column_f64(&probes->columns[0])[3 * 8 + k];
     refused(g, INTERPOLATE_TRICUBIC, "sh", "are at one node");
     table_remove_column(probes, "sh_gradient");
-    refused(g, INTERPOLATE_CUBIC, "sh", "no column sh_gradient): run probe-capture --columns sh_gradient");
+    refused(g, INTERPOLATE_CUBIC, "sh",
+            "no column sh_gradient): run probe-capture --columns sh_gradient");
     stream_remove_table(s, "tet");
     refused(s, INTERPOLATE_GRADIENT, "sh", "run probe-tet");
     struct interpolate *in;
-    must(interpolate_open(&in, s, &(struct interpolate_settings){.kind = INTERPOLATE_NEAREST, .column = "sh"}));
+    must(interpolate_open(
+        &in, s, &(struct interpolate_settings){.kind = INTERPOLATE_NEAREST, .column = "sh"}));
     ok(in != NULL, "nearest needs no cells");
     interpolate_close(in);
     stream_destroy(s);

@@ -1,5 +1,6 @@
-/* Placement and leaks: grids fill their box evenly and keep to their count; what is inside solids is recognised and rooms are
- * not; edges through walls are found, all of them, and the probes that mend them stand off the wall on both sides. */
+/* Placement and leaks: grids fill their box evenly and keep to their count; what is inside solids
+ * is recognised and rooms are not; edges through walls are found, all of them, and the probes that
+ * mend them stand off the wall on both sides. */
 #include "base/error.h"
 #include "leak/leak.h"
 #include "math/random.h"
@@ -20,12 +21,17 @@ static void must(struct error *err)
 
 static void test_grid(void)
 {
-    const double boxes[][6] = {{0, 0, 0, 10, 4, 7}, {-3, 5, 1, -2, 5.5, 9}, {0, 0, 0, 1, 0, 1}, {1e6, 0, 0, 1e6 + 1, 1, 1}};
+    const double boxes[][6] = {{0, 0, 0, 10, 4, 7},
+                               {-3, 5, 1, -2, 5.5, 9},
+                               {0, 0, 0, 1, 0, 1},
+                               {1e6, 0, 0, 1e6 + 1, 1, 1}};
     for (int i = 0; i < 4; i++) {
         const double *low = boxes[i], *high = boxes[i] + 3;
         for (double count = 1; count < 1e5; count = count * 3 + 1) {
-            struct place_grid grid = {.min = {low[0], low[1], low[2]}, .max = {high[0], high[1], high[2]}};
-            grid.spacing[0] = grid.spacing[1] = grid.spacing[2] = place_grid_spacing(low, high, count);
+            struct place_grid grid = {.min = {low[0], low[1], low[2]},
+                                      .max = {high[0], high[1], high[2]}};
+            grid.spacing[0] = grid.spacing[1] = grid.spacing[2] =
+                place_grid_spacing(low, high, count);
             double nodes[3];
             place_grid_nodes(&grid, nodes);
             const double made = nodes[0] * nodes[1] * nodes[2];
@@ -45,16 +51,18 @@ static void test_grid(void)
             for (int k = 0; k < 3; k++)
                 grid.spacing[k] *= 1 - 1e-6;
             place_grid_nodes(&grid, nodes);
-            ok((double)place.count == made && made <= count && within && off < 1e-6 * (1 + fabs(middle.x)) &&
-               nodes[0] * nodes[1] * nodes[2] > count,
-               "box %d, at most %.0f probes: %.0f, centred, and not one fits more evenly", i, count, made);
+            ok((double)place.count == made && made <= count && within &&
+                   off < 1e-6 * (1 + fabs(middle.x)) && nodes[0] * nodes[1] * nodes[2] > count,
+               "box %d, at most %.0f probes: %.0f, centred, and not one fits more evenly", i, count,
+               made);
             place_clear(&place);
         }
     }
     const struct place_grid grid = {.max = {1, 1, 1}, .spacing = {1e-4, 1e-4, 1e-4}};
     struct place place = {0};
     struct error *err = place_grid(&place, &grid, 1e6);
-    ok(err && strstr(error_message(err), "1000000000000 probes") && !place.count, "refused: %s", err ? error_message(err) : "");
+    ok(err && strstr(error_message(err), "1000000000000 probes") && !place.count, "refused: %s",
+       err ? error_message(err) : "");
     error_destroy(err);
     place_clear(&place);
 }
@@ -72,40 +80,48 @@ static void test_path(void)
     must(place_path(&place, name, 1, 1e6));
     double longest = 0, length = 0;
     for (size_t i = 1; i < place.count; i++) {
-        const double d = vec3_length(vec3_sub(vec3_load(place.position + 3 * i), vec3_load(place.position + 3 * i - 3)));
+        const double d = vec3_length(
+            vec3_sub(vec3_load(place.position + 3 * i), vec3_load(place.position + 3 * i - 3)));
         longest = fmax(longest, d);
         length += d;
     }
-    ok(longest <= 1 + 1e-12 && fabs(length - 13.5) < 1e-9 &&
-       place.count == 1 + 10 + 4 + 1, "a path of 13.5 in steps of at most 1: %zu probes", place.count);
+    ok(longest <= 1 + 1e-12 && fabs(length - 13.5) < 1e-9 && place.count == 1 + 10 + 4 + 1,
+       "a path of 13.5 in steps of at most 1: %zu probes", place.count);
     place_clear(&place);
     f = fopen(name, "w");
     fputs("0 0 0\n1 2\n", f);
     fclose(f);
     struct error *err = place_points(&place, name, 1e6);
-    ok(err && strstr(error_message(err), ":2: expected 3 numbers, as in the lines before, got 2"), "refused: %s", err ? error_message(err) : "");
+    ok(err && strstr(error_message(err), ":2: expected 3 numbers, as in the lines before, got 2"),
+       "refused: %s", err ? error_message(err) : "");
     error_destroy(err);
     place_clear(&place);
     unlink(name);
 }
 
 /* A box of 12 triangles, outward or inward. */
-static void add_box(struct scene *scene, const double low[3], const double high[3], bool outward, int faces)
+static void add_box(struct scene *scene, const double low[3], const double high[3], bool outward,
+                    int faces)
 {
     double p[24];
     for (int i = 0; i < 8; i++)
         for (int k = 0; k < 3; k++)
             p[3 * i + k] = i >> k & 1 ? high[k] : low[k];
-    const uint32_t quad[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    const uint32_t quad[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                 {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
     uint32_t index[36];
     for (int i = 0; i < faces; i++) {
         const uint32_t *q = quad[i];
-        const uint32_t a = outward ? 1 : 2, c = outward ? 2 : 1, d = outward ? 3 : 2, e = outward ? 2 : 3;
+        const uint32_t a = outward ? 1 : 2, c = outward ? 2 : 1, d = outward ? 3 : 2,
+                       e = outward ? 2 : 3;
         const uint32_t two[6] = {q[0], q[a], q[c], q[0], q[e], q[d]};
         memcpy(index + 6 * i, two, sizeof two);
     }
-    const struct scene_material m = {.albedo = {0.5f, 0.5f, 0.5f}, .albedo_map = {.texture = SCENE_NONE},
-                                     .emission_map = {.texture = SCENE_NONE}, .alpha_map = {.texture = SCENE_NONE}, .opacity = 1};
+    const struct scene_material m = {.albedo = {0.5f, 0.5f, 0.5f},
+                                     .albedo_map = {.texture = SCENE_NONE},
+                                     .emission_map = {.texture = SCENE_NONE},
+                                     .alpha_map = {.texture = SCENE_NONE},
+                                     .opacity = 1};
     must(scene_add_mesh(scene, 8, p, (size_t)(2 * faces), index, &m));
 }
 
@@ -154,7 +170,8 @@ static bool nowhere(const double *p)
 
 static void test_inside(void)
 {
-    const double low[3] = {2, 2, 2}, high[3] = {5, 5, 5}, room_low[3] = {0, 0, 0}, room_high[3] = {10, 10, 10};
+    const double low[3] = {2, 2, 2}, high[3] = {5, 5, 5}, room_low[3] = {0, 0, 0},
+                 room_high[3] = {10, 10, 10};
     struct scene *scene = NULL;
     size_t wrong;
     must(scene_create(&scene));
@@ -169,7 +186,8 @@ static void test_inside(void)
     add_box(scene, room_low, room_high, true, 6);
     add_box(scene, low, high, true, 6);
     count = inside_count(scene, in_cube, &wrong);
-    ok(count > 20 && wrong == 0, "a room whose faces look outward holds air, for it holds the cube: %zu inside, %zu wrong",
+    ok(count > 20 && wrong == 0,
+       "a room whose faces look outward holds air, for it holds the cube: %zu inside, %zu wrong",
        count, wrong);
     must(scene_create(&scene));
     add_box(scene, room_low, room_high, true, 1); /* one wall */
@@ -182,7 +200,8 @@ static bool crosses(const double *a, const double *b)
 {
     if ((a[0] < 0.5) == (b[0] < 0.5))
         return false;
-    const double t = (0.5 - a[0]) / (b[0] - a[0]), y = a[1] + t * (b[1] - a[1]), z = a[2] + t * (b[2] - a[2]);
+    const double t = (0.5 - a[0]) / (b[0] - a[0]), y = a[1] + t * (b[1] - a[1]),
+                 z = a[2] + t * (b[2] - a[2]);
     return y > 0.2 && y < 0.8 && z > 0.2 && z < 0.8;
 }
 
@@ -204,8 +223,11 @@ static void test_leaks(void)
     must(scene_create(&scene));
     const double wall[12] = {0.5, 0.2, 0.2, 0.5, 0.8, 0.2, 0.5, 0.8, 0.8, 0.5, 0.2, 0.8};
     const uint32_t index[6] = {0, 1, 2, 0, 2, 3};
-    const struct scene_material m = {.albedo = {0.5f, 0.5f, 0.5f}, .albedo_map = {.texture = SCENE_NONE},
-                                     .emission_map = {.texture = SCENE_NONE}, .alpha_map = {.texture = SCENE_NONE}, .opacity = 1};
+    const struct scene_material m = {.albedo = {0.5f, 0.5f, 0.5f},
+                                     .albedo_map = {.texture = SCENE_NONE},
+                                     .emission_map = {.texture = SCENE_NONE},
+                                     .alpha_map = {.texture = SCENE_NONE},
+                                     .opacity = 1};
     must(scene_add_mesh(scene, 4, wall, 2, index, &m));
     must(scene_finish(scene, &settings, NULL));
     must(trace_create(&tracer, scene));
@@ -218,7 +240,8 @@ static void test_leaks(void)
     size_t wrong = 0, crossed = 0;
     for (int c = 0; c < CELLS; c++) {
         for (int e = 0; e < 6; e++) {
-            const double *a = p + 3 * (size_t)v[4 * c + leak_edge[4][e][0]], *b = p + 3 * (size_t)v[4 * c + leak_edge[4][e][1]];
+            const double *a = p + 3 * (size_t)v[4 * c + leak_edge[4][e][0]],
+                         *b = p + 3 * (size_t)v[4 * c + leak_edge[4][e][1]];
             crossed += crosses(a, b);
             wrong += crosses(a, b) != (leaks.cell_edges[6 * c + e] > 0);
         }
@@ -227,24 +250,30 @@ static void test_leaks(void)
     size_t off = 0, left = 0, pairs = 0;
     for (size_t i = 0; i < leaks.probe_count; i++) {
         const double *q = leaks.probe + 3 * i, distance = fabs(q[0] - 0.5);
-        off += fabs(distance - s.offset) > 1e-5 || q[1] < 0.2 || q[1] > 0.8 || q[2] < 0.2 || q[2] > 0.8;
+        off += fabs(distance - s.offset) > 1e-5 || q[1] < 0.2 || q[1] > 0.8 || q[2] < 0.2 ||
+               q[2] > 0.8;
         left += q[0] < 0.5;
         for (size_t j = 0; j < leaks.probe_count; j++)
             pairs += fabs(leaks.probe[3 * j] + q[0] - 1) < 1e-5 &&
-                fabs(leaks.probe[3 * j + 1] - q[1]) + fabs(leaks.probe[3 * j + 2] - q[2]) < 0.3;
+                     fabs(leaks.probe[3 * j + 1] - q[1]) + fabs(leaks.probe[3 * j + 2] - q[2]) <
+                         0.3;
     }
-    ok(leaks.probe_count > 10 && off == 0, "%zu probes stand off the wall by the offset", leaks.probe_count);
-    ok(left > 5 && leaks.probe_count - left > 5 && pairs >= leaks.probe_count / 2, "on both sides: %zu left, %zu right", left,
-       leaks.probe_count - left);
+    ok(leaks.probe_count > 10 && off == 0, "%zu probes stand off the wall by the offset",
+       leaks.probe_count);
+    ok(left > 5 && leaks.probe_count - left > 5 && pairs >= leaks.probe_count / 2,
+       "on both sides: %zu left, %zu right", left, leaks.probe_count - left);
     struct leaks other;
     s.threads = 4;
     must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));
-    ok(other.probe_count == leaks.probe_count && !memcmp(other.probe, leaks.probe, 3 * leaks.probe_count * sizeof(double)) &&
-           other.leaking == leaks.leaking, "4 threads find the same");
+    ok(other.probe_count == leaks.probe_count &&
+           !memcmp(other.probe, leaks.probe, 3 * leaks.probe_count * sizeof(double)) &&
+           other.leaking == leaks.leaking,
+       "4 threads find the same");
     leaks_clear(&other);
     s.graze = 1;
     must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));
-    ok(other.crossed == leaks.crossed && other.leaking == 0 && other.probe_count == 0, "rays that only graze ask for nothing");
+    ok(other.crossed == leaks.crossed && other.leaking == 0 && other.probe_count == 0,
+       "rays that only graze ask for nothing");
     leaks_clear(&other);
     leaks_clear(&leaks);
     trace_destroy(tracer);

@@ -1,6 +1,7 @@
-/* libprobe-query as a game has it, through its public header alone: it holds as many bytes as it says, and no light; memory that
- * runs out anywhere is a status and no leak; halves are the nearest ones over a float's whole range; many threads may ask one
- * volume; a header that lies is refused, whatever its checksum. */
+/* libprobe-query as a game has it, through its public header alone: it holds as many bytes as it
+ * says, and no light; memory that runs out anywhere is a status and no leak; halves are the nearest
+ * ones over a float's whole range; many threads may ask one volume; a header that lies is refused,
+ * whatever its checksum. */
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"
 #include "math/random.h"
@@ -14,7 +15,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-/* -- an allocator that counts, and fails on request (the linker's --wrap) -------------------------------- */
+/* -- an allocator that counts, and fails on request (the linker's --wrap) --------------------- */
 
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
@@ -86,7 +87,7 @@ void __wrap_free(void *block)
     __real_free(block);
 }
 
-/* -- meshes ----------------------------------------------------------------------------------------- */
+/* -- meshes ----------------------------------------------------------------------------------- */
 
 enum { MOST = 2000, WIDTH_MOST = 108 };
 
@@ -97,7 +98,8 @@ struct baked {
     float sh[WIDTH_MOST * MOST];
 };
 
-/* Random probes in a box, a tilted plane, on a slanting line, or one: cells of 4, 3, 2 corners or 1. */
+/* Random probes in a box, a tilted plane, on a slanting line, or one: cells of 4, 3, 2 corners or
+ * 1. */
 static void bake(struct baked *b, int corners, size_t count)
 {
     static const double axis[3][3] = {{1, 0.5, -0.25}, {-0.5, 1, 0.75}, {0.25, 0.5, 1}};
@@ -106,15 +108,20 @@ static void bake(struct baked *b, int corners, size_t count)
         for (int j = 0; j < corners - 1; j++) {
             const double along = rint(4096 * random_double(&r)); /* whole: exactly in the plane */
             for (int k = 0; k < 3; k++)
-                b->position[3 * i + (size_t)k] = (j ? b->position[3 * i + (size_t)k] : 0) + along * axis[j][k];
+                b->position[3 * i + (size_t)k] = (j ? b->position[3 * i + (size_t)k] : 0) +
+                                                 along * axis[j][k];
         }
     if (corners == 1)
         memcpy(b->position, (const double[]){1, 2, 3}, 3 * sizeof(double));
     struct error *err = tetra_build(&b->t, corners == 1 ? 1 : count, b->position, NULL);
     if (err || b->t.corners != corners)
         bail("no cells of %d corners: %s", corners, err ? error_message(err) : "others");
-    b->mesh = (struct probe_mesh){.probes = corners == 1 ? 1 : count, .position = b->position, .corners = corners, .cells = b->t.cell_count,
-                                  .vertex = b->t.vertex, .neighbour = b->t.neighbour};
+    b->mesh = (struct probe_mesh){.probes = corners == 1 ? 1 : count,
+                                  .position = b->position,
+                                  .corners = corners,
+                                  .cells = b->t.cell_count,
+                                  .vertex = b->t.vertex,
+                                  .neighbour = b->t.neighbour};
     for (size_t i = 0; i < WIDTH_MOST * b->mesh.probes; i++)
         b->sh[i] = 2 * random_float(&r) - 1;
 }
@@ -149,7 +156,7 @@ static struct probe_volume *open_image(const void *image, size_t size, unsigned 
     return v;
 }
 
-/* -- memory ------------------------------------------------------------------------------------------ */
+/* -- memory ----------------------------------------------------------------------------------- */
 
 static void test_bytes(int corners)
 {
@@ -177,7 +184,9 @@ static void test_bytes(int corners)
             heap.on = false;
             free(image);
         }
-        ok(says && freed, "%d corners, flags %u: holds as many bytes as it says, %zu of arrays, %zu of a file (%.1f a cell), and frees them",
+        ok(says && freed,
+           "%d corners, flags %u: holds as many bytes as it says, %zu of arrays, %zu of a file "
+           "(%.1f a cell), and frees them",
            corners, flags, held, of_order[0], (double)of_order[0] / (double)b.mesh.cells);
         ok(of_order[0] == of_order[1] && of_order[0] + 24 * b.mesh.probes <= held,
            "in a file, positions and light are used where they lie");
@@ -202,7 +211,8 @@ static void test_no_memory(void)
             if (what == 2) {
                 done = probe_volume_pack(asked, 2, b.sh, 0, PROBE_PACK_HALF, NULL, 0) > 0;
             } else {
-                const enum probe_status status = what ? probe_volume_open(&v, image, size, 0, NULL) : probe_volume_create(&v, &b.mesh, 0, NULL);
+                const enum probe_status status = what ? probe_volume_open(&v, image, size, 0, NULL)
+                                                      : probe_volume_create(&v, &b.mesh, 0, NULL);
                 good = good && (status == PROBE_OK ? v != NULL : status == PROBE_NO_MEMORY && !v);
                 done = status == PROBE_OK;
                 probe_volume_destroy(v);
@@ -210,22 +220,30 @@ static void test_no_memory(void)
             good = good && !heap.bytes && done == (heap.calls < heap.fail);
             heap.on = false;
         }
-        ok(good && calls > 1, "%s: each of %zu allocations may fail; that is a status, and nothing leaks",
-           what == 0 ? "create" : what == 1 ? "open" : "pack", calls - 1);
+        ok(good && calls > 1,
+           "%s: each of %zu allocations may fail; that is a status, and nothing leaks",
+           what == 0   ? "create"
+           : what == 1 ? "open"
+                       : "pack",
+           calls - 1);
         probe_volume_destroy(asked);
     }
     free(image);
     tetra_clear(&b.t);
 }
 
-/* -- halves -------------------------------------------------------------------------------------------- */
+/* -- halves ----------------------------------------------------------------------------------- */
 
 /* Order 6 of one probe, as halves and back. */
 static void through_halves(const float sh[WIDTH_MOST], float back[WIDTH_MOST])
 {
     static const double position[3] = {1, 2, 3};
     static const int32_t vertex = 0, neighbour = -1;
-    const struct probe_mesh mesh = {.probes = 1, .position = position, .corners = 1, .cells = 1, .vertex = &vertex,
+    const struct probe_mesh mesh = {.probes = 1,
+                                    .position = position,
+                                    .corners = 1,
+                                    .cells = 1,
+                                    .vertex = &vertex,
                                     .neighbour = &neighbour};
     struct probe_volume *v, *packed;
     uint64_t image[128];
@@ -242,10 +260,12 @@ static void through_halves(const float sh[WIDTH_MOST], float back[WIDTH_MOST])
 
 static float half_value(int bits)
 {
-    return bits >> 10 ? ldexpf((float)(1024 + (bits & 1023)), (bits >> 10) - 25) : ldexpf((float)bits, -24);
+    return bits >> 10 ? ldexpf((float)(1024 + (bits & 1023)), (bits >> 10) - 25)
+                      : ldexpf((float)bits, -24);
 }
 
-/* A coefficient of 1 makes the scale 2^-14. So a half h is that of h 2^-14, and halves up to 2^14, the bits 0x7400, are used. */
+/* A coefficient of 1 makes the scale 2^-14. So a half h is that of h 2^-14, and halves up to 2^14,
+ * the bits 0x7400, are used. */
 static void test_every_half(void)
 {
     enum { LAST = 0x7400, EACH = (WIDTH_MOST - 1) / 4 };
@@ -254,7 +274,9 @@ static void test_every_half(void)
     for (int first = 0; first < LAST; first += EACH) {
         float sh[WIDTH_MOST] = {1}, back[WIDTH_MOST];
         for (int i = 0; i < EACH && first + i < LAST; i++) {
-            const float here = half_value(first + i), next = half_value(first + i + 1), middle = (here + next) / 2; /* exact */
+            /* exact */
+            const float here = half_value(first + i), next = half_value(first + i + 1),
+                        middle = (here + next) / 2;
             float *to = sh + 1 + 4 * i;
             to[0] = scale * here;
             to[1] = -scale * nextafterf(middle, 0);
@@ -263,12 +285,15 @@ static void test_every_half(void)
         }
         through_halves(sh, back);
         for (int i = 0; i < EACH && first + i < LAST; i++) {
-            const float here = scale * half_value(first + i), next = scale * half_value(first + i + 1);
+            const float here = scale * half_value(first + i),
+                        next = scale * half_value(first + i + 1);
             const float *got = back + 1 + 4 * i;
-            wrong += got[0] != here || got[1] != -here || got[2] != ((first + i) % 2 ? next : here) || got[3] != -next;
+            wrong += got[0] != here || got[1] != -here ||
+                     got[2] != ((first + i) % 2 ? next : here) || got[3] != -next;
         }
     }
-    ok(wrong == 0, "each half comes back, and what is between two goes to the nearer one, or from the middle to the even one");
+    ok(wrong == 0, "each half comes back, and what is between two goes to the nearer one, or from "
+                   "the middle to the even one");
 }
 
 /* Of any size: 2^-11 of itself, or 2^-39 of the largest one, or 2^-140. */
@@ -281,21 +306,24 @@ static void test_range(void)
         for (unsigned spread = 1; spread <= 64; spread *= 8) {
             float sh[WIDTH_MOST], back[WIDTH_MOST], most = 0;
             for (int i = 0; i < WIDTH_MOST; i++) {
-                sh[i] = ldexpf(i ? 2 * random_float(&r) - 1 : 2 - FLT_EPSILON, exponent - (i ? (int)(random_u32(&r) % spread) : 0));
+                sh[i] = ldexpf(i ? 2 * random_float(&r) - 1 : 2 - FLT_EPSILON,
+                               exponent - (i ? (int)(random_u32(&r) % spread) : 0));
                 most = fmaxf(most, fabsf(sh[i]));
             }
             through_halves(sh, back);
             for (int i = 0; i < WIDTH_MOST; i++) {
                 const double size = fabs((double)sh[i]);
-                worst = fmax(worst, fabs((double)back[i] - (double)sh[i]) / fmax(fmax(0x1p-11 * size, 0x1p-39 * (double)most),
-                                                                                 0x1p-140));
+                worst =
+                    fmax(worst, fabs((double)back[i] - (double)sh[i]) /
+                                    fmax(fmax(0x1p-11 * size, 0x1p-39 * (double)most), 0x1p-140));
                 finite = finite && isfinite(back[i]);
             }
         }
-    ok(finite && worst <= 1 && worst > 0.9, "halves are within their rounding from the least float to the largest (%.4f of it)", worst);
+    ok(finite && worst <= 1 && worst > 0.9,
+       "halves are within their rounding from the least float to the largest (%.4f of it)", worst);
 }
 
-/* -- threads ------------------------------------------------------------------------------------------- */
+/* -- threads ---------------------------------------------------------------------------------- */
 
 enum { ASKERS = 4, POINTS = 4000 };
 
@@ -369,13 +397,14 @@ static void test_threads(unsigned flags)
     for (int i = 0; i < ASKERS; i++)
         for (int n = 0; n < POINTS; n++)
             differ += asker[i].sum[n] != asker[ASKERS].sum[n];
-    ok(differ == 0, "flags %u: %d threads that ask one volume at once get what one gets alone", flags, ASKERS);
+    ok(differ == 0, "flags %u: %d threads that ask one volume at once get what one gets alone",
+       flags, ASKERS);
     probe_volume_destroy(v);
     free(image);
     tetra_clear(&b.t);
 }
 
-/* -- hostile files --------------------------------------------------------------------------------------- */
+/* -- hostile files ---------------------------------------------------------------------------- */
 
 static void seal(void *image, size_t size)
 {
@@ -384,7 +413,8 @@ static void seal(void *image, size_t size)
 }
 
 /* Opens a copy with `bytes` at `at` changed, and its checksum right. */
-static enum probe_status changed(const void *image, size_t size, size_t at, const void *to, size_t bytes)
+static enum probe_status changed(const void *image, size_t size, size_t at, const void *to,
+                                 size_t bytes)
 {
     struct probe_volume *v;
     char *copy = malloc(size);
@@ -406,7 +436,8 @@ static void test_headers(void)
     static struct baked b;
     size_t size, float_size;
     bake(&b, 4, 100);
-    char *image = pack(&b, 2, PROBE_PACK_HALF, &size), *floats = pack(&b, 2, PROBE_PACK_FLOAT, &float_size);
+    char *image = pack(&b, 2, PROBE_PACK_HALF, &size),
+         *floats = pack(&b, 2, PROBE_PACK_FLOAT, &float_size);
     uint64_t probes, cells;
     double step, origin;
     memcpy(&probes, image + 32, sizeof probes);
@@ -421,7 +452,8 @@ static void test_headers(void)
         enum probe_status status;
         const char *what;
     } whole[] = {{16, 4, 2, PROBE_NOT_AN_IMAGE, "version 2"},
-                 {16, 4, 0x01000000, PROBE_NOT_AN_IMAGE, "a version as a machine of the other byte order sees it"},
+                 {16, 4, 0x01000000, PROBE_NOT_AN_IMAGE,
+                  "a version as a machine of the other byte order sees it"},
                  {20, 1, 0, PROBE_BAD_IMAGE, "cells without corners"},
                  {20, 1, 5, PROBE_BAD_IMAGE, "cells of 5 corners"},
                  {20, 1, 3, PROBE_BAD_IMAGE, "cells of another number of corners"},
@@ -440,10 +472,12 @@ static void test_headers(void)
                  {40, 8, UINT64_C(1) << 31, PROBE_BAD_IMAGE, "2^31 cells"},
                  {88, 8, UINT64_C(1) << 40, PROBE_BAD_IMAGE, "another size"}};
     for (size_t i = 0; i < sizeof whole / sizeof *whole; i++)
-        ok(changed(image, size, whole[i].at, &whole[i].number, whole[i].bytes) == whole[i].status, "refused: %s", whole[i].what);
+        ok(changed(image, size, whole[i].at, &whole[i].number, whole[i].bytes) == whole[i].status,
+           "refused: %s", whole[i].what);
     probes += UINT64_C(1) << 61;
     cells += UINT64_C(1) << 62;
-    ok(changed(image, size, 32, &probes, 8) == PROBE_BAD_IMAGE && changed(image, size, 40, &cells, 8) == PROBE_BAD_IMAGE,
+    ok(changed(image, size, 32, &probes, 8) == PROBE_BAD_IMAGE &&
+           changed(image, size, 40, &cells, 8) == PROBE_BAD_IMAGE,
        "refused: counts whose bytes come out right modulo 2^64");
 
     const double steps[] = {0, -step, 3 * step, 0.75 * step, NAN, INFINITY, 5e-324, 1e308};
@@ -453,12 +487,14 @@ static void test_headers(void)
     const double origins[] = {NAN, INFINITY, -INFINITY, origin + step / 2, 1e308};
     for (size_t i = 0; i < sizeof origins / sizeof *origins; i++)
         taken += changed(image, size, 56, &origins[i], 8) == PROBE_OK;
-    ok(taken == 0, "refused: lattices whose step is no power of two, or whose origin is not of whole steps");
+    ok(taken == 0,
+       "refused: lattices whose step is no power of two, or whose origin is not of whole steps");
     const float scales[] = {0, -1, NAN, INFINITY, 3, 0x1p113f, 0x1p127f};
     for (size_t i = 0; i < sizeof scales / sizeof *scales; i++)
         taken += changed(image, size, 80, &scales[i], 4) == PROBE_OK;
     const float two = 2;
-    ok(taken == 0 && changed(image, size, 80, &two, 4) == PROBE_OK && changed(floats, float_size, 80, &two, 4) == PROBE_BAD_IMAGE,
+    ok(taken == 0 && changed(image, size, 80, &two, 4) == PROBE_OK &&
+           changed(floats, float_size, 80, &two, 4) == PROBE_BAD_IMAGE,
        "refused: scales of light that are no power of two or let it overflow, and of floats");
 
     const size_t site = 128;
@@ -474,22 +510,25 @@ static void test_headers(void)
         taken += changed(floats, float_size, light + 4, &numbers[i], 4) != PROBE_BAD_IMAGE;
     }
     ok(taken == 0, "refused: light that is no number");
-    const size_t vertex = (light + 24 * b.mesh.probes + 63) / 64 * 64, neighbour = (vertex + 8 * b.mesh.cells + 63) / 64 * 64;
-    const uint16_t none = 0xffff, one_too_many = (uint16_t)b.mesh.probes, cell_too_many = (uint16_t)b.mesh.cells, itself = 0;
+    const size_t vertex = (light + 24 * b.mesh.probes + 63) / 64 * 64,
+                 neighbour = (vertex + 8 * b.mesh.cells + 63) / 64 * 64;
+    const uint16_t none = 0xffff, one_too_many = (uint16_t)b.mesh.probes,
+                   cell_too_many = (uint16_t)b.mesh.cells, itself = 0;
     ok(changed(image, size, vertex, &none, 2) == PROBE_BAD_VERTEX &&
-       changed(image, size, vertex, &one_too_many, 2) == PROBE_BAD_VERTEX &&
+           changed(image, size, vertex, &one_too_many, 2) == PROBE_BAD_VERTEX &&
            changed(image, size, neighbour, &cell_too_many, 2) == PROBE_BAD_NEIGHBOUR &&
-               changed(image, size, neighbour, &itself, 2) == PROBE_BAD_NEIGHBOUR,
+           changed(image, size, neighbour, &itself, 2) == PROBE_BAD_NEIGHBOUR,
        "refused: cells that name what there is not, or themselves");
 
     struct probe_volume *v;
     char *shifted = malloc(size + 8);
     memcpy(shifted + 4, image, size);
-    ok(probe_volume_open(&v, shifted + 4, size, 0, NULL) == PROBE_BAD_ARGUMENT &&
-       !v, "refused: a file on no multiple of 8 bytes");
+    ok(probe_volume_open(&v, shifted + 4, size, 0, NULL) == PROBE_BAD_ARGUMENT && !v,
+       "refused: a file on no multiple of 8 bytes");
     free(shifted);
     taken = 0;
-    for (size_t bytes = 0; bytes < size; bytes += bytes < 200 ? 1 : 64) { /* cut short, its size and checksum made right */
+    /* cut short, its size and checksum made right */
+    for (size_t bytes = 0; bytes < size; bytes += bytes < 200 ? 1 : 64) {
         uint64_t *copy = malloc(bytes ? bytes : 1);
         const uint64_t says = bytes;
         memcpy(copy, image, bytes);
@@ -504,9 +543,9 @@ static void test_headers(void)
 
     v = create(&b, 0);
     ok(!probe_volume_pack(v, 7, b.sh, 0, PROBE_PACK_HALF, NULL, 0) &&
-       !probe_volume_pack(v, -1, b.sh, 0, PROBE_PACK_HALF, NULL, 0) &&
+           !probe_volume_pack(v, -1, b.sh, 0, PROBE_PACK_HALF, NULL, 0) &&
            !probe_volume_pack(v, 2, NULL, 0, PROBE_PACK_FLOAT, NULL, 0) &&
-               !probe_volume_pack(v, 2, b.sh, 0, (enum probe_packing)2, NULL, 0),
+           !probe_volume_pack(v, 2, b.sh, 0, (enum probe_packing)2, NULL, 0),
        "orders and packings that there are not are not packed");
     probe_volume_destroy(v);
     free(image);

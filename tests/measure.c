@@ -1,5 +1,6 @@
-/* What probe-error measures is what there is: against light whose error, leaks and change are known in closed form. Checks of
- * chance are held within 4.5 standard errors (7e-6 by luck) unless they say otherwise; seeds are fixed. */
+/* What probe-error measures is what there is: against light whose error, leaks and change are known
+ * in closed form. Checks of chance are held within 4.5 standard errors (7e-6 by luck) unless they
+ * say otherwise; seeds are fixed. */
 #include "interpolate/baked.h"
 #include "math/random.h"
 #include "measure/bootstrap.h"
@@ -45,16 +46,20 @@ static void test_sphere(void)
             for (int c = 0; a + b + c <= 10; c++) {
                 double value[SPHERE_COUNT];
                 for (int d = 0; d < SPHERE_COUNT; d++)
-                    value[d] = pow(sphere_direction[d][0], a) * pow(sphere_direction[d][1], b) * pow(sphere_direction[d][2], c);
+                    value[d] = pow(sphere_direction[d][0], a) * pow(sphere_direction[d][1], b) *
+                               pow(sphere_direction[d][2], c);
                 const bool odd = a % 2 || b % 2 || c % 2;
-                const double mean = odd ? 0 : odd_factorial(a - 1) * odd_factorial(b - 1) * odd_factorial(c - 1) / odd_factorial(a + b + c + 1);
+                const double mean = odd ? 0
+                                        : odd_factorial(a - 1) * odd_factorial(b - 1) *
+                                              odd_factorial(c - 1) / odd_factorial(a + b + c + 1);
                 double *most = a + b + c <= 9 ? &worst : &beyond;
                 *most = fmax(*most, fabs(sphere_mean(value) - mean));
             }
         }
     }
     ok(fabs(weight - 1) < 1e-15 && length < 1e-15, "32 directions of length 1, weights sum to 1");
-    ok(worst < 1e-15 && beyond > 1e-5, "the mean of x^a y^b z^c is exact up to degree 9 (%.1g), and not beyond (%.1g)", worst,
+    ok(worst < 1e-15 && beyond > 1e-5,
+       "the mean of x^a y^b z^c is exact up to degree 9 (%.1g), and not beyond (%.1g)", worst,
        beyond);
     /* Irradiance of each basis function along the set is sh_irradiance's. */
     double off = 0;
@@ -75,7 +80,7 @@ static void test_sphere(void)
     ok(off < 1e-12, "irradiance along them is sh_irradiance's (%.1g)", off);
 }
 
-/* -- irradiance of several normals from one probe -------------------------------------------------- */
+/* -- irradiance of several normals from one probe --------------------------------------------- */
 
 static struct capture_settings normals_settings(int rays)
 {
@@ -91,7 +96,8 @@ static void test_normals(void)
     struct bench b;
     bench_start(&b);
     b.settings.sky[0] = 0.5, b.settings.sky[1] = 1, b.settings.sky[2] = 2;
-    add_light(&b, (struct scene_light){.kind = SCENE_SUN, .direction = {0.6, -0.8, 0}, .intensity = {10, 20, 30}});
+    add_light(&b, (struct scene_light){
+                      .kind = SCENE_SUN, .direction = {0.6, -0.8, 0}, .intensity = {10, 20, 30}});
     bench_finish(&b, 4);
     struct capture_settings s = normals_settings(4096);
     struct capture_probe p = capture(&b, &s, 1, 2, 3);
@@ -100,11 +106,15 @@ static void test_normals(void)
         const double cosine = fmax(-0.6 * sphere_direction[d][0] + 0.8 * sphere_direction[d][1], 0);
         for (int k = 0; k < 3; k++) {
             const double e = PI * b.settings.sky[k] + cosine * 10 * (k + 1);
-            worst = fmax(worst, fabs((double)p.sh[3 * d + k] - e) / ((double)p.sh_error[3 * d + k] + 1e-6 * e));
+            worst = fmax(worst, fabs((double)p.sh[3 * d + k] - e) /
+                                    ((double)p.sh_error[3 * d + k] + 1e-6 * e));
             coarse = fmax(coarse, (double)p.sh_error[3 * d + k] / e);
         }
     }
-    ok(worst < 4.5 && coarse < 0.01, "sky and sun: irradiance in 32 directions, no band of it cut off (z = %.2f, noise at most %.2g)", worst, coarse);
+    ok(worst < 4.5 && coarse < 0.01,
+       "sky and sun: irradiance in 32 directions, no band of it cut off (z = %.2f, noise at most "
+       "%.2g)",
+       worst, coarse);
     s.error = 0.001;
     s.rays = 64;
     s.rays_most = 1 << 20;
@@ -114,11 +124,12 @@ static void test_normals(void)
         mean += (double)p.sh[3 * d + 1] / SPHERE_COUNT;
         noise += (double)p.sh_error[3 * d + 1] * (double)p.sh_error[3 * d + 1] / SPHERE_COUNT;
     }
-    ok(sqrt(noise) < 0.0015 * mean && p.rays > 64 &&
-       p.rays < 1 << 20, "an error of 0.1 %% is met with %d rays: %.2g", p.rays, sqrt(noise) / mean);
+    ok(sqrt(noise) < 0.0015 * mean && p.rays > 64 && p.rays < 1 << 20,
+       "an error of 0.1 %% is met with %d rays: %.2g", p.rays, sqrt(noise) / mean);
     bench_clear(&b);
 
-    /* A lamp, in a room with bounces: each direction as the surface's capture has it, which draws its rays otherwise. */
+    /* A lamp, in a room with bounces: each direction as the surface's capture has it, which draws
+     * its rays otherwise. */
     bench_start(&b);
     add_cube(&b, 2, material(0.6f, 0));
     add_floor(&b, 0.5, 1.5, material(0.2f, 4));
@@ -129,20 +140,23 @@ static void test_normals(void)
     surface.rays = 5000;
     worst = coarse = 0;
     for (int d = 0; d < SPHERE_COUNT; d++) {
-        const float normal[3] = {(float)sphere_direction[d][0], (float)sphere_direction[d][1], (float)sphere_direction[d][2]};
+        const float normal[3] = {(float)sphere_direction[d][0], (float)sphere_direction[d][1],
+                                 (float)sphere_direction[d][2]};
         struct capture_probe q;
         must(capture_probe(&b.path, &surface, (const double[3]){0.3, -0.4, 0.2}, normal, &q));
         for (int k = 0; k < 3; k++) {
             const double a = (double)p.sh_error[3 * d + k], c = (double)q.sh_error[k];
-            worst = fmax(worst, fabs((double)p.sh[3 * d + k] - (double)q.sh[k]) / sqrt(a * a + c * c));
+            worst =
+                fmax(worst, fabs((double)p.sh[3 * d + k] - (double)q.sh[k]) / sqrt(a * a + c * c));
             coarse = fmax(coarse, sqrt(a * a + c * c) / (double)q.sh[k]);
         }
     }
-    ok(worst < 4.5 && coarse < 0.1, "a lamp-lit room: as 32 surfaces have it (z = %.2f, known to %.2g)", worst, coarse);
+    ok(worst < 4.5 && coarse < 0.1,
+       "a lamp-lit room: as 32 surfaces have it (z = %.2f, known to %.2g)", worst, coarse);
     bench_clear(&b);
 }
 
-/* -- distance to surfaces ------------------------------------------------------------------------ */
+/* -- distance to surfaces --------------------------------------------------------------------- */
 
 /* By the projection onto the triangle's plane and edges, refined by search: slow and sure. */
 static double distance_by_search(struct vec3 p, struct vec3 a, struct vec3 b, struct vec3 c)
@@ -152,7 +166,8 @@ static double distance_by_search(struct vec3 p, struct vec3 a, struct vec3 b, st
         double u1 = u0, v1 = v0;
         for (int i = -4; i <= 4; i++) {
             for (int j = -4; j <= 4; j++) {
-                const double u = fmin(fmax(u0 + i * size / 4, 0), 1), v = fmin(fmax(v0 + j * size / 4, 0), 1 - u);
+                const double u = fmin(fmax(u0 + i * size / 4, 0), 1),
+                             v = fmin(fmax(v0 + j * size / 4, 0), 1 - u);
                 const struct vec3 q = vec3_fma(vec3_fma(a, u, vec3_sub(b, a)), v, vec3_sub(c, a));
                 const double d = vec3_length(vec3_sub(p, q));
                 if (d < best) {
@@ -168,11 +183,14 @@ static double distance_by_search(struct vec3 p, struct vec3 a, struct vec3 b, st
     return best;
 }
 
-static struct vec3 placed_corner(const struct scene *scene, size_t instance, size_t triangle, size_t corner)
+static struct vec3 placed_corner(const struct scene *scene, size_t instance, size_t triangle,
+                                 size_t corner)
 {
     const struct scene_mesh *mesh = &scene->meshes[scene->instances[instance].mesh];
-    const double *m = scene->instances[instance].transform, *p = mesh->position + 3 * (size_t)mesh->index[3 * triangle + corner];
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
+    const double *m = scene->instances[instance].transform,
+                 *p = mesh->position + 3 * (size_t)mesh->index[3 * triangle + corner];
+    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
+                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
                          m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
 }
 
@@ -192,14 +210,16 @@ static void test_distance(void)
     size_t nearest[64] = {0};
     for (int i = 0; i < 80; i++) {
         struct vec3 p = scene->box_min;
-        p = vec3_add(p, (struct vec3){(1.4 * random_double(&r) - 0.2) * size.x, (1.4 * random_double(&r) - 0.2) * size.y,
+        p = vec3_add(p, (struct vec3){(1.4 * random_double(&r) - 0.2) * size.x,
+                                      (1.4 * random_double(&r) - 0.2) * size.y,
                                       (1.4 * random_double(&r) - 0.2) * size.z});
         double at[3], best = INFINITY;
         size_t which = 0;
         vec3_store(at, p);
         for (size_t n = 0; n < scene->instance_count; n++) {
             for (size_t t = 0; t < scene->meshes[scene->instances[n].mesh].triangle_count; t++) {
-                const double d = distance_by_search(p, placed_corner(scene, n, t, 0), placed_corner(scene, n, t, 1),
+                const double d = distance_by_search(p, placed_corner(scene, n, t, 0),
+                                                    placed_corner(scene, n, t, 1),
                                                     placed_corner(scene, n, t, 2));
                 which = d < best ? n : which;
                 best = fmin(best, d);
@@ -211,18 +231,20 @@ static void test_distance(void)
     size_t met = 0;
     for (int i = 0; i < 64; i++)
         met += nearest[i] > 0;
-    ok(worst < 1e-6 && met >= 4, "distance to the nearest surface, of %zu meshes and instances, is that of a search (%.1g)",
+    ok(worst < 1e-6 && met >= 4,
+       "distance to the nearest surface, of %zu meshes and instances, is that of a search (%.1g)",
        met, worst);
     trace_destroy(tracer);
     scene_destroy(scene);
     struct bench b;
     bench_start(&b);
     bench_finish(&b, 1);
-    ok(isinf(trace_distance(b.tracer, (const double[3]){1, 2, 3})), "and infinite where there is none");
+    ok(isinf(trace_distance(b.tracer, (const double[3]){1, 2, 3})),
+       "and infinite where there is none");
     bench_clear(&b);
 }
 
-/* -- a stream and a truth by hand ------------------------------------------------------------------ */
+/* -- a stream and a truth by hand ------------------------------------------------------------- */
 
 /* One cell with the corners 0, x, y, z; each probe has the light L00 = value, white. */
 struct hand {
@@ -261,8 +283,9 @@ static void hand_end(struct hand *h)
 
 static const double unit_cell[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/* A truth at `points` points evenly spread over the unit cell: the same light in all directions, `light` times unit_light() of
- * L00 = light(p), with Gaussian noise in each half, alike in all directions. */
+/* A truth at `points` points evenly spread over the unit cell: the same light in all directions,
+ * `light` times unit_light() of L00 = light(p), with Gaussian noise in each half, alike in all
+ * directions. */
 struct hand_truth {
     struct truth truth;
     double *position;
@@ -272,7 +295,8 @@ struct hand_truth {
 
 typedef double light_field(const double p[3]);
 
-static void hand_truth_start(struct hand_truth *h, size_t points, light_field *field, double noise, uint64_t seed)
+static void hand_truth_start(struct hand_truth *h, size_t points, light_field *field, double noise,
+                             uint64_t seed)
 {
     struct random r = random_start(seed, 99, 0);
     must(array_create(&h->position, 3 * points, sizeof(double)));
@@ -294,7 +318,11 @@ static void hand_truth_start(struct hand_truth *h, size_t points, light_field *f
                 h->half[half][TRUTH_WIDTH * i + k] = (float)e;
         }
     }
-    h->truth = (struct truth){.count = points, .points = points, .position = h->position, .path = h->path, .surface = h->surface,
+    h->truth = (struct truth){.count = points,
+                              .points = points,
+                              .position = h->position,
+                              .path = h->path,
+                              .surface = h->surface,
                               .half = {h->half[0], h->half[1]}};
 }
 
@@ -343,8 +371,8 @@ static void test_linear(void)
     hand_start(&h, unit_cell, linear_probes);
     hand_truth_start(&t, 2000, linear, 0, 1);
     struct report r = measured(&h, &t.truth);
-    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "worst_relative", "all") < 2e-6, "a linear field: no error (%.1g)",
-       got(&r, "rms_relative", "all"));
+    ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "worst_relative", "all") < 2e-6,
+       "a linear field: no error (%.1g)", got(&r, "rms_relative", "all"));
     ok(fabs(got(&r, "irradiance", "all") / (unit_light() * (2 + 3.5 / 4)) - 1) < 0.02,
        "and its mean is that of the cell's corners");
     report_clear(&r);
@@ -359,7 +387,8 @@ static void test_linear(void)
     for (int i = 0; i < 7; i++)
         off = fmax(off, fabs(got(&r, same[i], "all") / c - 1));
     ok(off < 1e-5, "a constant offset is each figure of error (%.1g)", off);
-    ok(fabs(got(&r, "too_bright", "all") - 1) < 1e-9 && got(&r, "too_dark", "all") == 0, "and too bright everywhere");
+    ok(fabs(got(&r, "too_bright", "all") - 1) < 1e-9 && got(&r, "too_dark", "all") == 0,
+       "and too bright everywhere");
     const struct estimate e = report_get(&r, "rms", "all");
     ok(e.high - e.low < 1e-5 * e.value, "with no doubt about it");
     report_clear(&r);
@@ -367,14 +396,16 @@ static void test_linear(void)
     hand_truth_end(&t);
 }
 
-/* -- ways to interpolate ----------------------------------------------------------------------------- */
+/* -- ways to interpolate ---------------------------------------------------------------------- */
 
-/* The value that a way gives a point, of linear_probes at the corners of the unit cell, by its formula. */
+/* The value that a way gives a point, of linear_probes at the corners of the unit cell, by its
+ * formula. */
 static double by_formula(enum interpolate_kind kind, double radius, const double p[3])
 {
     double sum = 0, light = 0, nearest = INFINITY, of_nearest = 0;
     for (int i = 0; i < 4; i++) {
-        const double d = vec3_length(vec3_sub(vec3_load(p), vec3_load(unit_cell + 3 * i))), w = fmax(1 - d / radius, 0);
+        const double d = vec3_length(vec3_sub(vec3_load(p), vec3_load(unit_cell + 3 * i))),
+                     w = fmax(1 - d / radius, 0);
         sum += w * w;
         light += w * w * linear_probes[i];
         of_nearest = d < nearest ? linear_probes[i] : of_nearest;
@@ -393,28 +424,33 @@ static void test_kinds(void)
     struct column *gradient;
     hand_start(&h, unit_cell, linear_probes);
     baked_close(&h.baked);
-    must(table_add_column(stream_table(h.stream, "probe"), "sh_gradient", COLUMN_F32, 81, &gradient));
+    must(table_add_column(stream_table(h.stream, "probe"), "sh_gradient", COLUMN_F32, 81,
+                          &gradient));
     for (size_t i = 0; i < 4 * 81; i++)
         column_f32(gradient)[i] = i % 27 < 3 ? (float)slope[i % 81 / 27] : 0;
     hand_truth_start(&t, N, linear, 0, 6);
     for (int kind = INTERPOLATE_BARYCENTRIC; kind <= INTERPOLATE_SHEPARD; kind++) {
-        const struct interpolate_settings how = {.kind = (enum interpolate_kind)kind, .falloff = INTERPOLATE_FALL_QUADRATIC,
+        const struct interpolate_settings how = {.kind = (enum interpolate_kind)kind,
+                                                 .falloff = INTERPOLATE_FALL_QUADRATIC,
                                                  .radius = 1.5};
         must(baked_open(&h.baked, h.stream, &how));
         struct report r = measured(&h, &t.truth);
         if (kind <= INTERPOLATE_CUBIC) {
-            ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a linear field (%.1g)", names[kind],
-               got(&r, "rms_relative", "all"));
+            ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a linear field (%.1g)",
+               names[kind], got(&r, "rms_relative", "all"));
         } else {
             double square = 0;
             for (size_t i = 0; i < N; i++)
-                square += pow(by_formula(how.kind, how.radius, t.position + 3 * i) - linear(t.position + 3 * i), 2) / N;
+                square += pow(by_formula(how.kind, how.radius, t.position + 3 * i) -
+                                  linear(t.position + 3 * i),
+                              2) /
+                          N;
             const double rms = unit_light() * sqrt(square);
             ok(rms > 0.1 && fabs(got(&r, "rms", "all") / rms - 1) < 1e-5,
                "%s: the error in a linear field is that of its formula, %.4f", names[kind], rms);
         }
-        ok(got(&r, "points", "inside-hull") == N &&
-           got(&r, "points", "all-seen") == N, "%s: hull and sight are those of the cells", names[kind]);
+        ok(got(&r, "points", "inside-hull") == N && got(&r, "points", "all-seen") == N,
+           "%s: hull and sight are those of the cells", names[kind]);
         report_clear(&r);
         baked_close(&h.baked);
     }
@@ -423,7 +459,8 @@ static void test_kinds(void)
 }
 
 /* A stream of probes with light, and cells where `table` is not NULL. */
-static struct stream *stream_of(size_t count, const double *position, light_field *field, const char *table)
+static struct stream *stream_of(size_t count, const double *position, light_field *field,
+                                const char *table)
 {
     struct stream *s;
     struct table *probes, *cells;
@@ -449,15 +486,19 @@ static struct stream *stream_of(size_t count, const double *position, light_fiel
 
 static void test_grid(void)
 {
-    static const double corner[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+    static const double corner[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                                      0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
     struct hand h = {.stream = stream_of(8, corner, linear, NULL)};
     struct hand_truth t;
     hand_truth_start(&t, 500, linear, 0, 7);
-    must(baked_open(&h.baked, h.stream, &(struct interpolate_settings){.kind = INTERPOLATE_TRILINEAR}));
+    must(baked_open(&h.baked, h.stream,
+                    &(struct interpolate_settings){.kind = INTERPOLATE_TRILINEAR}));
     struct report r = measured(&h, &t.truth);
     ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "points", "inside-hull") == 500,
-       "trilinear, without cells: no error in a linear field (%.1g)", got(&r, "rms_relative", "all"));
-    ok(isnan(got(&r, "unseen", "all")) && isnan(got(&r, "points", "all-seen")) && isnan(got(&r, "capture_noise", "all")),
+       "trilinear, without cells: no error in a linear field (%.1g)",
+       got(&r, "rms_relative", "all"));
+    ok(isnan(got(&r, "unseen", "all")) && isnan(got(&r, "points", "all-seen")) &&
+           isnan(got(&r, "capture_noise", "all")),
        "what takes cells to know is not reported");
     report_clear(&r);
     hand_truth_end(&t);
@@ -477,15 +518,17 @@ static double collinear(const double p[3])
 static void test_flat(int corners)
 {
     static const char *const tables[] = {NULL, "point", "segment", "tri"};
-    light_field *const fields[] = {NULL, three, collinear, planar}; /* alike along what the probes do not span */
-    struct hand h = {.stream = stream_of((size_t)corners, unit_cell, fields[corners], tables[corners])};
+    /* alike along what the probes do not span */
+    light_field *const fields[] = {NULL, three, collinear, planar};
+    struct hand h = {
+        .stream = stream_of((size_t)corners, unit_cell, fields[corners], tables[corners])};
     struct hand_truth t;
     struct unseen_cells cells;
     hand_truth_start(&t, 500, fields[corners], 0, 8);
     must(baked_open(&h.baked, h.stream, NULL));
     struct report r = measured(&h, &t.truth);
-    ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a field that it spans (%.1g)", tables[corners],
-       got(&r, "rms_relative", "all"));
+    ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a field that it spans (%.1g)",
+       tables[corners], got(&r, "rms_relative", "all"));
     report_clear(&r);
     hand_truth_end(&t);
     hand_truth_start(&t, 500, linear, 0, 8);
@@ -495,13 +538,15 @@ static void test_flat(int corners)
     report_clear(&r);
     hand_truth_end(&t);
     struct error *err = unseen_cells(&cells, nothing.tracer, &h.baked, 8, 1, 1);
-    ok(err && strstr(error_message(err), "tetrahedra alone"), "%s: leaks are measured of tetrahedra alone", tables[corners]);
+    ok(err && strstr(error_message(err), "tetrahedra alone"),
+       "%s: leaks are measured of tetrahedra alone", tables[corners]);
     error_destroy(err);
     hand_end(&h);
 }
 
-/* One of the probes is off by 1: over a cell the mean of its weight is 1/4, of the weight's square 1/10 (the moments of a uniform
- * point's barycentric coordinates, Dirichlet(1,1,1,1)); P(weight > x) = (1 - x)^3. */
+/* One of the probes is off by 1: over a cell the mean of its weight is 1/4, of the weight's square
+ * 1/10 (the moments of a uniform point's barycentric coordinates, Dirichlet(1,1,1,1)); P(weight >
+ * x) = (1 - x)^3. */
 static void test_wrong_probe(void)
 {
     enum { N = 20000 };
@@ -512,14 +557,17 @@ static void test_wrong_probe(void)
     hand_truth_start(&t, N, three, 0, 2);
     struct report r = measured(&h, &t.truth);
     const double unit = unit_light();
-    /* Standard errors from the moments E w^2 = 1/10, E w^4 = 1/35, and of a quantile sqrt(q (1 - q) / N) / density. */
-    const double mean_error = sqrt((0.1 - 0.0625) / N), rms_error = sqrt((1.0 / 35 - 0.01) / N) / (2 * sqrt(0.1));
+    /* Standard errors from the moments E w^2 = 1/10, E w^4 = 1/35, and of a quantile sqrt(q (1 - q)
+     * / N) / density. */
+    const double mean_error = sqrt((0.1 - 0.0625) / N),
+                 rms_error = sqrt((1.0 / 35 - 0.01) / N) / (2 * sqrt(0.1));
     const double p95 = 1 - cbrt(0.05), p99 = 1 - cbrt(0.01);
     const double p95_error = sqrt(0.05 * 0.95 / N) / (3 * cbrt(0.05) * cbrt(0.05)),
-        p99_error = sqrt(0.01 * 0.99 / N) / (3 * cbrt(0.01) * cbrt(0.01));
+                 p99_error = sqrt(0.01 * 0.99 / N) / (3 * cbrt(0.01) * cbrt(0.01));
     const double z[5] = {(got(&r, "rms", "all") / unit - sqrt(0.1)) / rms_error,
                          (got(&r, "bias", "all") / unit - 0.25) / mean_error,
-                         (got(&r, "mean", "all") / unit - 0.25) / mean_error, (got(&r, "p95", "all") / unit - p95) / p95_error,
+                         (got(&r, "mean", "all") / unit - 0.25) / mean_error,
+                         (got(&r, "p95", "all") / unit - p95) / p95_error,
                          (got(&r, "p99", "all") / unit - p99) / p99_error};
     for (int i = 0; i < 5; i++)
         ok(fabs(z[i]) < 4.5, "one wrong probe: %s as its weight has it (z = %.2f)",
@@ -529,7 +577,8 @@ static void test_wrong_probe(void)
     ok(fabs(got(&r, "too_bright", "all") - share) < 4.5 * sqrt(share * (1 - share) / N),
        "and is too bright where that is more than the tolerance");
     ok(got(&r, "worst", "all") / unit > 0.9 && got(&r, "worst", "all") / unit < 1 &&
-       got(&r, "worst_y", "all") > 0.9, "worst beside it");
+           got(&r, "worst_y", "all") > 0.9,
+       "worst beside it");
     /* Quarters by `surface`, which is x here. */
     double points = 0, square = 0;
     for (int q = 1; q <= 4; q++) {
@@ -537,7 +586,8 @@ static void test_wrong_probe(void)
         snprintf(of, sizeof of, "surface-%d", q);
         points += got(&r, "points", of);
         square += got(&r, "points", of) * pow(got(&r, "rms", of), 2);
-        ok(fabs(got(&r, "points", of) - N / 4.0) <= 1, "quarter %d holds %.0f points", q, got(&r, "points", of));
+        ok(fabs(got(&r, "points", of) - N / 4.0) <= 1, "quarter %d holds %.0f points", q,
+           got(&r, "points", of));
     }
     ok(points == N && fabs(sqrt(square / N) / got(&r, "rms", "all") - 1) < 1e-9,
        "mean squares of the quarters add up to that of all");
@@ -567,10 +617,13 @@ static void test_parts(void)
     struct report r = measured(&h, &t.truth);
     ok(got(&r, "points", "inside-hull") == 2000 && got(&r, "points", "outside-hull") == 1000,
        "points inside and outside of the hull are told apart");
-    ok(got(&r, "points", "dark") == (double)dim && got(&r, "points", "lit") == 3000 - (double)dim, "lit and dark");
+    ok(got(&r, "points", "dark") == (double)dim && got(&r, "points", "lit") == 3000 - (double)dim,
+       "lit and dark");
     ok(got(&r, "rms", "lit") < 1e-6 && fabs(got(&r, "rms", "dark") / unit_light() - 3.9) < 1e-4 &&
-       fabs(got(&r, "too_bright", "dark") - 1) < 1e-9, "only the dark ones are off: by what they lack");
-    ok(got(&r, "points", "all-seen") == 3000 && got(&r, "points", "some-unseen") == 0, "where nothing is, all is seen");
+           fabs(got(&r, "too_bright", "dark") - 1) < 1e-9,
+       "only the dark ones are off: by what they lack");
+    ok(got(&r, "points", "all-seen") == 3000 && got(&r, "points", "some-unseen") == 0,
+       "where nothing is, all is seen");
     report_clear(&r);
     hand_end(&h);
     hand_truth_end(&t);
@@ -594,7 +647,7 @@ static void test_noise(void)
             for (size_t k = 0; k < POINTS; k++)
                 square += t.position[3 * k + 1] * t.position[3 * k + 1] / POINTS;
             const double exact = unit_light() * sqrt(square), off = got(&r, "rms", "all") - exact,
-                error = got(&r, "rms_noise", "all");
+                         error = got(&r, "rms_noise", "all");
             within += fabs(off) < 1.96 * error;
             bias += (pow(got(&r, "rms", "all"), 2) - pow(exact, 2)) / TRIALS;
             spread += off * off / TRIALS;
@@ -602,32 +655,36 @@ static void test_noise(void)
             report_clear(&r);
             hand_truth_end(&t);
         }
-        /* A coverage of 95 %, within 4 sqrt(.05 * .95 / 200) = 6 %; where noise is far above the error, roots of what is below
-         * 0 count as 0, and more is covered. */
+        /* A coverage of 95 %, within 4 sqrt(.05 * .95 / 200) = 6 %; where noise is far above the
+         * error, roots of what is below 0 count as 0, and more is covered. */
         ok(within / TRIALS > 0.89 && (big || within / TRIALS < 0.995),
-           "noise %.1f in light off by 0.3: the rms is within 1.96 rms_noise in %.1f %%", noise, 100 * within / TRIALS);
-        ok(sqrt(said / spread) > 0.8 && sqrt(said / spread) < (big ? 2 : 1.25), "rms_noise is its spread (%.2f of it)", sqrt(said / spread));
+           "noise %.1f in light off by 0.3: the rms is within 1.96 rms_noise in %.1f %%", noise,
+           100 * within / TRIALS);
+        ok(sqrt(said / spread) > 0.8 && sqrt(said / spread) < (big ? 2 : 1.25),
+           "rms_noise is its spread (%.2f of it)", sqrt(said / spread));
         ok(big || fabs(bias) < 4.5 * 2 * sqrt(0.1) * unit_light() * sqrt(spread / TRIALS),
            "and the mean square is not off in the mean (%.1g)", bias);
     }
     hand_end(&h);
 }
 
-/* -- where the error comes from ---------------------------------------------------------------------- */
+/* -- where the error comes from --------------------------------------------------------------- */
 
 static void test_causes(void)
 {
-    /* A sun: E = max(cos, 0), whose bands are A_l Y_lm(sun); what an order cuts off is, in the mean square over directions, the
-     * sum of A_l^2 (2l+1) / (4 pi)^2 over the others, A_6 = pi/64, A_8 = -pi/128, A_10 = 7 pi/1536, ... The 32 directions see
-     * bands of more than 4 as each other's: held within 3 %, in the mean over suns. */
-    static const double a[9] = {PI, 2 * PI / 3, PI / 4, -PI / 24, PI / 64, -PI / 128, 7 * PI / 1536, -3 * PI / 1024,
-                                33 * PI / 16384};
+    /* A sun: E = max(cos, 0), whose bands are A_l Y_lm(sun); what an order cuts off is, in the mean
+     * square over directions, the sum of A_l^2 (2l+1) / (4 pi)^2 over the others, A_6 = pi/64, A_8
+     * = -pi/128, A_10 = 7 pi/1536, ... The 32 directions see bands of more than 4 as each other's:
+     * held within 3 %, in the mean over suns. */
+    static const double a[9] = {PI,        2 * PI / 3,    PI / 4,         -PI / 24,       PI / 64,
+                                -PI / 128, 7 * PI / 1536, -3 * PI / 1024, 33 * PI / 16384};
     static const int band[9] = {0, 1, 2, 4, 6, 8, 10, 12, 14};
     for (int order = 1; order <= SPHERE_ORDER; order++) {
         struct random r = random_start(11, 1, 0);
         double seen = 0, cut = 0;
         for (int i = 0; i < 2000; i++) {
-            double value[SPHERE_COUNT], s[3] = {normal_number(&r), normal_number(&r), normal_number(&r)};
+            double value[SPHERE_COUNT],
+                s[3] = {normal_number(&r), normal_number(&r), normal_number(&r)};
             vec3_store(s, vec3_normalize(vec3_load(s)));
             for (int d = 0; d < SPHERE_COUNT; d++)
                 value[d] = fmax(vec3_dot(vec3_load(s), vec3_load(sphere_direction[d])), 0);
@@ -638,7 +695,8 @@ static void test_causes(void)
         }
         for (int i = 0; i < 9; i++)
             cut += band[i] >= order ? a[i] * a[i] * (2 * band[i] + 1) / (16 * PI * PI) : 0;
-        ok(fabs(sqrt(seen / cut) - 1) < 0.03, "order %d cuts %.4f off a sun's irradiance, by its bands %.4f", order, sqrt(seen),
+        ok(fabs(sqrt(seen / cut) - 1) < 0.03,
+           "order %d cuts %.4f off a sun's irradiance, by its bands %.4f", order, sqrt(seen),
            sqrt(cut));
     }
     /* Probes with noise e in L00: blended, sum w^2 e^2; over a cell the mean of sum w^2 is 4/10. */
@@ -655,13 +713,14 @@ static void test_causes(void)
     struct report r = measured(&h, &t.truth);
     ok(fabs(got(&r, "capture_noise", "all") / (0.25 * unit_light() * sqrt(0.4)) - 1) < 0.02,
        "the capture's noise, blended: %.4f", got(&r, "capture_noise", "all"));
-    ok(got(&r, "cut_off", "all") < 1e-6, "and nothing is cut off light that is the same from everywhere");
+    ok(got(&r, "cut_off", "all") < 1e-6,
+       "and nothing is cut off light that is the same from everywhere");
     report_clear(&r);
     hand_truth_end(&t);
     hand_end(&h);
 }
 
-/* -- the bootstrap -------------------------------------------------------------------------------- */
+/* -- the bootstrap ---------------------------------------------------------------------------- */
 
 static void mean_of(const void *context, const uint32_t *times, double *figure)
 {
@@ -689,18 +748,20 @@ static void test_bootstrap(void)
             same = same && !memcmp(&e, &again, sizeof e);
         }
     }
-    /* The percentile interval of a skewed mean covers a little less than 95 % (Efron and Tibshirani 1993, ch. 14). */
-    ok(within > 0.89 * TRIALS && within < 0.985 * TRIALS, "the 95 %% interval holds the mean in %.1f %% of samples",
-       100.0 * (double)within / TRIALS);
+    /* The percentile interval of a skewed mean covers a little less than 95 % (Efron and Tibshirani
+     * 1993, ch. 14). */
+    ok(within > 0.89 * TRIALS && within < 0.985 * TRIALS,
+       "the 95 %% interval holds the mean in %.1f %% of samples", 100.0 * (double)within / TRIALS);
     ok(same, "and does not depend on threads");
 }
 
-/* -- leaks ------------------------------------------------------------------------------------------ */
+/* -- leaks ------------------------------------------------------------------------------------ */
 
 /* Two probes at x = 0 with light `left`, two at x = 1 with light `right`. */
 static const double bridge[12] = {0, 1, 0, 0, 0, 0, 1, 0, 0, 1, 0, 1};
 
-/* Integral over 0 .. c of x^n 6 x (1 - x): x, the weight of the right pair, has that density (Beta(2, 2)). */
+/* Integral over 0 .. c of x^n 6 x (1 - x): x, the weight of the right pair, has that density
+ * (Beta(2, 2)). */
 static double moment(double c, int n)
 {
     return 6 * (pow(c, n + 2) / (n + 2) - pow(c, n + 3) / (n + 3));
@@ -713,28 +774,34 @@ static void test_wall(double c, double left, double right)
     struct unseen_cells cells;
     enum { SAMPLES = 20000 };
     bench_start(&b);
-    add_quad(&b, (const double[12]){c, -50, -50, c, 50, -50, c, 50, 50, c, -50, 50}, material(0.5f, 0));
+    add_quad(&b, (const double[12]){c, -50, -50, c, 50, -50, c, 50, 50, c, -50, 50},
+             material(0.5f, 0));
     bench_finish(&b, 1);
     const double value[4] = {left, left, right, right};
     hand_start(&h, bridge, value);
     must(unseen_cells(&cells, b.tracer, &h.baked, SAMPLES, 1, 2));
-    /* Left of the wall the right pair is unseen, with weight x; right of it the left pair, with 1 - x. */
-    const double from_right = moment(c, 1), from_left = moment(1 - c, 1), share = from_left + from_right;
+    /* Left of the wall the right pair is unseen, with weight x; right of it the left pair, with 1 -
+     * x. */
+    const double from_right = moment(c, 1), from_left = moment(1 - c, 1),
+                 share = from_left + from_right;
     const double light = (right * from_right + left * from_left) / ((left + right) / 2);
     const double leak = fabs(right - left) * sqrt(moment(c, 2) + moment(1 - c, 2)),
-        bias = (right - left) * (from_right - from_left);
+                 bias = (right - left) * (from_right - from_left);
     const double spread = sqrt((moment(c, 2) + moment(1 - c, 2) - share * share) / SAMPLES);
-    ok(fabs(cells.weight.value - share) < 4.5 * spread, "a wall at %.2f: unseen weight %.4f, by its closed form %.4f", c,
-       cells.weight.value, share);
-    ok(fabs((cells.weight.high - cells.weight.low) / (2 * 1.96 * spread) - 1) < 0.05, "its interval is that of the sample");
+    ok(fabs(cells.weight.value - share) < 4.5 * spread,
+       "a wall at %.2f: unseen weight %.4f, by its closed form %.4f", c, cells.weight.value, share);
+    ok(fabs((cells.weight.high - cells.weight.low) / (2 * 1.96 * spread) - 1) < 0.05,
+       "its interval is that of the sample");
     ok(cells.light.low - (cells.light.high - cells.light.low) < light &&
-       light < cells.light.high + (cells.light.high - cells.light.low),
+           light < cells.light.high + (cells.light.high - cells.light.low),
        "unseen light %.4f, by its closed form %.4f", cells.light.value, light);
     ok(fabs(cells.leaked_rms / unit_light() - leak) < 0.02 * leak + 1e-6 &&
-       fabs(cells.leaked_bias / unit_light() - bias) < 0.03 * leak + 1e-6,
-       "light that leaks %.4f and %+.4f, by their closed forms %.4f and %+.4f", cells.leaked_rms / unit_light(), cells.leaked_bias / unit_light(), leak, bias);
+           fabs(cells.leaked_bias / unit_light() - bias) < 0.03 * leak + 1e-6,
+       "light that leaks %.4f and %+.4f, by their closed forms %.4f and %+.4f",
+       cells.leaked_rms / unit_light(), cells.leaked_bias / unit_light(), leak, bias);
     ok(cells.blind == 0 && cells.cell_free[0] == 1 &&
-       fabs((double)cells.cell_weight[0] - cells.weight.value) < 1e-6, "nobody is blind; the one cell is all");
+           fabs((double)cells.cell_weight[0] - cells.weight.value) < 1e-6,
+       "nobody is blind; the one cell is all");
     unseen_cells_clear(&cells);
     hand_end(&h);
     bench_clear(&b);
@@ -749,7 +816,9 @@ static void test_solid(void)
     struct shape ball = shape_sphere(1.5, 2);
     double volume = 0;
     for (size_t t = 0; t < ball.triangle_count; t++)
-        volume += vec3_dot(shape_corner(&ball, t, 0), vec3_cross(shape_corner(&ball, t, 1), shape_corner(&ball, t, 2))) / 6;
+        volume += vec3_dot(shape_corner(&ball, t, 0),
+                           vec3_cross(shape_corner(&ball, t, 1), shape_corner(&ball, t, 2))) /
+                  6;
     bench_start(&b);
     add_shape(&b, &ball, material(0.5f, 0));
     shape_clear(&ball);
@@ -758,15 +827,17 @@ static void test_solid(void)
     must(unseen_cells(&cells, b.tracer, &h.baked, 4000, 1, 2));
     const double share = volume / 288; /* of the cell */
     ok(fabs(1 - (double)cells.cell_free[0] - share) < 4.5 * sqrt(share / 4000),
-       "a solid ball in a cell is no free space: %.4f, by volume %.4f", 1 - (double)cells.cell_free[0], share);
+       "a solid ball in a cell is no free space: %.4f, by volume %.4f",
+       1 - (double)cells.cell_free[0], share);
     ok(fabs(cells.free_volume - (288 - volume)) < 4.5 * 288 * sqrt(share / 4000) &&
-       cells.blind < 0.01, "who is inside it is not blind but gone (%.2g)", cells.blind);
+           cells.blind < 0.01,
+       "who is inside it is not blind but gone (%.2g)", cells.blind);
     unseen_cells_clear(&cells);
     hand_end(&h);
     bench_clear(&b);
 }
 
-/* -- change ----------------------------------------------------------------------------------------- */
+/* -- change ----------------------------------------------------------------------------------- */
 
 static void test_change(void)
 {
@@ -783,7 +854,8 @@ static void test_change(void)
             t.position[3 * row] = i * 0.9 / STEPS;
             t.position[3 * row + 1] = t.position[3 * row + 2] = 0.01;
             for (int half = 0; half < 2; half++) {
-                const double e = unit_light() * (2 + 0.5 * t.position[3 * row]) + (noisy ? 0.002 * normal_number(&r) : 0);
+                const double e = unit_light() * (2 + 0.5 * t.position[3 * row]) +
+                                 (noisy ? 0.002 * normal_number(&r) : 0);
                 for (size_t k = 0; k < TRUTH_WIDTH; k++)
                     t.half[half][TRUTH_WIDTH * row + k] = (float)e;
             }
@@ -795,17 +867,19 @@ static void test_change(void)
         const double unit = unit_light();
         if (!noisy)
             ok(fabs(got(&report, "change_rms", "probes") / unit - 1) < 1e-4 &&
-               fabs(got(&report, "change_most", "probes") / unit - 1) < 1e-4 &&
+                   fabs(got(&report, "change_most", "probes") / unit - 1) < 1e-4 &&
                    fabs(got(&report, "change_rms", "truth") / unit - 0.5) < 1e-3 &&
-                       fabs(got(&report, "change_excess", "probes") / unit - 0.5) < 1e-3 &&
+                   fabs(got(&report, "change_excess", "probes") / unit - 0.5) < 1e-3 &&
                    got(&report, "change_steps", "all") == STEPS,
-               "change along a path is the light's slope, and the excess the difference to the truth's");
-        /* the noise of a step is sqrt 2 * .002 / .014 = .2, of its square's mean over 64 about .2^2 sqrt(2 / 64) and what
-         * goes with the slope */
+               "change along a path is the light's slope, and the excess the difference to the "
+               "truth's");
+        /* the noise of a step is sqrt 2 * .002 / .014 = .2, of its square's mean over 64 about .2^2
+         * sqrt(2 / 64) and what goes with the slope */
         else
             ok(fabs(pow(got(&report, "change_rms", "truth") / unit, 2) - 0.25) < 0.15 &&
-               got(&report, "change_noise", "truth") > 0.05,
-               "noise does not add to the truth's (%.3f instead of 0.5)", got(&report, "change_rms", "truth") / unit);
+                   got(&report, "change_noise", "truth") > 0.05,
+               "noise does not add to the truth's (%.3f instead of 0.5)",
+               got(&report, "change_rms", "truth") / unit);
         report_clear(&report);
         hand_truth_end(&t);
     }

@@ -1,4 +1,5 @@
-/* Numbers as text: floats read back to the same bits, with the fewest digits that do, and of these the nearest. */
+/* Numbers as text: floats read back to the same bits, with the fewest digits that do, and of these
+ * the nearest. */
 #include "base/number.h"
 #include "support/tap.h"
 
@@ -52,7 +53,8 @@ int main(void)
         *end = 0;
         floats++;
         lost += number_read_f32(text, end, &back) != end || memcmp(&back, &value, sizeof back) != 0;
-        if (value == floorf(value) && fabsf(value) > 0x1p24F) /* whole numbers are written with all their digits */
+        /* whole numbers are written with all their digits */
+        if (value == floorf(value) && fabsf(value) > 0x1p24F)
             continue;
         const int count = digits_of(text, digits);
         snprintf(printed, sizeof printed, "%.*e", count - 1, (double)value);
@@ -61,15 +63,20 @@ int main(void)
         snprintf(printed, sizeof printed, "%.*e", count > 1 ? count - 2 : 0, (double)value);
         long_ones += count > 1 && strtof(printed, NULL) == value;
     }
-    ok(floats > 1000 && !lost, "of %zu floats, %zu do not read back to the same bits", floats, lost);
+    ok(floats > 1000 && !lost, "of %zu floats, %zu do not read back to the same bits", floats,
+       lost);
     ok(!long_ones, "%zu of them have more digits than they need", long_ones);
     ok(!off, "%zu of them are not the nearest with as many digits", off);
-    ok(writes_as(0, "0") && writes_as(-0.0F, "-0") && writes_as(1, "1") && writes_as(-12.5F, "-12.5") && writes_as(0.001F, "0.001") &&
-           writes_as(10000, "10000") && writes_as(100000, "1e+05") && writes_as(123456792, "123456792"),
+    ok(writes_as(0, "0") && writes_as(-0.0F, "-0") && writes_as(1, "1") &&
+           writes_as(-12.5F, "-12.5") && writes_as(0.001F, "0.001") && writes_as(10000, "10000") &&
+           writes_as(100000, "1e+05") && writes_as(123456792, "123456792"),
        "fixed where that is no longer");
-    ok(writes_as(1e-5F, "1e-05") && writes_as(1e30F, "1e+30") && writes_as(FLT_MAX, "3.4028235e+38") && writes_as(0x1p-149F, "1e-45") &&
+    ok(writes_as(1e-5F, "1e-05") && writes_as(1e30F, "1e+30") &&
+           writes_as(FLT_MAX, "3.4028235e+38") && writes_as(0x1p-149F, "1e-45") &&
            writes_as(-1.25e-7F, "-1.25e-07"),
        "scientific where that is shorter");
-    ok(writes_as(INFINITY, "inf") && writes_as(-INFINITY, "-inf") && writes_as(NAN, "nan") && writes_as(-NAN, "nan"), "what is not finite");
+    ok(writes_as(INFINITY, "inf") && writes_as(-INFINITY, "-inf") && writes_as(NAN, "nan") &&
+           writes_as(-NAN, "nan"),
+       "what is not finite");
     return tap_done();
 }

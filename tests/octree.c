@@ -1,5 +1,6 @@
-/* Octrees of probes: each that is one is recognised and nothing else is; between its probes values are means of theirs, linear fields come
- * out exactly, and no face or edge shows in the values, nor in the slopes of cubics.
+/* Octrees of probes: each that is one is recognised and nothing else is; between its probes values
+ * are means of theirs, linear fields come out exactly, and no face or edge shows in the values, nor
+ * in the slopes of cubics.
  *
  *     octree [SETS [SEED]]     of the mutated ones; part of make check with few
  */
@@ -24,7 +25,7 @@ static uint32_t below(struct random *r, size_t n)
     return (uint32_t)(random_double(r) * (double)n);
 }
 
-/* -- octrees to be found --------------------------------------------------------------------------- */
+/* -- octrees to be found ---------------------------------------------------------------------- */
 
 struct cell {
     int32_t x[3], size;
@@ -55,7 +56,8 @@ static int compare(const void *a, const void *b)
 static void add_nodes(struct set *s, const struct cell *c, int parts)
 {
     for (int i = 0; i < (parts + 1) * (parts + 1) * (parts + 1) && s->probes < ROOM; i++) {
-        const int at[3] = {i % (parts + 1), i / (parts + 1) % (parts + 1), i / (parts + 1) / (parts + 1)};
+        const int at[3] = {i % (parts + 1), i / (parts + 1) % (parts + 1),
+                           i / (parts + 1) / (parts + 1)};
         uint64_t node = 0;
         for (int k = 0; k < 3; k++)
             node = node << 21 | (uint64_t)(s->root[k] > 0 ? c->x[k] + at[k] * c->size / parts : 0);
@@ -92,14 +94,17 @@ static void finish(struct set *s, uint64_t shuffle)
         s->node[j] = swap;
     }
     for (size_t i = 0; i < n; i++) {
-        const double x[3] = {(double)(s->node[i] >> 42), (double)(s->node[i] >> 21 & 0x1fffff), (double)(s->node[i] & 0x1fffff)};
+        const double x[3] = {(double)(s->node[i] >> 42), (double)(s->node[i] >> 21 & 0x1fffff),
+                             (double)(s->node[i] & 0x1fffff)};
         place(s, x, s->position + 3 * i);
     }
 }
 
 static void start(struct set *s, const int32_t roots[3], const double low[3], const double root[3])
 {
-    *s = (struct set){.roots = {roots[0], roots[1], roots[2]}, .low = {low[0], low[1], low[2]}, .root = {root[0], root[1], root[2]}};
+    *s = (struct set){.roots = {roots[0], roots[1], roots[2]},
+                      .low = {low[0], low[1], low[2]},
+                      .root = {root[0], root[1], root[2]}};
     for (int i = 0; i < roots[0] * roots[1] * roots[2]; i++) {
         const int at[3] = {i % roots[0], i / roots[0] % roots[1], i / roots[0] / roots[1]};
         struct cell *c = &s->leaf[s->leaves++];
@@ -116,7 +121,10 @@ static void make_random(struct set *s, uint64_t seed, int cuts, int deepest)
     struct random r = random_start(seed, 1, 0);
     start(s, (int32_t[3]){2, 1, 3}, (double[3]){-1, 20, 3e3}, (double[3]){1, 0.3, 2.5});
     for (int tries = 20 * cuts; cuts > 0 && tries > 0; tries--) {
-        const size_t leaf = below(&r, 4) ? s->leaves - 1 - below(&r, s->leaves < 16 ? s->leaves : 16) : below(&r, s->leaves); /* late ones are small */
+        /* late ones are small */
+        const size_t leaf = below(&r, 4)
+                                ? s->leaves - 1 - below(&r, s->leaves < 16 ? s->leaves : 16)
+                                : below(&r, s->leaves);
         if (s->leaf[leaf].size > 1 << (DEEPEST - deepest)) {
             cut(s, leaf);
             cuts--;
@@ -155,7 +163,7 @@ static void anywhere(const struct set *s, struct random *r, double x[3])
     }
 }
 
-/* -- properties ------------------------------------------------------------------------------------ */
+/* -- properties ------------------------------------------------------------------------------- */
 
 static struct set a, b;
 
@@ -170,12 +178,14 @@ static void test_found(void)
         must(octree_find(&t, a.probes, a.position));
         /* each probe's spacing is its largest leaf's */
         for (size_t i = 0; i < a.probes; i++) {
-            const int32_t x[3] = {(int32_t)(a.node[i] >> 42), (int32_t)(a.node[i] >> 21 & 0x1fffff), (int32_t)(a.node[i] & 0x1fffff)};
+            const int32_t x[3] = {(int32_t)(a.node[i] >> 42), (int32_t)(a.node[i] >> 21 & 0x1fffff),
+                                  (int32_t)(a.node[i] & 0x1fffff)};
             int32_t size = 0;
             for (size_t j = 0; j < a.leaves; j++) {
                 bool corner = true;
                 for (int k = 0; k < 3; k++)
-                    corner = corner && (x[k] == a.leaf[j].x[k] || x[k] == a.leaf[j].x[k] + a.leaf[j].size);
+                    corner = corner &&
+                             (x[k] == a.leaf[j].x[k] || x[k] == a.leaf[j].x[k] + a.leaf[j].size);
                 if (corner && a.leaf[j].size > size)
                     size = a.leaf[j].size;
             }
@@ -208,8 +218,12 @@ static void test_found(void)
         free(data);
         octree_clear(&t);
     }
-    ok(!wrong, "octrees cut at random are found, in any order of the probes, and each probe's largest cell (%d wrong)", wrong);
-    ok(least >= 0 && most <= 1 && sum < 1e-6, "linear: weights are 0 to 1 (%g, %g) and sum to 1 (off by %.0e)", least, most, sum);
+    ok(!wrong,
+       "octrees cut at random are found, in any order of the probes, and each probe's largest cell "
+       "(%d wrong)",
+       wrong);
+    ok(least >= 0 && most <= 1 && sum < 1e-6,
+       "linear: weights are 0 to 1 (%g, %g) and sum to 1 (off by %.0e)", least, most, sum);
     ok(worst < 1e-6, "linear: at a probe, its value (%.0e)", worst);
 }
 
@@ -220,7 +234,8 @@ static void test_reproduced(void)
     for (uint64_t seed = 1; seed <= 10; seed++)
         for (int cubic = 0; cubic < 2; cubic++) {
             enum { WIDTH = 4 };
-            static const double slope[WIDTH][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.3, -0.4, 0.2}};
+            static const double slope[WIDTH][3] = {
+                {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.3, -0.4, 0.2}};
             struct octree t;
             struct random r = random_start(seed, 3, 0);
             float out[WIDTH];
@@ -257,11 +272,14 @@ static void test_reproduced(void)
             free(data);
             octree_clear(&t);
         }
-    ok(linear[0] < 2e-6 && linear[1] < 2e-6, "linear fields come out (linear off by %.0e, cubic by %.0e)", linear[0], linear[1]);
-    ok(hit[0] < 1e-6 && hit[1] < 5e-6, "at a probe, its value (%.0e, %.0e)", hit[0], hit[1]); /* positions 3e3 away are rounded */
+    ok(linear[0] < 2e-6 && linear[1] < 2e-6,
+       "linear fields come out (linear off by %.0e, cubic by %.0e)", linear[0], linear[1]);
+    /* positions 3e3 away are rounded */
+    ok(hit[0] < 1e-6 && hit[1] < 5e-6, "at a probe, its value (%.0e, %.0e)", hit[0], hit[1]);
 }
 
-/* Across each face of each leaf: how far values are apart on both sides at a distance of 1e-9, and slopes across it. */
+/* Across each face of each leaf: how far values are apart on both sides at a distance of 1e-9, and
+ * slopes across it. */
 static void test_smooth(void)
 {
     double jump[2] = {0}, kink[2] = {0}, steepest[2] = {0};
@@ -279,8 +297,10 @@ static void test_smooth(void)
                     const int axis = side / 2 % 3;
                     double x[3], p[3], far[3], step;
                     float near[2][WIDTH], away[2][WIDTH];
-                    for (int k = 0; k < 3; k++) { /* on the face; now and then on an edge or in its middle */
-                        const double in = below(&r, 3) ? random_double(&r) : (double)below(&r, 5) / 4;
+                    /* on the face; now and then on an edge or in its middle */
+                    for (int k = 0; k < 3; k++) {
+                        const double in = below(&r, 3) ? random_double(&r)
+                                                       : (double)below(&r, 5) / 4;
                         x[k] = c->x[k] + c->size * (k == axis ? side % 2 : in);
                     }
                     if (x[axis] <= 0 || x[axis] >= a.roots[axis] << DEEPEST)
@@ -296,7 +316,8 @@ static void test_smooth(void)
                         octree_at(&t, cubic, WIDTH, data, far, away[way]);
                     }
                     for (int v = 0; v < WIDTH; v++) {
-                        const double up = (double)(away[1][v] - near[1][v]) * 4096, down = (double)(near[0][v] - away[0][v]) * 4096;
+                        const double up = (double)(away[1][v] - near[1][v]) * 4096,
+                                     down = (double)(near[0][v] - away[0][v]) * 4096;
                         jump[cubic] = fmax(jump[cubic], fabs((double)(near[1][v] - near[0][v])));
                         kink[cubic] = fmax(kink[cubic], fabs(up - down));
                         steepest[cubic] = fmax(steepest[cubic], fabs(up));
@@ -306,12 +327,16 @@ static void test_smooth(void)
             free(data);
             octree_clear(&t);
         }
-    ok(jump[0] < 2e-6 && jump[1] < 4e-6, "across faces of cells no value jumps (linear %.0e, cubic %.0e)", jump[0], jump[1]);
-    ok(kink[1] < steepest[1] / 20 && kink[0] > steepest[0] / 2, "nor does a cubic's slope (by %.2g where slopes are up to %.2g; a linear one's by %.2g of %.2g)",
+    ok(jump[0] < 2e-6 && jump[1] < 4e-6,
+       "across faces of cells no value jumps (linear %.0e, cubic %.0e)", jump[0], jump[1]);
+    ok(kink[1] < steepest[1] / 20 && kink[0] > steepest[0] / 2,
+       "nor does a cubic's slope (by %.2g where slopes are up to %.2g; a linear one's by %.2g of "
+       "%.2g)",
        kink[1], steepest[1], kink[0], steepest[0]);
 }
 
-/* Along lines from border to border values change no faster than they may: by the steepest slope of any cell. */
+/* Along lines from border to border values change no faster than they may: by the steepest slope of
+ * any cell. */
 static void test_lines(void)
 {
     enum { WIDTH = 3, STEPS = 20000 };
@@ -339,9 +364,11 @@ static void test_lines(void)
                 memcpy(last, now, sizeof last);
             }
         }
-        /* a step is at most 6 / STEPS of a root cell along all axes, the least cell 1/32 of one, values 0 to 1 */
+        /* a step is at most 6 / STEPS of a root cell along all axes, the least cell 1/32 of one,
+         * values 0 to 1 */
         const double bound = 32.0 * 6 / STEPS * (cubic ? 4 : 1) + 1e-6;
-        ok(most < bound, "%s: along lines no step changes more than slopes allow (%.1e of %.1e)", cubic ? "cubic" : "linear", most, bound);
+        ok(most < bound, "%s: along lines no step changes more than slopes allow (%.1e of %.1e)",
+           cubic ? "cubic" : "linear", most, bound);
         free(data);
     }
     free(value);
@@ -361,7 +388,8 @@ static void test_order(void)
     float *of_a = field(&a, WIDTH, 6), *of_b = field(&b, WIDTH, 6);
     ok(memcmp(of_a, of_b, a.probes * WIDTH * sizeof *of_a) != 0, "the rows are in another order");
     for (int cubic = 0; cubic < 2; cubic++) {
-        float *x_a = filled(&s, cubic, WIDTH, of_a), *x_b = filled(&t, cubic, WIDTH, of_b), at_a[WIDTH], at_b[WIDTH];
+        float *x_a = filled(&s, cubic, WIDTH, of_a), *x_b = filled(&t, cubic, WIDTH, of_b),
+              at_a[WIDTH], at_b[WIDTH];
         int differ = 0;
         for (int i = 0; i < 20000; i++) {
             double x[3], p[3];
@@ -405,8 +433,11 @@ static void test_grid(void)
                 for (int k = 0; k < 3; k++)
                     (cubic ? nodes_cubic : nodes_linear)(&g, k, p[k], node[k], weight[k]);
                 for (int j = 0; j < 64; j++) {
-                    const size_t at = (node[2][j / 16] * g.count[1] + node[1][j / 4 % 4]) * g.count[0] + node[0][j % 4];
-                    sum += weight[2][j / 16] * weight[1][j / 4 % 4] * weight[0][j % 4] * (double)value[g.probe[at]];
+                    const size_t at = (node[2][j / 16] * g.count[1] + node[1][j / 4 % 4]) *
+                                          g.count[0] +
+                                      node[0][j % 4];
+                    sum += weight[2][j / 16] * weight[1][j / 4 % 4] * weight[0][j % 4] *
+                           (double)value[g.probe[at]];
                 }
                 octree_at(&t, cubic, 1, data, p, &out);
                 worst[cubic] = fmax(worst[cubic], fabs((double)out - sum));
@@ -417,7 +448,9 @@ static void test_grid(void)
         nodes_clear(&g);
         octree_clear(&t);
     }
-    ok(worst[0] < 1e-6 && worst[1] < 1e-6, "an even grid has the values of the grid's own code (linear off by %.0e, cubic by %.0e)", worst[0], worst[1]);
+    ok(worst[0] < 1e-6 && worst[1] < 1e-6,
+       "an even grid has the values of the grid's own code (linear off by %.0e, cubic by %.0e)",
+       worst[0], worst[1]);
 }
 
 /* In a plane and on a line. */
@@ -448,7 +481,9 @@ static void test_flat(void)
             }
             free(data);
         }
-        ok(worst < 2e-6 && t.nodes < 4 * t.probes, "%s: cells are flat, linear fields come out (%.0e)", kind ? "on a line" : "in a plane", worst);
+        ok(worst < 2e-6 && t.nodes < 4 * t.probes,
+           "%s: cells are flat, linear fields come out (%.0e)", kind ? "on a line" : "in a plane",
+           worst);
         free(value);
         octree_clear(&t);
     }
@@ -470,10 +505,13 @@ static void test_refused(void)
 {
     int taken = 0;
     make_random(&a, 9, 25, 3);
-    for (size_t i = 0; i < a.probes; i++) { /* without any one of them, it is none; but a cell whose probes are no one else's may only be whole */
+    /* without any one of them, it is none; but a cell whose probes are no one else's may only be
+     * whole */
+    for (size_t i = 0; i < a.probes; i++) {
         struct octree t;
         b = a;
-        memmove(b.position + 3 * i, b.position + 3 * (i + 1), 3 * (b.probes - i - 1) * sizeof *b.position);
+        memmove(b.position + 3 * i, b.position + 3 * (i + 1),
+                3 * (b.probes - i - 1) * sizeof *b.position);
         struct error *err = octree_find(&t, b.probes - 1, b.position);
         taken += !err;
         octree_clear(&t);
@@ -486,9 +524,12 @@ static void test_refused(void)
     const size_t last = a.probes;
     double *more = a.position + 3 * last;
     more[0] = 1.5, more[1] = 0.5, more[2] = 1;
-    ok(refused(a.position, last + 1, "at 1.5 0.5 1 is no corner of a cell"), "a probe too much, in a face");
+    ok(refused(a.position, last + 1, "at 1.5 0.5 1 is no corner of a cell"),
+       "a probe too much, in a face");
     more[0] = more[1] = more[2] = 1.5;
-    ok(refused(a.position, last + 1, "there is no probe at 1.5 1 1, a node of the cell (with a probe in its middle) from 1 1 1 to 2 2 2"),
+    ok(refused(a.position, last + 1,
+               "there is no probe at 1.5 1 1, a node of the cell (with a probe in its middle) from "
+               "1 1 1 to 2 2 2"),
        "a probe too much, in the middle of a cell");
     more[0] = 1.3;
     ok(refused(a.position, last + 1, "x = "), "a probe where no halving comes to");
@@ -497,11 +538,15 @@ static void test_refused(void)
     more[0] = 1e300;
     ok(refused(a.position, last + 1, ""), "a probe far away");
     more[0] = 3;
-    ok(refused(a.position, last + 1, "there is no probe at 3 0 0, a corner of the cell from 2 0 0 to 3 1 1"), "a probe outside");
+    ok(refused(a.position, last + 1,
+               "there is no probe at 3 0 0, a corner of the cell from 2 0 0 to 3 1 1"),
+       "a probe outside");
     struct random r = random_start(9, 9, 0);
     for (size_t i = 0; i < 3 * 1000; i++)
         b.position[i] = random_double(&r);
-    ok(refused(b.position, 1000, "is not where halving") || refused(b.position, 1000, "differ too much"), "probes at random");
+    ok(refused(b.position, 1000, "is not where halving") ||
+           refused(b.position, 1000, "differ too much"),
+       "probes at random");
     ok(refused(b.position, 0, "no probes"), "no probes");
 }
 
@@ -517,7 +562,8 @@ static void test_scales(void)
             make_random(&a, 10, 30, 5);
             for (size_t j = 0; j < 3 * a.probes; j++) {
                 const double off = (random_double(&r) - 0.5) * a.root[j % 3] * 2e-7;
-                a.position[j] = scales[i] * (((a.position[j] - a.low[j % 3]) + off) + (far ? 1e4 : 0));
+                a.position[j] = scales[i] *
+                                (((a.position[j] - a.low[j % 3]) + off) + (far ? 1e4 : 0));
             }
             struct error *err = octree_find(&t, a.probes, a.position);
             if (err)
@@ -544,9 +590,19 @@ static void test_mutated(unsigned long sets, uint64_t seed)
             case 0: a.position[at] = numbers[below(&r, 8)]; break;
             case 1: a.position[at] = a.position[other]; break;
             case 2: a.position[at] *= 1 + 1e-6 * (random_double(&r) - 0.5); break;
-            case 3: memcpy(a.position + at / 3 * 3, a.position + 3 * --a.probes, 3 * sizeof *a.position); break;
-            case 4: memcpy(a.position + 3 * a.probes++, (double[3]){a.position[at / 3 * 3], a.position[other / 3 * 3 + 1], a.position[at / 3 * 3 + 2]}, 3 * sizeof *a.position); break;
-            default: a.position[at] = (a.position[at] + a.position[other / 3 * 3 + at % 3]) / 2; break;
+            case 3:
+                memcpy(a.position + at / 3 * 3, a.position + 3 * --a.probes,
+                       3 * sizeof *a.position);
+                break;
+            case 4:
+                memcpy(a.position + 3 * a.probes++,
+                       (double[3]){a.position[at / 3 * 3], a.position[other / 3 * 3 + 1],
+                                   a.position[at / 3 * 3 + 2]},
+                       3 * sizeof *a.position);
+                break;
+            default:
+                a.position[at] = (a.position[at] + a.position[other / 3 * 3 + at % 3]) / 2;
+                break;
             }
         }
         struct error *err = octree_find(&t, a.probes, a.position);
@@ -557,7 +613,9 @@ static void test_mutated(unsigned long sets, uint64_t seed)
             for (int cubic = 0; cubic < 2 && value; cubic++) {
                 float *data = filled(&t, cubic, 1, value);
                 for (int k = 0; k < 20; k++) {
-                    const double p[3] = {8 * random_double(&r) - 4, 1e300 * (random_double(&r) - 0.5), 3e3 + 10 * random_double(&r)};
+                    const double p[3] = {8 * random_double(&r) - 4,
+                                         1e300 * (random_double(&r) - 0.5),
+                                         3e3 + 10 * random_double(&r)};
                     octree_at(&t, cubic, 1, data, p, &out);
                     wrong += fabsf(out - 1) < 1e-4f ? 0 : 1;
                 }
@@ -569,7 +627,9 @@ static void test_mutated(unsigned long sets, uint64_t seed)
         error_destroy(err);
         octree_clear(&t);
     }
-    ok(!wrong && found > sets / 10 && found < sets, "%lu sets of mutated positions: an octree (%lu times) that answers, or an error", sets, found);
+    ok(!wrong && found > sets / 10 && found < sets,
+       "%lu sets of mutated positions: an octree (%lu times) that answers, or an error", sets,
+       found);
 }
 
 int main(int argc, char **argv)

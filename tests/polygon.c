@@ -1,4 +1,5 @@
-/* Polygons split into triangles: nothing is lost, nothing covered twice, in whatever plane and however hollow. */
+/* Polygons split into triangles: nothing is lost, nothing covered twice, in whatever plane and
+ * however hollow. */
 #include "base/error.h"
 #include "import/polygon.h"
 #include "math/vec.h"
@@ -9,7 +10,8 @@
 
 static struct vec3 area_vector(const double *a, const double *b, const double *c)
 {
-    return vec3_scale(0.5, vec3_cross(vec3_sub(vec3_load(b), vec3_load(a)), vec3_sub(vec3_load(c), vec3_load(a))));
+    return vec3_scale(0.5, vec3_cross(vec3_sub(vec3_load(b), vec3_load(a)),
+                                      vec3_sub(vec3_load(c), vec3_load(a))));
 }
 
 /* A pseudo-random number in [0, 1). */
@@ -39,7 +41,8 @@ static struct seen look(const struct polygon_room *room, size_t n)
             seen.in_range = seen.in_range && i[k] < n;
             used[i[k] < n ? i[k] : 0] = true;
         }
-        const struct vec3 a = area_vector(room->corner + 3 * i[0], room->corner + 3 * i[1], room->corner + 3 * i[2]);
+        const struct vec3 a =
+            area_vector(room->corner + 3 * i[0], room->corner + 3 * i[1], room->corner + 3 * i[2]);
         seen.sum += vec3_length(a);
         seen.net = vec3_add(seen.net, a);
         seen.least = fmin(seen.least, vec3_length(a));
@@ -49,7 +52,8 @@ static struct seen look(const struct polygon_room *room, size_t n)
     return seen;
 }
 
-/* Simple polygons around a point, in a random plane, either way round; a third has corners on straight sides. */
+/* Simple polygons around a point, in a random plane, either way round; a third has corners on
+ * straight sides. */
 static void test_simple(void)
 {
     struct polygon_room room = {0};
@@ -65,7 +69,8 @@ static void test_simple(void)
                           o = {100 * number(), 100 * number(), 100 * number()};
         double plane[64][2], area = 0;
         for (size_t i = 0; i < n; i++) {
-            const double angle = 2 * acos(-1.0) * ((double)i + 0.8 * number()) / (double)n * (round % 2 ? -1 : 1);
+            const double angle = 2 * acos(-1.0) * ((double)i + 0.8 * number()) / (double)n *
+                                 (round % 2 ? -1 : 1);
             const double radius = 0.05 + number();
             plane[i][0] = radius * cos(angle);
             plane[i][1] = radius * sin(angle);
@@ -88,28 +93,37 @@ static void test_simple(void)
         least = fmin(least, seen.least / want);
     }
     ok(whole, "every corner of a polygon is used, and no other");
-    ok(worst < 1e-8, "triangles cover a plane polygon once, turned as it is: relative error of area %.1e", worst);
-    ok(least > 1e-9, "corners on straight sides make no triangle without area: smallest share %.1e", least);
+    ok(worst < 1e-8,
+       "triangles cover a plane polygon once, turned as it is: relative error of area %.1e", worst);
+    ok(least > 1e-9, "corners on straight sides make no triangle without area: smallest share %.1e",
+       least);
     polygon_room_clear(&room);
 }
 
 static void test_shapes(void)
 {
-    static const double dart[4][3] = {{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {0.5, 1, 0}}; /* hollow at the last corner */
-    static const double comb[12][3] = {{0, 0, 0}, {5, 0, 0}, {5, 3, 0}, {4, 3, 0}, {4, 1, 0}, {3, 1, 0},
-                                       {3, 3, 0}, {2, 3, 0}, {2, 1, 0}, {1, 1, 0}, {1, 3, 0}, {0, 3, 0}};
+    /* hollow at the last corner */
+    static const double dart[4][3] = {{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {0.5, 1, 0}};
+    static const double comb[12][3] = {{0, 0, 0}, {5, 0, 0}, {5, 3, 0}, {4, 3, 0},
+                                       {4, 1, 0}, {3, 1, 0}, {3, 3, 0}, {2, 3, 0},
+                                       {2, 1, 0}, {1, 1, 0}, {1, 3, 0}, {0, 3, 0}};
     static const double bow_tie[4][3] = {{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}};
     static const double saddle[4][3] = {{0, 0, 0}, {1, 0, 1}, {1, 1, 0}, {0, 1, 1}};
     static const double doubled[5][3] = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
     static const double line[5][3] = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {4, 4, 4}};
-    static const double nothing[4][3] = {{0, 0, 0}, {(double)NAN, 0, 0}, {1, (double)INFINITY, 0}, {0, 1, 0}};
+    static const double nothing[4][3] = {
+        {0, 0, 0}, {(double)NAN, 0, 0}, {1, (double)INFINITY, 0}, {0, 1, 0}};
     const struct {
         const char *name;
         const double (*corner)[3];
         size_t n;
         double area; /* negative: only that all corners are used */
-    } shapes[] = {{"hollow quadrilateral", dart, 4, 1.5},   {"comb", comb, 12, 11},         {"crossed", bow_tie, 4, -1},
-                  {"saddle", saddle, 4, -1},                {"doubled corner", doubled, 5, 1}, {"line", line, 5, 0},
+    } shapes[] = {{"hollow quadrilateral", dart, 4, 1.5},
+                  {"comb", comb, 12, 11},
+                  {"crossed", bow_tie, 4, -1},
+                  {"saddle", saddle, 4, -1},
+                  {"doubled corner", doubled, 5, 1},
+                  {"line", line, 5, 0},
                   {"corners that are no numbers", nothing, 4, -1}};
     struct polygon_room room = {0};
     for (size_t s = 0; s < sizeof shapes / sizeof *shapes; s++) {
@@ -119,13 +133,15 @@ static void test_shapes(void)
         memcpy(room.corner, shapes[s].corner, shapes[s].n * sizeof *shapes[s].corner);
         polygon_split(&room, shapes[s].n);
         const struct seen seen = look(&room, shapes[s].n);
-        ok(seen.all_used && seen.in_range && (shapes[s].area < 0 || fabs(seen.sum - shapes[s].area) < 1e-12),
+        ok(seen.all_used && seen.in_range &&
+               (shapes[s].area < 0 || fabs(seen.sum - shapes[s].area) < 1e-12),
            "%s: every corner used, area %g", shapes[s].name, seen.sum);
     }
     polygon_room_clear(&room);
 }
 
-/* A star of many thousand corners, every other one hollow, is split in reasonable time, and wholly. */
+/* A star of many thousand corners, every other one hollow, is split in reasonable time, and
+ * wholly. */
 static void test_large(void)
 {
     enum { N = 20000 };
@@ -142,7 +158,8 @@ static void test_large(void)
     polygon_split(&room, N);
     for (size_t t = 0; t < N - 2; t++) {
         const uint32_t *i = room.triangle + 3 * t;
-        sum += vec3_length(area_vector(room.corner + 3 * i[0], room.corner + 3 * i[1], room.corner + 3 * i[2]));
+        sum += vec3_length(
+            area_vector(room.corner + 3 * i[0], room.corner + 3 * i[1], room.corner + 3 * i[2]));
     }
     ok(fabs(sum / area - 1) < 1e-9, "a star of %d corners keeps its area: %.12g", N, sum / area);
     polygon_room_clear(&room);

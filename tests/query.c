@@ -1,6 +1,7 @@
-/* libprobe-query: the place of a point is right, and the same from wherever the search began, whether the walk or the tree found it,
- * in the lean form and in a packed file; exact at probes, on edges and on faces; light is continuous along lines; cells of any
- * dimension; what is not a mesh is refused. */
+/* libprobe-query: the place of a point is right, and the same from wherever the search began,
+ * whether the walk or the tree found it, in the lean form and in a packed file; exact at probes, on
+ * edges and on faces; light is continuous along lines; cells of any dimension; what is not a mesh
+ * is refused. */
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"
 #include "libprobe-query/volume.h"
@@ -15,12 +16,35 @@
 enum { MOST = 3000 };
 
 enum shape {
-    RANDOM, GRID, NOISY_GRID, ROUGH_GRID, SHELL, SLAB, FLAT_SLAB, NEEDLES, FAR_AWAY,
-    TURNED_FINE, TURNED, TURNED_ROUGH, TURNED_SLAB, /* flat cells are peeled off these: their hulls have dents */
+    RANDOM,
+    GRID,
+    NOISY_GRID,
+    ROUGH_GRID,
+    SHELL,
+    SLAB,
+    FLAT_SLAB,
+    NEEDLES,
+    FAR_AWAY,
+    /* flat cells are peeled off these: their hulls have dents */
+    TURNED_FINE,
+    TURNED,
+    TURNED_ROUGH,
+    TURNED_SLAB,
     SHAPES
 };
-static const char *const shape_names[] = {"random", "grid", "noisy grid", "rough grid", "shell", "slab", "flat slab", "needles", "far away",
-                                          "turned grid, noise 1e-6", "turned grid, noise 1e-4", "turned grid, noise 1e-3", "turned slab of a grid"};
+static const char *const shape_names[] = {"random",
+                                          "grid",
+                                          "noisy grid",
+                                          "rough grid",
+                                          "shell",
+                                          "slab",
+                                          "flat slab",
+                                          "needles",
+                                          "far away",
+                                          "turned grid, noise 1e-6",
+                                          "turned grid, noise 1e-4",
+                                          "turned grid, noise 1e-3",
+                                          "turned slab of a grid"};
 
 static void must(struct error *err)
 {
@@ -41,13 +65,16 @@ static bool is_grid(enum shape shape)
 
 static size_t make(enum shape shape, size_t count, double *p)
 {
-    static const double noise[SHAPES] = {[NOISY_GRID] = 1e-7, [ROUGH_GRID] = 1e-4, [TURNED_FINE] = 1e-6, [TURNED] = 1e-4, [TURNED_ROUGH] = 1e-3, [TURNED_SLAB] = 1e-4};
+    static const double noise[SHAPES] = {
+        [NOISY_GRID] = 1e-7, [ROUGH_GRID] = 1e-4,   [TURNED_FINE] = 1e-6,
+        [TURNED] = 1e-4,     [TURNED_ROUGH] = 1e-3, [TURNED_SLAB] = 1e-4};
     struct random r = random_start(11, (uint64_t)shape, 0);
     const struct rotation turn = random_rotation(&r);
     const size_t side = (size_t)(cbrt((double)count) + 0.5);
     for (size_t i = 0; i < count; i++) {
         double q[3] = {random_double(&r), random_double(&r), random_double(&r)};
-        const double g[3] = {(double)(i % side), (double)(i / side % side), (double)(i / side / side)};
+        const double g[3] = {(double)(i % side), (double)(i / side % side),
+                             (double)(i / side / side)};
         double length = 0;
         for (int k = 0; k < 3; k++)
             length += (q[k] - 0.5) * (q[k] - 0.5);
@@ -60,7 +87,11 @@ static size_t make(enum shape shape, size_t count, double *p)
                 q[k] += 1e6;
         }
         q[1] *= shape == NEEDLES ? 1e-4 : 1;
-        q[2] *= shape == SLAB ? 0.02 : shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : shape == TURNED_SLAB ? 0.05 : 1;
+        q[2] *= shape == SLAB          ? 0.02
+                : shape == FLAT_SLAB   ? 1e-6
+                : shape == NEEDLES     ? 1e-4
+                : shape == TURNED_SLAB ? 0.05
+                                       : 1;
         if (shape >= TURNED_FINE)
             rotate_points(&turn, 1, q);
         memcpy(p + 3 * i, q, sizeof q);
@@ -78,12 +109,17 @@ static void make_mesh(enum shape shape, size_t count, struct mesh_of *m)
 {
     const size_t n = make(shape, count, m->position);
     must(tetra_build(&m->t, n, m->position, NULL));
-    m->mesh = (struct probe_mesh){.probes = n, .position = m->position, .corners = 4, .cells = m->t.cell_count, .vertex = m->t.vertex,
+    m->mesh = (struct probe_mesh){.probes = n,
+                                  .position = m->position,
+                                  .corners = 4,
+                                  .cells = m->t.cell_count,
+                                  .vertex = m->t.vertex,
                                   .neighbour = m->t.neighbour};
 }
 
 /* A point within a random cell, or on a face (3 corners), an edge (2), a probe (1) of one. */
-static void point_of(const struct probe_mesh *m, struct random *r, int corners, double p[3], size_t *cell)
+static void point_of(const struct probe_mesh *m, struct random *r, int corners, double p[3],
+                     size_t *cell)
 {
     double w[4] = {0}, sum = 0;
     *cell = random_u32(r) % m->cells;
@@ -93,13 +129,17 @@ static void point_of(const struct probe_mesh *m, struct random *r, int corners, 
     for (int k = 0; k < 3; k++) {
         p[k] = 0;
         for (int i = 0; i < m->corners; i++)
-            p[k] += w[i] / sum * m->position[3 * (size_t)m->vertex[(size_t)m->corners * *cell + (size_t)((i + turn) % m->corners)] + (size_t)k];
+            p[k] += w[i] / sum *
+                    m->position[3 * (size_t)m->vertex[(size_t)m->corners * *cell +
+                                                      (size_t)((i + turn) % m->corners)] +
+                                (size_t)k];
     }
 }
 
 static double size_of(const struct probe_mesh *m)
 {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
+           size = 0;
     for (size_t i = 0; i < 3 * m->probes; i++) {
         low[i % 3] = fmin(low[i % 3], m->position[i]);
         high[i % 3] = fmax(high[i % 3], m->position[i]);
@@ -124,8 +164,9 @@ static double miss(const struct probe_mesh *m, const struct probe_place *place, 
 
 static bool same_place(const struct probe_place *a, const struct probe_place *b)
 {
-    return a->cell == b->cell && !memcmp(a->probe, b->probe, sizeof a->probe) && !memcmp(a->weight, b->weight, sizeof a->weight) &&
-           a->inside == b->inside && a->distance == b->distance;
+    return a->cell == b->cell && !memcmp(a->probe, b->probe, sizeof a->probe) &&
+           !memcmp(a->weight, b->weight, sizeof a->weight) && a->inside == b->inside &&
+           a->distance == b->distance;
 }
 
 /* Inside: weights give back the point, whatever the cell that the search began in. */
@@ -141,7 +182,8 @@ static void test_inside(enum shape shape)
     const double size = size_of(&m.mesh);
     struct random r = random_start(12, (uint64_t)shape, 0);
     double worst = 0, worst_lean = 0;
-    int outside = 0, differ = 0, tree_differs = 0, lean_differs = 0, batch_differs = 0, corners_wrong = 0;
+    int outside = 0, differ = 0, tree_differs = 0, lean_differs = 0, batch_differs = 0,
+        corners_wrong = 0;
     enum { POINTS = 3000 };
     static double point[3 * POINTS];
     static struct probe_place alone[POINTS], many[POINTS];
@@ -150,7 +192,9 @@ static void test_inside(enum shape shape)
         const int corners = i % 8 < 5 ? 4 : i % 8 - 4;
         point_of(&m.mesh, &r, corners, point + 3 * i, &cell);
         const double *p = point + 3 * i;
-        struct probe_place place = {.cell = PROBE_COLD}, again = {.cell = (int32_t)(random_u32(&r) % m.mesh.cells)}, by_tree = again, small = again;
+        struct probe_place place = {.cell = PROBE_COLD},
+                           again = {.cell = (int32_t)(random_u32(&r) % m.mesh.cells)},
+                           by_tree = again, small = again;
         probe_volume_locate(v, p, &place);
         probe_volume_locate(v, p, &again);
         probe_volume_locate(tree, p, &by_tree);
@@ -179,12 +223,15 @@ static void test_inside(enum shape shape)
         batch_differs += !same_place(&alone[i], &many[i]);
     ok(outside == 0, "%s: points of cells are inside (%d are not)", shape_names[shape], outside);
     const double allowed = 1e-10 * size + (shape == FAR_AWAY ? 1e6 * 0x1p-50 : 0);
-    ok(worst < allowed && worst_lean < allowed, "%s: weights give back the point (%.1e, lean %.1e of the size)", shape_names[shape],
+    ok(worst < allowed && worst_lean < allowed,
+       "%s: weights give back the point (%.1e, lean %.1e of the size)", shape_names[shape],
        worst / size, worst_lean / size);
-    ok(differ == 0 && batch_differs == 0, "%s: the same place, bit for bit, from another cell and among many (%d, %d differ)", shape_names[shape], differ,
-       batch_differs);
-    ok(tree_differs == 0 && lean_differs == 0, "%s: the tree finds what the walk finds, the lean form too (%d, %d differ)", shape_names[shape],
-       tree_differs, lean_differs);
+    ok(differ == 0 && batch_differs == 0,
+       "%s: the same place, bit for bit, from another cell and among many (%d, %d differ)",
+       shape_names[shape], differ, batch_differs);
+    ok(tree_differs == 0 && lean_differs == 0,
+       "%s: the tree finds what the walk finds, the lean form too (%d, %d differ)",
+       shape_names[shape], tree_differs, lean_differs);
     ok(corners_wrong == 0, "%s: at a probe, that probe alone", shape_names[shape]);
     probe_volume_destroy(v);
     probe_volume_destroy(lean);
@@ -211,8 +258,9 @@ static const char *outside_name(unsigned flags)
     return flags == PROBE_NEAREST ? "nearest" : flags == PROBE_EXTEND ? "extended" : "unasked";
 }
 
-/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and from a point to the next in the same
- * cell or the one beside it, by no more than these two allow. */
+/* Along a line that goes in and out, light changes by no more than its steepest cell allows; and
+ * from a point to the next in the same cell or the one beside it, by no more than these two
+ * allow. */
 static void test_continuity(enum shape shape, unsigned flags)
 {
     static struct mesh_of m;
@@ -256,19 +304,23 @@ static void test_continuity(enum shape shape, unsigned flags)
             if (s)
                 worst = fmax(worst, change / (length / STEPS * steepest));
             if (beside)
-                worst_local = fmax(worst_local, change / (length / STEPS * fmax(slope(v, (size_t)here, value), slope(v, (size_t)cell, value))));
+                worst_local = fmax(worst_local, change / (length / STEPS *
+                                                          fmax(slope(v, (size_t)here, value),
+                                                               slope(v, (size_t)cell, value))));
             cell = here;
             last = light;
         }
     }
-    ok(worst <= 1.0001 && worst_local <= 1.0001, "%s, %s: along lines, light changes by at most %.3f of what the cells there allow, %.3f of the steepest",
+    ok(worst <= 1.0001 && worst_local <= 1.0001,
+       "%s, %s: along lines, light changes by at most %.3f of what the cells there allow, %.3f of "
+       "the steepest",
        shape_names[shape], outside_name(flags), worst_local, worst);
     probe_volume_destroy(v);
     tetra_clear(&m.t);
 }
 
-/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives back u. And light does not jump,
- * across the hull and from an outer cell to the next. */
+/* Outside, each point is on one ray: built as p = u . (corners + t rays) and looked up, it gives
+ * back u. And light does not jump, across the hull and from an outer cell to the next. */
 static void test_outside(enum shape shape)
 {
     static struct mesh_of m;
@@ -282,9 +334,12 @@ static void test_outside(enum shape shape)
     enum { POINTS = 4000 };
     struct probe_volume *unasked;
     must_be(probe_volume_create(&unasked, &m.mesh, 0, NULL), PROBE_OK);
-    ok(probe_volume_extends(unasked) == !v->convex, "%s: unasked, rays are where there are dents", shape_names[shape]);
+    ok(probe_volume_extends(unasked) == !v->convex, "%s: unasked, rays are where there are dents",
+       shape_names[shape]);
     probe_volume_destroy(unasked);
-    ok(probe_volume_extends(v) && (!v->convex || shape < TURNED_FINE), "%s: there are rays, of a hull %s dents", shape_names[shape], v->convex ? "without" : "with");
+    ok(probe_volume_extends(v) && (!v->convex || shape < TURNED_FINE),
+       "%s: there are rays, of a hull %s dents", shape_names[shape],
+       v->convex ? "without" : "with");
     for (int i = 0; i < POINTS && v->rays; i++) {
         int32_t vertex[3];
         double u[3], p[3] = {0}, q[3], far = 0, expected[3] = {0}, got[3] = {0}, next[3] = {0};
@@ -306,7 +361,8 @@ static void test_outside(enum shape shape)
             }
         struct probe_place place = {.cell = PROBE_COLD}, beside = place;
         probe_volume_locate(v, p, &place);
-        const double step = 1e-7 * size * (shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : 1); /* of the hull's thickness */
+        /* of the hull's thickness */
+        const double step = 1e-7 * size * (shape == FLAT_SLAB ? 1e-6 : shape == NEEDLES ? 1e-4 : 1);
         double moved = 0, off = 0;
         for (int k = 0; k < 3; k++)
             q[k] = p[k] + step * (random_double(&r) - 0.5);
@@ -323,15 +379,21 @@ static void test_outside(enum shape shape)
         worst = fmax(worst, sqrt(off) / size);
         worst_step = fmax(worst_step, sqrt(moved) / size);
     }
-    ok(lost == 0, "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)", shape_names[shape], lost, worst);
-    ok(worst_step < 1e-4, "%s: outside, the place on the hull does not jump (%.0e for a step of 1e-7 of its thickness)", shape_names[shape], worst_step);
+    ok(lost == 0,
+       "%s: outside, every point is on the ray that it was made on (%d are not, %.0e off at most)",
+       shape_names[shape], lost, worst);
+    ok(worst_step < 1e-4,
+       "%s: outside, the place on the hull does not jump (%.0e for a step of 1e-7 of its "
+       "thickness)",
+       shape_names[shape], worst_step);
     probe_volume_destroy(v);
     tetra_clear(&m.t);
 }
 
-/* What is left of the steepest changes along lines when they are looked at more and more closely. Of what does not jump, nothing. Lines begin near the
- * mesh, and go both through it and by. */
-static double steepest_left(const struct probe_volume *v, const struct probe_mesh *m, const float *value, struct random *r)
+/* What is left of the steepest changes along lines when they are looked at more and more closely.
+ * Of what does not jump, nothing. Lines begin near the mesh, and go both through it and by. */
+static double steepest_left(const struct probe_volume *v, const struct probe_mesh *m,
+                            const float *value, struct random *r)
 {
     enum { LINES = 60, STEPS = 300, HALVINGS = 34 };
     const double size = size_of(m) > 0 ? size_of(m) : 1;
@@ -339,7 +401,9 @@ static double steepest_left(const struct probe_volume *v, const struct probe_mes
     struct probe_place place = {.cell = PROBE_COLD};
     for (int line = 0; line < LINES; line++) {
         double a[3], way[3], last = 0;
-        const double *near = m->position + 3 * (size_t)m->vertex[random_u32(r) % ((size_t)m->corners * m->cells)], length = size * pow(10, -3 * random_double(r));
+        const double *near = m->position +
+                             3 * (size_t)m->vertex[random_u32(r) % ((size_t)m->corners * m->cells)],
+                     length = size * pow(10, -3 * random_double(r));
         for (int k = 0; k < 3; k++) {
             a[k] = near[k] + length * (random_double(r) - 0.5);
             way[k] = length * (2 * random_double(r) - 1);
@@ -347,7 +411,8 @@ static double steepest_left(const struct probe_volume *v, const struct probe_mes
         for (int i = 0; i <= STEPS; i++) {
             double at[2] = {(i - 1) / (double)STEPS, i / (double)STEPS}, light[3], p[3];
             float x;
-            for (int h = -1; h <= HALVINGS; h++) { /* the end of the step, then middles of the half that changes more */
+            /* the end of the step, then middles of the half that changes more */
+            for (int h = -1; h <= HALVINGS; h++) {
                 const double where = h < 0 ? at[1] : (at[0] + at[1]) / 2;
                 for (int k = 0; k < 3; k++)
                     p[k] = a[k] + where * way[k];
@@ -384,15 +449,17 @@ static void test_no_jumps(enum shape shape)
         struct probe_volume *v;
         must_be(probe_volume_create(&v, &m.mesh, flags, NULL), PROBE_OK);
         const double left = steepest_left(v, &m.mesh, value, &r);
-        if (probe_volume_extends(v) || v->convex) /* in a dent the nearest point jumps from one side to the other */
-            ok(left < 1e-3, "%s, %s: light does not jump: of steps halved 34 times, %.0e is left", shape_names[shape], outside_name(flags), left);
+        /* in a dent the nearest point jumps from one side to the other */
+        if (probe_volume_extends(v) || v->convex)
+            ok(left < 1e-3, "%s, %s: light does not jump: of steps halved 34 times, %.0e is left",
+               shape_names[shape], outside_name(flags), left);
         probe_volume_destroy(v);
     }
     tetra_clear(&m.t);
 }
 
-/* Whether the outer cell of a facet holds p, by signs of the volume that p spans with the facet moved along the rays, at many places: 2: well within,
- * 1: but for rounding, 0: no. */
+/* Whether the outer cell of a facet holds p, by signs of the volume that p spans with the facet
+ * moved along the rays, at many places: 2: well within, 1: but for rounding, 0: no. */
 static int holds(const struct probe_volume *v, const struct volume_facet *facet, const double p[3])
 {
     int32_t vertex[3];
@@ -412,7 +479,8 @@ static int holds(const struct probe_volume *v, const struct volume_facet *facet,
                     x[c][k] = volume_site(v, vertex[c])[k] + t * ray[c][k] - p[k];
             for (int k = 0; k < 3; k++) {
                 const int a = (k + 1) % 3, b = (k + 2) % 3;
-                normal[k] = (x[1][a] - x[0][a]) * (x[2][b] - x[0][b]) - (x[1][b] - x[0][b]) * (x[2][a] - x[0][a]);
+                normal[k] = (x[1][a] - x[0][a]) * (x[2][b] - x[0][b]) -
+                            (x[1][b] - x[0][b]) * (x[2][a] - x[0][a]);
                 off += normal[k] * x[0][k];
                 area += normal[k] * normal[k];
             }
@@ -420,7 +488,9 @@ static int holds(const struct probe_volume *v, const struct volume_facet *facet,
                 const double *e = x[(c + 1) % 3], *f = x[(c + 2) % 3];
                 w[c] = 0;
                 for (int k = 0; k < 3; k++)
-                    w[c] += normal[k] * (e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3]) / area;
+                    w[c] += normal[k] *
+                            (e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3]) /
+                            area;
             }
             if (h == 0) {
                 before = off;
@@ -440,7 +510,8 @@ static int holds(const struct probe_volume *v, const struct volume_facet *facet,
     return found;
 }
 
-/* A point outside is in the outer cell of one facet, and that is the one that it is given; and outside is what the tree says that it is. */
+/* A point outside is in the outer cell of one facet, and that is the one that it is given; and
+ * outside is what the tree says that it is. */
 static void test_one_cell(enum shape shape)
 {
     static struct mesh_of m;
@@ -453,11 +524,17 @@ static void test_one_cell(enum shape shape)
     const double size = size_of(&m.mesh);
     int outside = 0, inside = 0, none = 0, several = 0, another = 0, differ = 0;
     for (int i = 0; i < 4000; i++) {
-        const double *site = m.position + 3 * (size_t)m.mesh.vertex[4 * (size_t)v->facet[random_u32(&r) % v->facets].cell + random_u32(&r) % 4], off = size * pow(10, 1 - 8 * random_double(&r));
+        const double *site = m.position +
+                             3 * (size_t)m.mesh
+                                     .vertex[4 * (size_t)v->facet[random_u32(&r) % v->facets].cell +
+                                             random_u32(&r) % 4],
+                     off = size * pow(10, 1 - 8 * random_double(&r));
         double p[3], q[3];
         for (int k = 0; k < 3; k++)
             p[k] = site[k] + off * (2 * random_double(&r) - 1);
-        struct probe_place place = {.cell = PROBE_COLD}, again = {.cell = (int32_t)(random_u32(&r) % m.mesh.cells)}, other = again;
+        struct probe_place place = {.cell = PROBE_COLD},
+                           again = {.cell = (int32_t)(random_u32(&r) % m.mesh.cells)},
+                           other = again;
         probe_volume_locate(v, p, &place);
         probe_volume_locate(v, p, &again);
         probe_volume_locate(nearest, p, &other);
@@ -479,9 +556,14 @@ static void test_one_cell(enum shape shape)
         several += well > 1;
         another += !its;
     }
-    ok(outside == 150 && inside > 200 && none == 0 && several == 0, "%s: outside, one outer cell holds each point (%d in none, %d in several of %d)", shape_names[shape], none, several, outside);
-    ok(another == 0, "%s: outside, that cell is the one that is found (%d are in another)", shape_names[shape], another);
-    ok(differ == 0, "%s: near the hull, the same side of it from anywhere, and as the tree says (%d differ)", shape_names[shape], differ);
+    ok(outside == 150 && inside > 200 && none == 0 && several == 0,
+       "%s: outside, one outer cell holds each point (%d in none, %d in several of %d)",
+       shape_names[shape], none, several, outside);
+    ok(another == 0, "%s: outside, that cell is the one that is found (%d are in another)",
+       shape_names[shape], another);
+    ok(differ == 0,
+       "%s: near the hull, the same side of it from anywhere, and as the tree says (%d differ)",
+       shape_names[shape], differ);
     probe_volume_destroy(v);
     probe_volume_destroy(nearest);
     tetra_clear(&m.t);
@@ -497,7 +579,8 @@ static void test_no_rays(void)
     for (size_t c = 0; c < m.mesh.cells; c++) { /* a hole through the middle */
         double x[2] = {0, 0};
         for (int i = 0; i < 8; i++)
-            x[i % 2] += m.position[3 * (size_t)m.t.vertex[4 * c + (size_t)(i / 2)] + (size_t)(i % 2)] / 4;
+            x[i % 2] +=
+                m.position[3 * (size_t)m.t.vertex[4 * c + (size_t)(i / 2)] + (size_t)(i % 2)] / 4;
         number[c] = fabs(x[0] - 2) < 1 && fabs(x[1] - 2) < 1 ? -1 : (int32_t)kept++;
     }
     for (size_t c = 0; c < m.mesh.cells; c++)
@@ -511,20 +594,23 @@ static void test_no_rays(void)
     must_be(probe_volume_create(&v, &m.mesh, PROBE_EXTEND, NULL), PROBE_OK);
     struct probe_place place = {.cell = PROBE_COLD};
     probe_volume_locate(v, (const double[]){2, 2.25, 2}, &place);
-    ok(!probe_volume_extends(v) && !place.inside && fabs(place.distance - 0.75) < 1e-9, "a ring has no rays, and says so; in its hole is outside, %g from it", place.distance);
+    ok(!probe_volume_extends(v) && !place.inside && fabs(place.distance - 0.75) < 1e-9,
+       "a ring has no rays, and says so; in its hole is outside, %g from it", place.distance);
     probe_volume_destroy(v);
     tetra_clear(&m.t);
 }
 
-/* -- fewer dimensions ------------------------------------------------------------------------------ */
+/* -- fewer dimensions ------------------------------------------------------------------------- */
 
 enum { SIDE = 12 };
 
 /* Triangles of a bent-free sheet with a direction of its own, segments of a line, or one point. */
-static void make_flat(int corners, double *position, int32_t *vertex, int32_t *neighbour, struct probe_mesh *m)
+static void make_flat(int corners, double *position, int32_t *vertex, int32_t *neighbour,
+                      struct probe_mesh *m)
 {
     const double u[3] = {0.36, 0.48, 0.8}, w[3] = {0.8, -0.6, 0}, at[3] = {5, -3, 100};
-    *m = (struct probe_mesh){.position = position, .corners = corners, .vertex = vertex, .neighbour = neighbour};
+    *m = (struct probe_mesh){
+        .position = position, .corners = corners, .vertex = vertex, .neighbour = neighbour};
     for (int j = 0; j < (corners == 3 ? SIDE : 1); j++)
         for (int i = 0; i < (corners > 1 ? SIDE : 1); i++)
             for (int k = 0; k < 3; k++)
@@ -532,13 +618,19 @@ static void make_flat(int corners, double *position, int32_t *vertex, int32_t *n
     m->probes = corners == 3 ? SIDE * SIDE : corners == 2 ? SIDE : 1;
     m->cells = corners == 3 ? 2 * (SIDE - 1) * (SIDE - 1) : corners == 2 ? SIDE - 1 : 1;
     for (int32_t c = 0; c < (int32_t)m->cells; c++) {
-        const int32_t row = c / (2 * (SIDE - 1)), column = c / 2 % (SIDE - 1), a = row * SIDE + column;
+        const int32_t row = c / (2 * (SIDE - 1)), column = c / 2 % (SIDE - 1),
+                      a = row * SIDE + column;
         if (corners == 3 && c % 2 == 0) {
             memcpy(vertex + 3 * c, (const int32_t[]){a, a + 1, a + SIDE}, 12);
-            memcpy(neighbour + 3 * c, (const int32_t[]){c + 1, column ? c - 1 : -1, row ? c - 2 * (SIDE - 1) + 1 : -1}, 12);
+            memcpy(neighbour + 3 * c,
+                   (const int32_t[]){c + 1, column ? c - 1 : -1, row ? c - 2 * (SIDE - 1) + 1 : -1},
+                   12);
         } else if (corners == 3) {
             memcpy(vertex + 3 * c, (const int32_t[]){a + 1, a + SIDE + 1, a + SIDE}, 12);
-            memcpy(neighbour + 3 * c, (const int32_t[]){row < SIDE - 2 ? c + 2 * (SIDE - 1) - 1 : -1, c - 1, column < SIDE - 2 ? c + 1 : -1}, 12);
+            memcpy(neighbour + 3 * c,
+                   (const int32_t[]){row < SIDE - 2 ? c + 2 * (SIDE - 1) - 1 : -1, c - 1,
+                                     column < SIDE - 2 ? c + 1 : -1},
+                   12);
         } else if (corners == 2) {
             memcpy(vertex + 2 * c, (const int32_t[]){c, c + 1}, 8);
             memcpy(neighbour + 2 * c, (const int32_t[]){c < SIDE - 2 ? c + 1 : -1, c - 1}, 8);
@@ -565,12 +657,18 @@ static void test_flat(int corners)
     struct random r = random_start(15, (uint64_t)corners, 0);
     double worst = 0, worst_above = 0, worst_beyond = 0, worst_packed = 0;
     int outside = 0, differ = 0;
-    const double up[3] = {0.48, 0.64, -0.6}, along[3] = {0.36, 0.48, 0.8}; /* up is across the sheet and the line */
+    /* up is across the sheet and the line */
+    const double up[3] = {0.48, 0.64, -0.6}, along[3] = {0.36, 0.48, 0.8};
     for (int i = 0; i < 2000; i++) {
         double p[3], q[3];
         size_t cell;
-        point_of(&m, &r, corners < 2 || i % 3 == 0 ? 1 : i % 3 == 1 && corners > 2 ? 2 : corners, p, &cell);
-        struct probe_place place = {.cell = PROBE_COLD}, again = {.cell = (int32_t)(random_u32(&r) % m.cells)};
+        point_of(&m, &r,
+                 corners < 2 || i % 3 == 0   ? 1
+                 : i % 3 == 1 && corners > 2 ? 2
+                                             : corners,
+                 p, &cell);
+        struct probe_place place = {.cell = PROBE_COLD},
+                           again = {.cell = (int32_t)(random_u32(&r) % m.cells)};
         probe_volume_locate(v, p, &place);
         probe_volume_locate(v, p, &again);
         worst = fmax(worst, miss(&m, &place, p));
@@ -585,27 +683,34 @@ static void test_flat(int corners)
         for (int k = 0; k < 4; k++)
             worst_packed = fmax(worst_packed, fabs(again.weight[k] - place.weight[k]));
         for (int k = 0; k < 3; k++) /* beyond the end of the line, or the sheet's side */
-            q[k] = position[3 * (SIDE - 1) + k * (corners > 1)] * (corners > 1) + (corners > 1 ? 0 : p[k]);
+            q[k] = position[3 * (SIDE - 1) + k * (corners > 1)] * (corners > 1) +
+                   (corners > 1 ? 0 : p[k]);
         for (int k = 0; k < 3; k++)
-            q[k] = (corners > 1 ? position[3 * (SIDE - 1) + k] : p[k]) + along[k] * (1 + i % 5) + height * up[k];
+            q[k] = (corners > 1 ? position[3 * (SIDE - 1) + k] : p[k]) + along[k] * (1 + i % 5) +
+                   height * up[k];
         probe_volume_locate(v, q, &place);
-        worst_beyond = fmax(worst_beyond, miss(&m, &place, corners > 1 ? position + 3 * (SIDE - 1) : position));
+        worst_beyond = fmax(worst_beyond,
+                            miss(&m, &place, corners > 1 ? position + 3 * (SIDE - 1) : position));
     }
-    ok(worst < 1e-9 && outside == 0 && differ == 0, "%d corners: places are right (%.0e), inside and the same from anywhere", corners, worst);
-    ok(worst_above < 1e-9, "%d corners: a point beside them is where it is above them (%.0e)", corners, worst_above);
-    ok(worst_beyond < 1e-9, "%d corners: a point beyond their end is at it (%.0e)", corners, worst_beyond);
+    ok(worst < 1e-9 && outside == 0 && differ == 0,
+       "%d corners: places are right (%.0e), inside and the same from anywhere", corners, worst);
+    ok(worst_above < 1e-9, "%d corners: a point beside them is where it is above them (%.0e)",
+       corners, worst_above);
+    ok(worst_beyond < 1e-9, "%d corners: a point beyond their end is at it (%.0e)", corners,
+       worst_beyond);
     ok(worst_packed < 1e-9, "%d corners: packed, the same", corners);
     static float value[SIDE * SIDE];
     for (size_t i = 0; i < m.probes; i++)
         value[i] = random_float(&r);
     const double left = steepest_left(v, &m, value, &r);
-    ok(left < 1e-3 && !probe_volume_extends(v), "%d corners: light does not jump, beside and beyond them (%.0e)", corners, left);
+    ok(left < 1e-3 && !probe_volume_extends(v),
+       "%d corners: light does not jump, beside and beyond them (%.0e)", corners, left);
     probe_volume_destroy(v);
     probe_volume_destroy(packed);
     free(image);
 }
 
-/* -- packed files ----------------------------------------------------------------------------------- */
+/* -- packed files ----------------------------------------------------------------------------- */
 
 static void test_packed(void)
 {
@@ -623,12 +728,17 @@ static void test_packed(void)
         const enum probe_packing packing = half ? PROBE_PACK_HALF : PROBE_PACK_FLOAT;
         bytes[half] = probe_volume_pack(v, 3, sh, 0, packing, NULL, 0);
         image[half] = malloc(bytes[half]);
-        ok(probe_volume_pack(v, 3, sh, 0, packing, image[half], bytes[half]) == bytes[half], "packs as many bytes as it said");
+        ok(probe_volume_pack(v, 3, sh, 0, packing, image[half], bytes[half]) == bytes[half],
+           "packs as many bytes as it said");
         must_be(probe_volume_open(&packed[2 * half], image[half], bytes[half], 0, NULL), PROBE_OK);
-        must_be(probe_volume_open(&packed[2 * half + 1], image[half], bytes[half], PROBE_LEAN, NULL), PROBE_OK);
+        must_be(
+            probe_volume_open(&packed[2 * half + 1], image[half], bytes[half], PROBE_LEAN, NULL),
+            PROBE_OK);
         const struct probe_image_facts facts = probe_volume_image(packed[2 * half]);
-        ok(facts.order == 3 && facts.bytes_per_probe == (half ? 24u + 54u : 24u + 108u) && facts.bytes_per_cell == 16 && facts.vertex_bytes == 2,
-           "%s: %zu bytes a probe, %zu a cell", half ? "halves" : "floats", facts.bytes_per_probe, facts.bytes_per_cell);
+        ok(facts.order == 3 && facts.bytes_per_probe == (half ? 24u + 54u : 24u + 108u) &&
+               facts.bytes_per_cell == 16 && facts.vertex_bytes == 2,
+           "%s: %zu bytes a probe, %zu a cell", half ? "halves" : "floats", facts.bytes_per_probe,
+           facts.bytes_per_cell);
     }
     double worst[4] = {0}, most = 0;
     for (int i = 0; i < 3000; i++) {
@@ -648,10 +758,13 @@ static void test_packed(void)
         }
         most = fmax(most, fabs((double)light[0]));
     }
-    ok(worst[0] < 1e-6 && worst[1] < 1e-6, "floats: the light is as before it was packed (%.0e, lean %.0e)", worst[0], worst[1]);
-    ok(worst[2] < 5e-4 && worst[3] < 5e-4 && worst[2] > 1e-6, "halves: within their rounding, 2^-11 (%.1e, lean %.1e)", worst[2], worst[3]);
-    ok(probe_volume_bytes(packed[1]) < probe_volume_bytes(packed[0]) / 8, "lean holds %zu bytes beside the file, instead of %zu",
-       probe_volume_bytes(packed[1]), probe_volume_bytes(packed[0]));
+    ok(worst[0] < 1e-6 && worst[1] < 1e-6,
+       "floats: the light is as before it was packed (%.0e, lean %.0e)", worst[0], worst[1]);
+    ok(worst[2] < 5e-4 && worst[3] < 5e-4 && worst[2] > 1e-6,
+       "halves: within their rounding, 2^-11 (%.1e, lean %.1e)", worst[2], worst[3]);
+    ok(probe_volume_bytes(packed[1]) < probe_volume_bytes(packed[0]) / 8,
+       "lean holds %zu bytes beside the file, instead of %zu", probe_volume_bytes(packed[1]),
+       probe_volume_bytes(packed[0]));
 
     struct probe_volume *none = NULL;
     int accepted = 0;
@@ -672,10 +785,14 @@ static void test_packed(void)
     for (size_t size = 0; size < bytes[0]; size += 1 + size / 3)
         accepted += probe_volume_open(&none, image[0], size, 0, NULL) == PROBE_OK;
     ok(accepted == 0, "a file that is cut short is refused");
-    ok(probe_volume_open(&none, "this is not a packed file, is it? no, it is not. it has no more than many bytes of english prose, and then some, and an end.....", 128,
-                         0, NULL) == PROBE_NOT_AN_IMAGE, "what is not a packed file is refused as such");
+    ok(probe_volume_open(&none,
+                         "this is not a packed file, is it? no, it is not. it has no more than "
+                         "many bytes of english prose, and then some, and an end.....",
+                         128, 0, NULL) == PROBE_NOT_AN_IMAGE,
+       "what is not a packed file is refused as such");
     sh[5] = NAN;
-    ok(probe_volume_pack(v, 3, sh, 0, PROBE_PACK_HALF, NULL, 0) == 0, "light that is not known is not packed");
+    ok(probe_volume_pack(v, 3, sh, 0, PROBE_PACK_HALF, NULL, 0) == 0,
+       "light that is not known is not packed");
     for (int i = 0; i < 4; i++)
         probe_volume_destroy(packed[i]);
     probe_volume_destroy(v);
@@ -689,7 +806,12 @@ static void test_halves(void)
 {
     const double position[3] = {1, 2, 3};
     const int32_t vertex = 0, neighbour = -1;
-    const struct probe_mesh m = {.probes = 1, .position = position, .corners = 1, .cells = 1, .vertex = &vertex, .neighbour = &neighbour};
+    const struct probe_mesh m = {.probes = 1,
+                                 .position = position,
+                                 .corners = 1,
+                                 .cells = 1,
+                                 .vertex = &vertex,
+                                 .neighbour = &neighbour};
     struct probe_volume *v, *packed;
     must_be(probe_volume_create(&v, &m, 0, NULL), PROBE_OK);
     struct random r = random_start(17, 0, 0);
@@ -704,15 +826,19 @@ static void test_halves(void)
         struct probe_place place = {.cell = PROBE_COLD};
         probe_volume_locate(packed, position, &place);
         probe_volume_light(packed, &place, back);
-        for (int k = 0; k < 3; k++) /* half a unit of the last of 11 bits, or of the least subnormal: 2^-24 of a scale of 2^-14 */
-            worst = fmax(worst, fabs((double)(back[k] - sh[k])) / fmax(fabs((double)sh[k]) * 0x1p-11, 0x1p-39));
+        /* half a unit of the last of 11 bits, or of the least subnormal: 2^-24 of a scale of
+         * 2^-14 */
+        for (int k = 0; k < 3; k++)
+            worst = fmax(worst, fabs((double)(back[k] - sh[k])) /
+                                    fmax(fabs((double)sh[k]) * 0x1p-11, 0x1p-39));
         probe_volume_destroy(packed);
     }
-    ok(worst <= 1 && worst > 0.9, "halves are the nearest ones: %.4f of the rounding that is allowed", worst);
+    ok(worst <= 1 && worst > 0.9,
+       "halves are the nearest ones: %.4f of the rounding that is allowed", worst);
     probe_volume_destroy(v);
 }
 
-/* -- what is refused ---------------------------------------------------------------------------------- */
+/* -- what is refused -------------------------------------------------------------------------- */
 
 static void test_refused(void)
 {
@@ -728,32 +854,46 @@ static void test_refused(void)
     ok(probe_volume_create(&v, &bad, 0, &row) == PROBE_BAD_ARGUMENT, "5 corners");
     int32_t was = m.t.vertex[4 * 7 + 2];
     m.t.vertex[4 * 7 + 2] = 100;
-    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_VERTEX && row == 7, "a probe that does not exist, and where");
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_VERTEX && row == 7,
+       "a probe that does not exist, and where");
     m.t.vertex[4 * 7 + 2] = m.t.vertex[4 * 7 + 1];
     ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_SHAPE && row == 7, "a flat cell");
     m.t.vertex[4 * 7 + 2] = m.t.vertex[4 * 7 + 1];
     m.t.vertex[4 * 7 + 1] = was;
-    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_SHAPE && row == 7, "a cell inside out");
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_SHAPE && row == 7,
+       "a cell inside out");
     m.t.vertex[4 * 7 + 1] = m.t.vertex[4 * 7 + 2];
     m.t.vertex[4 * 7 + 2] = was;
     was = m.t.neighbour[9];
     m.t.neighbour[9] = m.t.neighbour[9] == 3 ? 4 : 3;
-    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_NEIGHBOUR, "a neighbour that does not share the face");
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_NEIGHBOUR,
+       "a neighbour that does not share the face");
     m.t.neighbour[9] = was;
     m.position[3] = INFINITY;
-    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_POSITION && row == 1, "a position that is not finite");
+    ok(probe_volume_create(&v, &m.mesh, 0, &row) == PROBE_BAD_POSITION && row == 1,
+       "a position that is not finite");
     tetra_clear(&m.t);
     make_mesh(RANDOM, 100, &m);
     must_be(probe_volume_create(&v, &m.mesh, 0, &row), PROBE_OK);
     struct probe_place place = {.cell = 5}, before = place;
-    ok(probe_volume_locate(v, (const double[]){0, NAN, 0}, &place) == PROBE_BAD_POINT && !memcmp(&place, &before, sizeof place) &&
-           probe_volume_locate(v, (const double[]){-INFINITY, 0, 0}, &place) == PROBE_BAD_POINT, "points that are not finite");
+    ok(probe_volume_locate(v, (const double[]){0, NAN, 0}, &place) == PROBE_BAD_POINT &&
+           !memcmp(&place, &before, sizeof place) &&
+           probe_volume_locate(v, (const double[]){-INFINITY, 0, 0}, &place) == PROBE_BAD_POINT,
+       "points that are not finite");
     bool whole = true;
     for (int i = 0; i < 64; i++) { /* far out */
-        const double far[3] = {i & 1 ? 1e300 : -1e300, i & 2 ? 1e300 : i & 4 ? 1 : -1e150, i & 8 ? 1e308 : i & 16 ? 0 : 1e-300};
+        const double far[3] = {i & 1 ? 1e300 : -1e300,
+                               i & 2   ? 1e300
+                               : i & 4 ? 1
+                                       : -1e150,
+                               i & 8    ? 1e308
+                               : i & 16 ? 0
+                                        : 1e-300};
         place.cell = i & 32 ? 2000000000 : -7;
-        whole = whole && probe_volume_locate(v, far, &place) == PROBE_OK && !place.inside && place.distance > 1e100 &&
-                fabs(place.weight[0] + place.weight[1] + place.weight[2] + place.weight[3] - 1) < 1e-9;
+        whole = whole && probe_volume_locate(v, far, &place) == PROBE_OK && !place.inside &&
+                place.distance > 1e100 &&
+                fabs(place.weight[0] + place.weight[1] + place.weight[2] + place.weight[3] - 1) <
+                    1e-9;
     }
     ok(whole, "points at 1e300 have a place");
     probe_volume_destroy(v);
@@ -766,7 +906,9 @@ static void test_irradiance(void)
     struct random r = random_start(18, 0, 0);
     for (int order = 1; order <= 6; order++)
         for (int i = 0; i < 200; i++) {
-            float sh[108], n[3] = {random_float(&r) - 0.5f, random_float(&r) - 0.5f, random_float(&r) - 0.5f}, three[3], rgb[3], bands[108];
+            float sh[108],
+                n[3] = {random_float(&r) - 0.5f, random_float(&r) - 0.5f, random_float(&r) - 0.5f},
+                three[3], rgb[3], bands[108];
             const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
             const float a[6] = {3.14159265f, 2.09439510f, 0.785398163f, 0, -0.130899694f, 0};
             for (int k = 0; k < 3; k++)
@@ -780,7 +922,8 @@ static void test_irradiance(void)
             for (int k = 0; k < 3; k++)
                 worst = fmax(worst, fabs((double)(rgb[k] - three[k])));
         }
-    ok(worst < 1e-5, "irradiance is that of the convolved coefficients, for all orders (%.0e)", worst);
+    ok(worst < 1e-5, "irradiance is that of the convolved coefficients, for all orders (%.0e)",
+       worst);
 }
 
 int main(void)

@@ -1,5 +1,6 @@
-/* Rendered pictures against closed forms: furnaces, a floor under the sky, probes of known light, a sphere in the sun; the
- * truth's noise is what it says; overlays cover what they should; the same bytes for any number of threads. */
+/* Rendered pictures against closed forms: furnaces, a floor under the sky, probes of known light, a
+ * sphere in the sun; the truth's noise is what it says; overlays cover what they should; the same
+ * bytes for any number of threads. */
 #include "base/array.h"
 #include "image/colour_map.h"
 #include "libprobe-query/sh.h"
@@ -15,22 +16,28 @@
 
 /* -- set-up ------------------------------------------------------------------------------------ */
 
-static struct camera camera_at(double ex, double ey, double ez, double lx, double ly, double lz, double fov, size_t width,
-                               size_t height)
+static struct camera camera_at(double ex, double ey, double ez, double lx, double ly, double lz,
+                               double fov, size_t width, size_t height)
 {
     struct camera c;
     const struct vec3 eye = {ex, ey, ez}, at = {lx, ly, lz}, up = {0, 1, 0}, other = {0, 0, 1};
-    must(camera_create(&c, eye, at, fabs(lx - ex) + fabs(lz - ez) > 0 ? up : other, fov, width, height));
+    must(camera_create(&c, eye, at, fabs(lx - ex) + fabs(lz - ez) > 0 ? up : other, fov, width,
+                       height));
     return c;
 }
 
 static struct render render_of(const struct bench *b, const struct camera *camera, int samples)
 {
-    return (struct render){.path = &b->path, .camera = camera, .object = {.first = SIZE_MAX}, .samples = samples,
-                           .samples_most = 1 << 16, .threads = 2};
+    return (struct render){.path = &b->path,
+                           .camera = camera,
+                           .object = {.first = SIZE_MAX},
+                           .samples = samples,
+                           .samples_most = 1 << 16,
+                           .threads = 2};
 }
 
-/* One cell about the origin whose probes hold light of this order: coefficient i of probe p is sh[3 * order^2 * p + i]. */
+/* One cell about the origin whose probes hold light of this order: coefficient i of probe p is sh[3
+ * * order^2 * p + i]. */
 static struct stream *one_cell(double size, int order, const float *sh)
 {
     static const double corner[12] = {-1, -1, -1, 3, -1, -1, -1, 3, -1, -1, -1, 3};
@@ -88,19 +95,25 @@ static void test_camera(void)
     }
     ok(length < 4e-16, "directions are unit vectors");
     ok(worst < 1e-11, "a direction leads to where it projects");
-    ok(camera_project(&c, (struct vec3){4, 4, 9}, &x, &y, &depth) && fabs(x - 32) < 1e-12 && fabs(y - 24) < 1e-12 &&
-       fabs(depth - 7) < 1e-12, "what is looked at is in the middle, at its distance");
-    ok(!camera_project(&c, (struct vec3){-2, 0, -3}, &x, &y, &depth), "what is behind the eye is not in the picture");
+    ok(camera_project(&c, (struct vec3){4, 4, 9}, &x, &y, &depth) && fabs(x - 32) < 1e-12 &&
+           fabs(y - 24) < 1e-12 && fabs(depth - 7) < 1e-12,
+       "what is looked at is in the middle, at its distance");
+    ok(!camera_project(&c, (struct vec3){-2, 0, -3}, &x, &y, &depth),
+       "what is behind the eye is not in the picture");
     const struct vec3 top = camera_direction(&c, 32, 0), bottom = camera_direction(&c, 32, 48);
-    ok(fabs(vec3_dot(top, bottom) - cos(50 * PI / 180)) < 1e-12 &&
-       top.y > bottom.y, "the picture's height is the angle of view, up is up");
-    ok(vec3_dot(camera_direction(&c, 64, 24), vec3_cross((struct vec3){3, 2, 6}, (struct vec3){0, 1, 0})) > 0, "right is right");
+    ok(fabs(vec3_dot(top, bottom) - cos(50 * PI / 180)) < 1e-12 && top.y > bottom.y,
+       "the picture's height is the angle of view, up is up");
+    ok(vec3_dot(camera_direction(&c, 64, 24),
+                vec3_cross((struct vec3){3, 2, 6}, (struct vec3){0, 1, 0})) > 0,
+       "right is right");
     struct camera bad;
     const struct vec3 o = {0, 0, 0}, z = {0, 0, 1}, up = {0, 1, 0};
-    struct error *err[3] = {camera_create(&bad, o, o, up, 60, 1, 1), camera_create(&bad, o, z, z, 60, 1, 1),
+    struct error *err[3] = {camera_create(&bad, o, o, up, 60, 1, 1),
+                            camera_create(&bad, o, z, z, 60, 1, 1),
                             camera_create(&bad, o, z, up, 180, 1, 1)};
     for (int i = 0; i < 3; i++) {
-        ok(err[i] && error_status(err[i]) == EXIT_BAD_USAGE, "refused: %s", err[i] ? error_message(err[i]) : "");
+        ok(err[i] && error_status(err[i]) == EXIT_BAD_USAGE, "refused: %s",
+           err[i] ? error_message(err[i]) : "");
         error_destroy(err[i]);
     }
 }
@@ -131,10 +144,13 @@ static void test_furnace(void)
         z_worst = fmax(z_worst, fabs(mean) / sqrt(of_mean));
         resolution = fmax(resolution, sqrt(of_mean) / truth[k]);
     }
-    ok(z_worst < 5 && resolution < 0.002, "furnace: the truth is e / (1 - a) (%.2f standard errors of %.2f %%)", z_worst,
+    ok(z_worst < 5 && resolution < 0.002,
+       "furnace: the truth is e / (1 - a) (%.2f standard errors of %.2f %%)", z_worst,
        100 * resolution);
-    /* The mean of (error / standard error)^2 of 64 samples is 63/61 for normal ones; skewed ones raise it a little. */
-    ok(chi > 0.85 && chi < 1.25, "furnace: pixels are as far off as their variance says (%.3f)", chi);
+    /* The mean of (error / standard error)^2 of 64 samples is 63/61 for normal ones; skewed ones
+     * raise it a little. */
+    ok(chi > 0.85 && chi < 1.25, "furnace: pixels are as far off as their variance says (%.3f)",
+       chi);
     picture_clear(&p);
     picture_clear(&variance);
 
@@ -185,7 +201,9 @@ static void test_floor(void)
     struct render r = render_of(&b, &camera, 4);
     struct picture p;
     must(render_picture(&r, RENDER_TRUTH, &p, NULL, NULL));
-    ok(off(&p, truth) < 1e-6, "a floor under an even sky: albedo times its radiance, without noise (%.1e)", off(&p, truth));
+    ok(off(&p, truth) < 1e-6,
+       "a floor under an even sky: albedo times its radiance, without noise (%.1e)",
+       off(&p, truth));
     picture_clear(&p);
     must(render_picture(&r, RENDER_DIRECT, &p, NULL, NULL));
     ok(off(&p, truth) < 1e-6, "and all of it is direct light");
@@ -193,7 +211,7 @@ static void test_floor(void)
     /* The sky's half of directions: band 0 and 1; all even bands above are 0, and so is A_3. */
     double sh[27] = {0};
     for (int k = 0; k < 3; k++) {
-        sh[k] = (k + 1) * sqrt(PI);           /* 2 pi Y_00 */
+        sh[k] = (k + 1) * sqrt(PI);            /* 2 pi Y_00 */
         sh[3 + k] = (k + 1) * sqrt(0.75 * PI); /* pi sqrt(3 / 4 pi), of y */
     }
     struct stream *s = even_cell(2, 3, sh);
@@ -214,7 +232,8 @@ static void test_floor(void)
     struct probe_place place = {.cell = PROBE_COLD};
     baked_irradiance(&baked, &place, (const double[3]){0, 0.1, 0}, (const double[3]){0, 1, 0}, rgb);
     ok(fabs(rgb[0] - (0.5 + 0.75)) < 1e-6, "a stream of irradiance is not convolved again");
-    baked_irradiance(&baked, &place, (const double[3]){0, 0.1, 0}, (const double[3]){0, -1, 0}, rgb);
+    baked_irradiance(&baked, &place, (const double[3]){0, 0.1, 0}, (const double[3]){0, -1, 0},
+                     rgb);
     ok(rgb[0] == 0, "and what is below 0 is 0");
     /* Camera rays that meet nothing */
     const struct camera up = camera_at(0, 1, 0, 0, 2, 0.1, 40, 8, 8);
@@ -238,7 +257,8 @@ static void test_floor(void)
     bench_clear(&b);
 }
 
-/* Probes in a plane, with light that rises along x, over a floor: each pixel has the light of the place below which it is. */
+/* Probes in a plane, with light that rises along x, over a floor: each pixel has the light of the
+ * place below which it is. */
 static void test_plane(void)
 {
     static const double corner[9] = {-5, 0.5, -5, 15, 0.5, -5, -5, 0.5, 15};
@@ -276,14 +296,17 @@ static void test_plane(void)
     for (size_t i = 0; i < 24 * 16; i++) {
         double end[2];
         for (int side = 0; side < 2; side++) {
-            const struct vec3 d = camera_direction(&camera, (double)(i % 24) + side, (double)(i / 24) + 0.5);
-            end[side] = 0.6 * sqrt(1 / (4 * PI)) * (10 - d.x / d.y); /* albedo Y_00 (x + 10) where the ray meets the floor */
+            const struct vec3 d =
+                camera_direction(&camera, (double)(i % 24) + side, (double)(i / 24) + 0.5);
+            /* albedo Y_00 (x + 10) where the ray meets the floor */
+            end[side] = 0.6 * sqrt(1 / (4 * PI)) * (10 - d.x / d.y);
         }
         const double light = (double)p.rgb[3 * i];
         right += light >= fmin(end[0], end[1]) - 1e-6 && light <= fmax(end[0], end[1]) + 1e-6;
         spread = fmax(spread, light / (0.6 * sqrt(1 / (4 * PI)) * 10) - 1);
     }
-    ok(right == 24 * 16 && spread > 0.04, "by probes in a plane: each pixel is as bright as the plane above it (%zu)", right);
+    ok(right == 24 * 16 && spread > 0.04,
+       "by probes in a plane: each pixel is as bright as the plane above it (%zu)", right);
     picture_clear(&p);
     double spacing = 0;
     must(overlay_spacing(s, &spacing));
@@ -316,7 +339,8 @@ static double sun_irradiance(const double from[3], const double n[3])
     return fmax(sum, 0);
 }
 
-/* What the middle pixels of a sphere in the sun show, against the same rays met with a sphere by hand. */
+/* What the middle pixels of a sphere in the sun show, against the same rays met with a sphere by
+ * hand. */
 static void test_sphere(void)
 {
     struct bench b;
@@ -347,18 +371,23 @@ static void test_sphere(void)
         for (size_t px = 6; px < 18; px++) {
             double sum = 0;
             for (int i = 0; i < 64; i++) {
-                const struct vec3 d = camera_direction(&camera, (double)px + (i % 8 + 0.5) / 8, (double)py + (i / 8 + 0.5) / 8);
+                const struct vec3 d = camera_direction(&camera, (double)px + (i % 8 + 0.5) / 8,
+                                                       (double)py + (i / 8 + 0.5) / 8);
                 const struct vec3 way = vec3_sub(centre, camera.eye);
-                const double along = vec3_dot(way, d), under = 0.25 - (vec3_dot(way, way) - along * along);
+                const double along = vec3_dot(way, d),
+                             under = 0.25 - (vec3_dot(way, way) - along * along);
                 double n[3];
-                vec3_store(n, vec3_scale(2, vec3_sub(vec3_fma(camera.eye, along - sqrt(fmax(under, 0)), d), centre)));
+                vec3_store(
+                    n, vec3_scale(2, vec3_sub(vec3_fma(camera.eye, along - sqrt(fmax(under, 0)), d),
+                                              centre)));
                 sum += 0.8 / PI * sun_irradiance(sun, n) / 64;
             }
             const struct vec3f c = picture_get(&p, px, py);
             worst = fmax(worst, fmax(fabs((double)c.x - sum), fabs((double)c.z / 3 - sum)));
             most = fmax(most, sum);
         }
-    ok(most > 0.2 && worst < 0.005 * most, "a sphere in the sun, by probes: the irradiance formula at its normals (%.2f %%)",
+    ok(most > 0.2 && worst < 0.005 * most,
+       "a sphere in the sun, by probes: the irradiance formula at its normals (%.2f %%)",
        100 * worst / most);
     picture_clear(&p);
 
@@ -366,23 +395,27 @@ static void test_sphere(void)
     float rising[48] = {0};
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 3; k++)
-            rising[12 * i + k] = (float)((i == 1 ? 15.0 : -5.0) + 10); /* x + 10 at the probes of size 5 */
+            /* x + 10 at the probes of size 5 */
+            rising[12 * i + k] = (float)((i == 1 ? 15.0 : -5.0) + 10);
     struct stream *linear = one_cell(5, 2, rising);
     struct baked by_place;
     must(baked_open(&by_place, linear, NULL));
     r.baked = &by_place;
     r.samples = 64;
-    const double e = sqrt(PI) / 2 * (0.1 + 10) * 0.8 / PI, all[3] = {e, e, e}; /* pi Y_00 (x + 10) albedo / pi */
+    /* pi Y_00 (x + 10) albedo / pi */
+    const double e = sqrt(PI) / 2 * (0.1 + 10) * 0.8 / PI, all[3] = {e, e, e};
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
     const struct picture middle = {24, 1, p.rgb + 3 * 24 * 12};
     const struct vec3f left = picture_get(&p, 8, 12), right = picture_get(&p, 15, 12);
-    ok(fabs((double)left.x - all[0]) < 1e-5 && left.x == right.x &&
-       middle.rgb[3 * 12] == left.x, "an object has the light of its centre");
+    ok(fabs((double)left.x - all[0]) < 1e-5 && left.x == right.x && middle.rgb[3 * 12] == left.x,
+       "an object has the light of its centre");
     picture_clear(&p);
     r.object.per_pixel = true;
     must(render_picture(&r, RENDER_PROBES, &p, NULL, NULL));
-    const double slope = (double)(picture_get(&p, 15, 12).x - picture_get(&p, 8, 12).x) / (double)left.x * 10.1;
-    ok(slope > 0.3 && slope < 0.45, "or, per pixel, that of each point (it rises by %.3f of 7 pixels' 0.37)", slope);
+    const double slope = (double)(picture_get(&p, 15, 12).x - picture_get(&p, 8, 12).x) /
+                         (double)left.x * 10.1;
+    ok(slope > 0.3 && slope < 0.45,
+       "or, per pixel, that of each point (it rises by %.3f of 7 pixels' 0.37)", slope);
     picture_clear(&p);
 
     baked_close(&by_place);
@@ -413,7 +446,8 @@ static void test_moving(void)
         must(path_create(&b.path, b.tracer, 8));
         must(render_picture(&r, RENDER_TRUTH, &p, NULL, NULL));
         const double rgb = there ? (double)0.8f : 1, all[3] = {rgb, rgb, rgb};
-        ok(off(&p, all) < 1e-5, there ? "a white sphere under the sky: 0.8 of it" : "before it comes: the sky");
+        ok(off(&p, all) < 1e-5,
+           there ? "a white sphere under the sky: 0.8 of it" : "before it comes: the sky");
         picture_clear(&p);
         path_clear(&b.path);
         trace_destroy(b.tracer);
@@ -478,7 +512,8 @@ static void test_lamp(void)
     must(view_choose(&b.path, 60, 1.5, &eye, &at));
     must(view_choose(&b.path, 60, 1.5, &again, &at_again));
     ok(fmax(fabs(eye.x), fmax(fabs(eye.y), fabs(eye.z))) < 2, "a closed room is seen from within");
-    ok(!memcmp(&eye, &again, sizeof eye) && !memcmp(&at, &at_again, sizeof at), "the same view every time");
+    ok(!memcmp(&eye, &again, sizeof eye) && !memcmp(&at, &at_again, sizeof at),
+       "the same view every time");
     bench_clear(&b);
 }
 
@@ -492,7 +527,8 @@ static void test_open_box(void)
     bench_finish(&b, 4);
     struct vec3 eye, at;
     must(view_choose(&b.path, 45, 1, &eye, &at));
-    ok(eye.z > 0 && at.z < eye.z, "an open box is seen through its open side (%.2f %.2f %.2f)", eye.x, eye.y, eye.z);
+    ok(eye.z > 0 && at.z < eye.z, "an open box is seen through its open side (%.2f %.2f %.2f)",
+       eye.x, eye.y, eye.z);
     bench_clear(&b);
 }
 
@@ -525,12 +561,13 @@ static void test_overlay(void)
     struct render r = render_of(&b, &camera, 1);
     struct overlay o = {0};
     must(overlay_create(&o, &r, s, &baked, &(struct overlay_settings){.probe_radius = 0.5}));
-    /* A sphere's outline is a cone; a plane at distance 1 cuts it in an ellipse of half axes tan(a) and sin-like width: by
-     * counting rays. */
+    /* A sphere's outline is a cone; a plane at distance 1 cuts it in an ellipse of half axes tan(a)
+     * and sin-like width: by counting rays. */
     double count = 0;
     for (size_t py = 0; py < 200 * 4; py++)
         for (size_t px = 0; px < 160 * 4; px++) {
-            const struct vec3 d = camera_direction(&camera, ((double)px + 0.5) / 4, ((double)py + 0.5) / 4);
+            const struct vec3 d =
+                camera_direction(&camera, ((double)px + 0.5) / 4, ((double)py + 0.5) / 4);
             for (int i = 0; i < 3; i += 2) {
                 const struct vec3 way = vec3_load(place + 3 * i);
                 const double along = vec3_dot(way, d);
@@ -538,21 +575,24 @@ static void test_overlay(void)
             }
         }
     ok(count > 400 && fabs(covered(&o, 0) - count) < 1e-3 * count,
-       "spheres cover what they should, and none behind a wall (%.1f of %.1f pixels)", covered(&o, 0), count);
+       "spheres cover what they should, and none behind a wall (%.1f of %.1f pixels)",
+       covered(&o, 0), count);
     double x, y, depth;
     camera_project(&camera, vec3_load(place), &x, &y, &depth);
     const struct vec3f light = picture_get(&o.light, (size_t)x, (size_t)y);
-    ok(fabs((double)light.x - sqrt(1 / (4 * PI))) < 1e-6 && fabs((double)light.z - 3 * sqrt(1 / (4 * PI))) < 1e-6,
+    ok(fabs((double)light.x - sqrt(1 / (4 * PI))) < 1e-6 &&
+           fabs((double)light.z - 3 * sqrt(1 / (4 * PI))) < 1e-6,
        "a sphere's light is E / pi of its probe");
     overlay_clear(&o);
     must(overlay_create(&o, &r, s, NULL, &(struct overlay_settings){.cells = true}));
-    /* Left of the wall: the edge from (-1, 0) to (-1, 2), half of that from (-1, 0) to (1, 0), half of the diagonal, and what
-     * comes from behind. */
+    /* Left of the wall: the edge from (-1, 0) to (-1, 2), half of that from (-1, 0) to (1, 0), half
+     * of the diagonal, and what comes from behind. */
     double column = 0;
     for (size_t row = 70; row < 95; row++)
         for (size_t px = (size_t)x - 3; px <= (size_t)x + 3; px++)
             column += (double)o.share.rgb[3 * (row * 320 + px) + 1];
-    ok(fabs(column - 25 * 0.5) < 2, "an edge is a line of one pixel, half opaque (%.2f of 12.5)", column);
+    ok(fabs(column - 25 * 0.5) < 2, "an edge is a line of one pixel, half opaque (%.2f of 12.5)",
+       column);
     double right = 0;
     for (size_t i = 0; i < 320 * 200; i++)
         right += i % 320 > 170 && i / 320 > 92 && i / 320 < 98 ? (double)o.share.rgb[3 * i + 1] : 0;
@@ -578,16 +618,22 @@ static void test_difference(void)
         picture_set(&test, x, y, (struct vec3f){q, q, q});
     }
     struct shot shot = {0};
-    struct shot_settings settings = {.mode = SHOT_DIFFERENCE, .truth = RENDER_TRUTH, .test = RENDER_PROBES, .exposure = 1};
+    struct shot_settings settings = {
+        .mode = SHOT_DIFFERENCE, .truth = RENDER_TRUTH, .test = RENDER_PROBES, .exposure = 1};
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
-    const struct vec3f even = picture_get(&shot.shown, 5, 5), bright = picture_get(&shot.shown, 20, 110),
-        dark = picture_get(&shot.shown, 50, 110);
-    const struct vec3f grey = colour_map_at(COLOUR_COOL_WARM, 0.5), red = colour_map_at(COLOUR_COOL_WARM, 1),
-        blue = colour_map_at(COLOUR_COOL_WARM, 0);
+    const struct vec3f even = picture_get(&shot.shown, 5, 5),
+                       bright = picture_get(&shot.shown, 20, 110),
+                       dark = picture_get(&shot.shown, 50, 110);
+    const struct vec3f grey = colour_map_at(COLOUR_COOL_WARM, 0.5),
+                       red = colour_map_at(COLOUR_COOL_WARM, 1),
+                       blue = colour_map_at(COLOUR_COOL_WARM, 0);
     ok(shot.scale == 10, "differences of 10 L* are shown on a scale of 10 (%g)", shot.scale);
-    ok(vec3f_length(vec3f_sub(even, grey)) < 1e-3f && vec3f_length(vec3f_sub(bright, red)) < 1e-3f &&
-       vec3f_length(vec3f_sub(dark, blue)) < 1e-3f, "alike is grey, too bright red, too dark blue");
-    ok(fabsf(picture_get(&shot.linear, 20, 110).y - 0.09704680897f) < 1e-6f, "the linear picture is the difference of radiance");
+    ok(vec3f_length(vec3f_sub(even, grey)) < 1e-3f &&
+           vec3f_length(vec3f_sub(bright, red)) < 1e-3f &&
+           vec3f_length(vec3f_sub(dark, blue)) < 1e-3f,
+       "alike is grey, too bright red, too dark blue");
+    ok(fabsf(picture_get(&shot.linear, 20, 110).y - 0.09704680897f) < 1e-6f,
+       "the linear picture is the difference of radiance");
     shot_clear(&shot);
     settings.scale = 40;
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
@@ -597,13 +643,15 @@ static void test_difference(void)
     shot_clear(&shot);
     settings.mode = SHOT_PAIR;
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
-    ok(shot.linear.width == 120 && picture_get(&shot.linear, 80, 110).x == picture_get(&test, 20, 110).x,
+    ok(shot.linear.width == 120 &&
+           picture_get(&shot.linear, 80, 110).x == picture_get(&test, 20, 110).x,
        "a pair is both, side by side");
     shot_clear(&shot);
     settings.mode = SHOT_SPLIT;
     must(shot_compose(&shot, &truth, NULL, &test, &settings, 1));
     ok(picture_get(&shot.linear, 29, 50).x == picture_get(&truth, 29, 50).x &&
-       picture_get(&shot.linear, 30, 50).x == picture_get(&test, 30, 50).x, "a split picture is the truth on the left");
+           picture_get(&shot.linear, 30, 50).x == picture_get(&test, 30, 50).x,
+       "a split picture is the truth on the left");
     shot_clear(&shot);
     picture_clear(&truth);
     picture_clear(&test);

@@ -1,5 +1,6 @@
-/* Scenes as data: what scene_finish leaves of them, how maps, materials, sky and lights are read, which pieces are
- * closed, and settings that survive the way through options and header to the bit. */
+/* Scenes as data: what scene_finish leaves of them, how maps, materials, sky and lights are read,
+ * which pieces are closed, and settings that survive the way through options and header to the
+ * bit. */
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
@@ -40,7 +41,8 @@ static void test_angle(void)
         const double x = (number() - 0.5) * (i % 2 ? 2e4 : 8);
         sine = fmax(sine, fabs(angle_sin(x) - sin(x)));
         cosine = fmax(cosine, fabs(angle_cos(x) - cos(x)));
-        const double a = (number() - 0.5) * (i % 3 ? 1 : 1e-8), b = (number() - 0.5) * (i % 5 ? 1 : 1e-8);
+        const double a = (number() - 0.5) * (i % 3 ? 1 : 1e-8),
+                     b = (number() - 0.5) * (i % 5 ? 1 : 1e-8);
         tangent = fmax(tangent, fabs(angle_atan2(a, b) - atan2(a, b)));
     }
     ok(sine < 5e-16 && cosine < 5e-16, "sine and cosine agree with libm: %.1e, %.1e", sine, cosine);
@@ -57,19 +59,23 @@ static void test_linear(void)
         const double c = i / 255.0, l = c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4);
         worst = fmax(worst, fabs((double)image_linear[i] - l) / fmax(l, 1e-9));
     }
-    ok(worst < 6.1e-8 && image_linear[0] == 0 && image_linear[255] == 1, "the sRGB table is right to a float: %.1e",
-       worst);
+    ok(worst < 6.1e-8 && image_linear[0] == 0 && image_linear[255] == 1,
+       "the sRGB table is right to a float: %.1e", worst);
 }
 
 /* -- maps ------------------------------------------------------------------------------------- */
 
-/* A scene with one texture of `size` texels a side, float RGBA, whose red is its column and green its row (from the
- * top). */
+/* A scene with one texture of `size` texels a side, float RGBA, whose red is its column and green
+ * its row (from the top). */
 static struct scene *grid_texture(uint32_t size, enum scene_wrap wrap, bool nearest)
 {
     struct scene *scene;
     must(scene_create(&scene));
-    struct scene_texture t = {.width = size, .height = size, .channels = 4, .wrap_u = wrap, .wrap_v = wrap,
+    struct scene_texture t = {.width = size,
+                              .height = size,
+                              .channels = 4,
+                              .wrap_u = wrap,
+                              .wrap_v = wrap,
                               .nearest = nearest};
     float *texels = calloc((size_t)size * size * 4, sizeof *texels);
     for (uint32_t y = 0; y < size; y++)
@@ -90,9 +96,11 @@ static bool sample_is(const struct scene *scene, float u, float v, double red, d
     const struct scene_map map = scene_map_of(0);
     float rgba[4];
     scene_map_sample(scene, &map, u, v, rgba);
-    const bool is = fabs((double)rgba[0] - red) < 1e-5 && fabs((double)rgba[1] - green) < 1e-5 && rgba[3] == 0.25f;
+    const bool is = fabs((double)rgba[0] - red) < 1e-5 && fabs((double)rgba[1] - green) < 1e-5 &&
+                    rgba[3] == 0.25f;
     if (!is)
-        printf("# at %g %g: %g %g %g\n", (double)u, (double)v, (double)rgba[0], (double)rgba[1], (double)rgba[3]);
+        printf("# at %g %g: %g %g %g\n", (double)u, (double)v, (double)rgba[0], (double)rgba[1],
+               (double)rgba[3]);
     return is;
 }
 
@@ -106,11 +114,13 @@ static void test_maps(void)
         linear = linear && sample_is(s, (float)u, (float)v, u * 8 - 0.5, (1 - v) * 8 - 0.5);
     }
     ok(linear, "texels are interpolated bilinearly, row 0 at v = 1");
-    ok(sample_is(s, -3, 5, 0, 0) && sample_is(s, 0, 0, 0, 7) && sample_is(s, 9, -2, 7, 7), "clamp: the border goes on");
+    ok(sample_is(s, -3, 5, 0, 0) && sample_is(s, 0, 0, 0, 7) && sample_is(s, 9, -2, 7, 7),
+       "clamp: the border goes on");
     scene_destroy(s);
 
     s = grid_texture(8, SCENE_REPEAT, false);
-    ok(sample_is(s, 0, 0.5f, 3.5, 3.5) && sample_is(s, 1, 0.5f, 3.5, 3.5) && sample_is(s, 5.25f, -3.75f, 1.5, 5.5),
+    ok(sample_is(s, 0, 0.5f, 3.5, 3.5) && sample_is(s, 1, 0.5f, 3.5, 3.5) &&
+           sample_is(s, 5.25f, -3.75f, 1.5, 5.5),
        "repeat: the first texel follows the last");
     const struct scene_map wild[] = {{.texture = 0, .transform = {FLT_MAX, FLT_MAX, 0, 0, 1, 0}}};
     float rgba[4];
@@ -121,18 +131,22 @@ static void test_maps(void)
     scene_map_sample(s, &turned, 0.3f, 0.2f, rgba);
     const struct scene_map plain = scene_map_of(0), none = scene_map_of(SCENE_NONE);
     scene_map_sample(s, &plain, 2 * 0.2f + 0.125f, -0.3f + 0.5f, direct);
-    ok(!memcmp(rgba, direct, sizeof rgba), "a map's transform is applied to (u, v) before sampling");
+    ok(!memcmp(rgba, direct, sizeof rgba),
+       "a map's transform is applied to (u, v) before sampling");
     scene_map_sample(s, &none, 0.3f, 0.2f, rgba);
-    ok(rgba[0] == 1 && rgba[1] == 1 && rgba[2] == 1 && rgba[3] == 1, "no texture is white and opaque");
+    ok(rgba[0] == 1 && rgba[1] == 1 && rgba[2] == 1 && rgba[3] == 1,
+       "no texture is white and opaque");
     scene_destroy(s);
 
     s = grid_texture(8, SCENE_MIRROR, false);
-    ok(sample_is(s, 1.25f, -0.25f, 5.5, 5.5) && sample_is(s, 2.25f, 0.5f, 1.5, 3.5) && sample_is(s, 1, 1, 7, 0),
+    ok(sample_is(s, 1.25f, -0.25f, 5.5, 5.5) && sample_is(s, 2.25f, 0.5f, 1.5, 3.5) &&
+           sample_is(s, 1, 1, 7, 0),
        "mirror: every other picture is turned round");
     scene_destroy(s);
 
     s = grid_texture(8, SCENE_REPEAT, true);
-    ok(sample_is(s, 0.99f, 0.99f, 7, 0) && sample_is(s, 0.125f, 0.124f, 1, 7) && sample_is(s, 1, 0, 0, 7),
+    ok(sample_is(s, 0.99f, 0.99f, 7, 0) && sample_is(s, 0.125f, 0.124f, 1, 7) &&
+           sample_is(s, 1, 0, 0, 7),
        "nearest: one texel, as the file asks");
     scene_destroy(s);
 }
@@ -142,7 +156,11 @@ static void test_materials(void)
     struct scene *s;
     must(scene_create(&s));
     const uint8_t codes[2][4] = {{255, 188, 0, 255}, {255, 188, 0, 51}};
-    struct scene_texture t = {.width = 2, .height = 1, .channels = 4, .bytes = true, .nearest = true,
+    struct scene_texture t = {.width = 2,
+                              .height = 1,
+                              .channels = 4,
+                              .bytes = true,
+                              .nearest = true,
                               .texels = malloc(8)};
     memcpy(t.texels, codes, sizeof codes);
     must(scene_push_texture(s, t, NULL));
@@ -156,15 +174,18 @@ static void test_materials(void)
     s->max_albedo = 0.25f;
     a = scene_albedo(s, &m, 0.1f, 0.5f);
     ok(a.x == 0.25f && a.y <= 0.25f, "max_albedo limits what comes of it");
-    ok(scene_emission(s, &m, 0.1f, 0.5f).x == 2 && scene_emits(&m), "so is emission, without a limit");
+    ok(scene_emission(s, &m, 0.1f, 0.5f).x == 2 && scene_emits(&m),
+       "so is emission, without a limit");
     m.alpha = SCENE_OPAQUE;
-    ok(scene_transparency(s, &m, 0.9f, 0.5f) == 0, "an opaque material has no holes, whatever its texture says");
+    ok(scene_transparency(s, &m, 0.9f, 0.5f) == 0,
+       "an opaque material has no holes, whatever its texture says");
     m.alpha = SCENE_CUTOUT;
     ok(scene_transparency(s, &m, 0.9f, 0.5f) == 1 && scene_transparency(s, &m, 0.1f, 0.5f) == 0,
        "a cut-out passes below its cutoff");
     m.alpha = SCENE_BLEND;
     m.opacity = 0.5f;
-    ok(fabs((double)scene_transparency(s, &m, 0.9f, 0.5f) - 0.9) < 1e-6, "a blend passes 1 - opacity times alpha");
+    ok(fabs((double)scene_transparency(s, &m, 0.9f, 0.5f) - 0.9) < 1e-6,
+       "a blend passes 1 - opacity times alpha");
     m.emission = (struct vec3f){0};
     ok(!scene_emits(&m), "black does not emit");
     scene_destroy(s);
@@ -201,9 +222,10 @@ static void test_sky(void)
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
         const struct vec3f r = scene_sky_radiance(s, ways[i].direction);
         ok(fabs((double)r.x - (ways[i].column * W + 0.5)) < 0.01 * W / 8 &&
-           fabs((double)r.y - (ways[i].row * H + 0.5)) < 0.02,
-           "the sky towards %g %g %g is at column %g, row %g", (double)ways[i].direction.x, (double)ways[i].direction.y,
-           (double)ways[i].direction.z, (double)r.x - 0.5, (double)r.y - 0.5);
+               fabs((double)r.y - (ways[i].row * H + 0.5)) < 0.02,
+           "the sky towards %g %g %g is at column %g, row %g", (double)ways[i].direction.x,
+           (double)ways[i].direction.y, (double)ways[i].direction.z, (double)r.x - 0.5,
+           (double)r.y - 0.5);
     }
     const struct vec3f up = scene_sky_radiance(s, (struct vec3f){0, 1, 0}),
                        down = scene_sky_radiance(s, (struct vec3f){0, -1, 0});
@@ -223,15 +245,15 @@ static void test_sky(void)
         rows += weight * (y + 1);
         weights += weight;
     }
-    ok(fabs(mean / (rows / weights) - 1) < 1e-3, "mean radiance over all directions is the picture's: %g, %g", mean,
-       rows / weights);
+    ok(fabs(mean / (rows / weights) - 1) < 1e-3,
+       "mean radiance over all directions is the picture's: %g, %g", mean, rows / weights);
     scene_destroy(s);
     free(settings.sky_file);
     settings.sky_file = strdup(files_path("none.hdr"));
     must(scene_create(&s));
     struct error *err = scene_finish(s, &settings, &warnings);
-    ok(err && strstr(error_message(err), "none.hdr: No such file or directory"), "a missing sky is named: %s",
-       err ? error_message(err) : "");
+    ok(err && strstr(error_message(err), "none.hdr: No such file or directory"),
+       "a missing sky is named: %s", err ? error_message(err) : "");
     error_destroy(err);
     scene_destroy(s);
     scene_settings_clear(&settings);
@@ -244,15 +266,21 @@ static void test_lights(void)
     double way[3], distance, rgb[3];
     struct scene_light light = {.kind = SCENE_POINT, .position = {1, 2, 5}, .intensity = {8, 4, 0}};
     scene_light_at(&light, p, way, &distance, rgb);
-    ok(way[2] == 1 && distance == 2 && rgb[0] == 2 && rgb[1] == 1 && rgb[2] == 0, "a point light falls off as 1/d^2");
+    ok(way[2] == 1 && distance == 2 && rgb[0] == 2 && rgb[1] == 1 && rgb[2] == 0,
+       "a point light falls off as 1/d^2");
     light.position = vec3_load(p);
     scene_light_at(&light, p, way, &distance, rgb);
     ok(distance == 0 && rgb[0] == 0, "at the light itself there is none");
-    light = (struct scene_light){.kind = SCENE_SUN, .direction = {0, -1, 0}, .intensity = {3, 2, 1}};
+    light =
+        (struct scene_light){.kind = SCENE_SUN, .direction = {0, -1, 0}, .intensity = {3, 2, 1}};
     scene_light_at(&light, p, way, &distance, rgb);
-    ok(way[1] == 1 && isinf(distance) && rgb[0] == 3 && rgb[2] == 1, "a sun is endlessly far and everywhere the same");
-    light = (struct scene_light){.kind = SCENE_SPOT, .direction = {1, 0, 0}, .intensity = {1, 1, 1},
-                                 .cos_inner = cos(0.2), .cos_outer = cos(0.6)};
+    ok(way[1] == 1 && isinf(distance) && rgb[0] == 3 && rgb[2] == 1,
+       "a sun is endlessly far and everywhere the same");
+    light = (struct scene_light){.kind = SCENE_SPOT,
+                                 .direction = {1, 0, 0},
+                                 .intensity = {1, 1, 1},
+                                 .cos_inner = cos(0.2),
+                                 .cos_outer = cos(0.6)};
     bool right = true;
     for (double angle = 0; angle < 3; angle += 0.01) {
         const double q[3] = {2 * cos(angle), 2 * sin(angle), 0};
@@ -262,7 +290,8 @@ static void test_lights(void)
     }
     ok(right, "a spot falls off between its angles as glTF says");
     light.cos_inner = light.cos_outer;
-    const double inside[3] = {2 * cos(0.59), 2 * sin(0.59), 0}, outside[3] = {2 * cos(0.61), 2 * sin(0.61), 0};
+    const double inside[3] = {2 * cos(0.59), 2 * sin(0.59), 0},
+                 outside[3] = {2 * cos(0.61), 2 * sin(0.61), 0};
     scene_light_at(&light, inside, way, &distance, rgb);
     right = fabs(rgb[0] - 0.25) < 1e-12;
     scene_light_at(&light, outside, way, &distance, rgb);
@@ -279,20 +308,21 @@ static void test_degenerate(void)
     struct warnings warnings = {0};
     struct scene *s;
     must(scene_create(&s));
-    const double position[] = {0, 0, 0, 1e-200, 0, 0, 0, 1e-200, 0, 0, 0, 0, 0.1, 0.3, 0.7, 0.3, 0.9, 2.1,
-                               (double)NAN, 0, 0, (double)INFINITY, 0, 0, 1e200, 0, 0, 0, 1e200, 0, 9, 9, 9};
-    const uint32_t index[] = {0, 1, 2, /* tiny, but whole */
-                              3, 4, 5, /* on a line, but for rounding */
-                              0, 0, 1, /* a corner twice */
-                              0, 1, 6, 0, 1, 7, /* no numbers */
-                              0, 1, 99,         /* no vertex */
+    const double position[] = {
+        0, 0,   0,     1e-200, 0,   0,   0,     1e-200,      0, 0, 0,
+        0, 0.1, 0.3,   0.7,    0.3, 0.9, 2.1,   (double)NAN, 0, 0, (double)INFINITY,
+        0, 0,   1e200, 0,      0,   0,   1e200, 0,           9, 9, 9};
+    const uint32_t index[] = {0, 1, 2,           /* tiny, but whole */
+                              3, 4, 5,           /* on a line, but for rounding */
+                              0, 0, 1,           /* a corner twice */
+                              0, 1, 6,  0, 1, 7, /* no numbers */
+                              0, 1, 99,          /* no vertex */
                               0, 8, 9 /* huge, but whole */};
     const struct scene_material m = scene_material_default();
     must(scene_add_mesh(s, 11, position, 7, index, &m));
     must(scene_finish(s, NULL, &warnings));
     ok(scene_triangle_count(s) == 2 && s->degenerate_count == 5,
-       "triangles without area, numbers or vertices are left out: %zu",
-       s->degenerate_count);
+       "triangles without area, numbers or vertices are left out: %zu", s->degenerate_count);
     ok(warnings_of_kind(&warnings, "degenerate triangles") == 1 &&
            warnings_of_kind(&warnings, "index out of range") == 1,
        "with one warning that counts them");
@@ -316,19 +346,22 @@ static void test_instances(void)
     must(scene_create(&s));
     const struct scene_material m = scene_material_default();
     must(scene_add_mesh(s, 4, square, 2, square_index, &m));
-    const double moved[12] = {0, 0, 2, 10, 0, 3, 0, 20, 1, 0, 0, 30}, flat[12] = {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 0, 7},
+    const double moved[12] = {0, 0, 2, 10, 0, 3, 0, 20, 1, 0, 0, 30},
+                 flat[12] = {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 0, 7},
                  gone[12] = {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     must(scene_push_instance(s, 0, moved));
     must(scene_push_instance(s, 0, flat));
     must(scene_push_instance(s, 0, gone));
     must(scene_finish(s, NULL, &warnings));
-    ok(scene_triangle_count(s) == 6, "an instance squeezed flat stays when it has an area, and goes when it has none");
+    ok(scene_triangle_count(s) == 6,
+       "an instance squeezed flat stays when it has an area, and goes when it has none");
     ok(s->box_max.x == 10 && s->box_max.y == 23 && s->box_max.z == 31 && s->box_min.z == 0,
        "the box holds every instance");
     bool invertible = true;
     for (size_t i = 0; i < s->instance_count; i++) {
         const double *t = s->instances[i].transform;
-        invertible = invertible && vec3_dot(vec3_load(t), vec3_cross(vec3_load(t + 4), vec3_load(t + 8))) != 0;
+        invertible = invertible &&
+                     vec3_dot(vec3_load(t), vec3_cross(vec3_load(t + 4), vec3_load(t + 8))) != 0;
     }
     ok(invertible, "every matrix that is left has an inverse");
     scene_destroy(s);
@@ -341,7 +374,8 @@ static void test_instances(void)
     const double *p = s->meshes[0].position;
     const uint32_t *k = s->meshes[0].index;
     ok(vec3_cross(vec3_sub(vec3_load(p + 3 * k[1]), vec3_load(p + 3 * k[0])),
-                  vec3_sub(vec3_load(p + 3 * k[2]), vec3_load(p + 3 * k[0]))).z < 0,
+                  vec3_sub(vec3_load(p + 3 * k[2]), vec3_load(p + 3 * k[0])))
+               .z < 0,
        "what is mirrored and squeezed flat keeps its front");
     scene_destroy(s);
 
@@ -360,13 +394,15 @@ static void test_instances(void)
     must(scene_create(&s));
     must(scene_add_mesh(s, 4, square, 2, square_index, &bright));
     must(scene_finish(s, &scaled, &warnings));
-    ok(fabsf(s->materials[0].emission.x / 1e20f - 1) < 1e-6f, "a scale that no float holds brings up light that is dim");
+    ok(fabsf(s->materials[0].emission.x / 1e20f - 1) < 1e-6f,
+       "a scale that no float holds brings up light that is dim");
     scene_destroy(s);
     must(scene_create(&s));
     bright.emission.x = 1;
     must(scene_add_mesh(s, 4, square, 2, square_index, &bright));
     err = scene_finish(s, &scaled, &warnings);
-    ok(err && strstr(error_message(err), "beyond what 32 bits can hold"), "light that no float holds is no darkness: %s", err ? error_message(err) : "");
+    ok(err && strstr(error_message(err), "beyond what 32 bits can hold"),
+       "light that no float holds is no darkness: %s", err ? error_message(err) : "");
     error_destroy(err);
     scene_destroy(s);
 
@@ -402,16 +438,18 @@ static void test_factors(void)
     settings.sky[1] = 4;
     must(scene_finish(s, &settings, &warnings));
     const struct scene_material *f = &s->materials[0];
-    ok(f->albedo.x == 0 && f->albedo.y == 0 && f->albedo.z == 1.5f && f->emission.x == 20 && f->emission.y == 0 &&
-           f->emission.z == 0 && f->opacity == 1,
+    ok(f->albedo.x == 0 && f->albedo.y == 0 && f->albedo.z == 1.5f && f->emission.x == 20 &&
+           f->emission.y == 0 && f->emission.z == 0 && f->opacity == 1,
        "factors that are negative or no numbers become 0, the rest is scaled");
-    ok(warnings_of_kind(&warnings, "material out of range") == 5 && warnings_of_kind(&warnings, "albedo limited") == 1,
+    ok(warnings_of_kind(&warnings, "material out of range") == 5 &&
+           warnings_of_kind(&warnings, "albedo limited") == 1,
        "each with a warning");
     ok(scene_albedo(s, f, 0, 0).z == 1, "no surface gives back more light than it gets");
     ok(s->light_count == 2 && s->lights[0].intensity[2] == 30 && s->lights[1].intensity[0] == 5 &&
            warnings_of_kind(&warnings, "light out of range") == 2,
        "the file's lights are scaled, the options' are not, impossible ones are left out");
-    ok(s->sky.radiance[1] == 4 && scene_sky_radiance(s, (struct vec3f){0, 1, 0}).y == 4, "the sky is the settings'");
+    ok(s->sky.radiance[1] == 4 && scene_sky_radiance(s, (struct vec3f){0, 1, 0}).y == 4,
+       "the sky is the settings'");
     scene_destroy(s);
     warnings_clear(&warnings);
 }
@@ -475,10 +513,13 @@ static struct error *read_options(const char *line, struct scene_settings *setti
     char buffer[1024], *argv[32];
     int argc = 0;
     struct option_row rows[SCENE_SETTINGS_ROWS];
-    struct program program = {.name = "probe-x", .usage = "", .summary = "",
+    struct program program = {.name = "probe-x",
+                              .usage = "",
+                              .summary = "",
                               .groups = {scene_settings_rows(settings, rows)}};
     snprintf(buffer, sizeof buffer, "probe-x %s", line);
-    for (char *save = NULL, *word = strtok_r(buffer, " ", &save); word; word = strtok_r(NULL, " ", &save))
+    for (char *save = NULL, *word = strtok_r(buffer, " ", &save); word;
+         word = strtok_r(NULL, " ", &save))
         argv[argc++] = word;
     argv[argc] = NULL;
     struct error *err = options_parse(&program, argc, argv);
@@ -490,8 +531,8 @@ static void refuse(const char *line, const char *part)
 {
     struct scene_settings settings = scene_settings_default();
     struct error *err = read_options(line, &settings);
-    ok(err && error_status(err) == EXIT_BAD_USAGE && strstr(error_message(err), part), "%s: %s", line,
-       err ? error_message(err) : "(accepted)");
+    ok(err && error_status(err) == EXIT_BAD_USAGE && strstr(error_message(err), part), "%s: %s",
+       line, err ? error_message(err) : "(accepted)");
     error_destroy(err);
     scene_settings_clear(&settings);
 }
@@ -500,16 +541,17 @@ static bool same_light(const struct scene_light *a, const struct scene_light *b)
 {
     return a->kind == b->kind && !memcmp(&a->position, &b->position, sizeof a->position) &&
            !memcmp(&a->direction, &b->direction, sizeof a->direction) &&
-           !memcmp(a->intensity, b->intensity, sizeof a->intensity) && a->cos_inner == b->cos_inner &&
-           a->cos_outer == b->cos_outer;
+           !memcmp(a->intensity, b->intensity, sizeof a->intensity) &&
+           a->cos_inner == b->cos_inner && a->cos_outer == b->cos_outer;
 }
 
 static bool same_settings(const struct scene_settings *a, const struct scene_settings *b)
 {
     bool same = !memcmp(a->sky, b->sky, sizeof a->sky) && !a->sky_file == !b->sky_file &&
-                (!a->sky_file || !strcmp(a->sky_file, b->sky_file)) && a->light_count == b->light_count &&
-                a->emit_front_only == b->emit_front_only && a->albedo_scale == b->albedo_scale &&
-                a->max_albedo == b->max_albedo && a->light_scale == b->light_scale;
+                (!a->sky_file || !strcmp(a->sky_file, b->sky_file)) &&
+                a->light_count == b->light_count && a->emit_front_only == b->emit_front_only &&
+                a->albedo_scale == b->albedo_scale && a->max_albedo == b->max_albedo &&
+                a->light_scale == b->light_scale;
     for (size_t i = 0; same && i < a->light_count; i++)
         same = same_light(&a->lights[i], &b->lights[i]);
     return same;
@@ -518,16 +560,21 @@ static bool same_settings(const struct scene_settings *a, const struct scene_set
 static void test_settings(void)
 {
     struct scene_settings settings = scene_settings_default();
-    must(read_options("--sky .5,.6,.8 --sun .2,-1,.3,10,9,8 --point 1,2,3,4,5,6 --spot 0.1,0,0,0,0,-2,10,40,1,1,1 "
-                      "--sun 1e300,0,1e300,1,0,0 --emit front --albedo-scale 0.9 --max-albedo 0.8 --light-scale 1e-3",
+    must(read_options("--sky .5,.6,.8 --sun .2,-1,.3,10,9,8 --point 1,2,3,4,5,6 --spot "
+                      "0.1,0,0,0,0,-2,10,40,1,1,1 "
+                      "--sun 1e300,0,1e300,1,0,0 --emit front --albedo-scale 0.9 --max-albedo 0.8 "
+                      "--light-scale 1e-3",
                       &settings));
     const struct scene_light *l = settings.lights;
-    ok(settings.sky[2] == 0.8 && settings.light_count == 4 && settings.emit_front_only && settings.max_albedo == 0.8,
+    ok(settings.sky[2] == 0.8 && settings.light_count == 4 && settings.emit_front_only &&
+           settings.max_albedo == 0.8,
        "options fill the settings");
     bool unit = true;
     for (int i = 0; i < 4; i++)
-        unit = unit && (l[i].kind == SCENE_POINT || fabs(vec3_dot(l[i].direction, l[i].direction) - 1) < 1e-15);
-    ok(unit && fabs(l[3].direction.x - sqrt(0.5)) < 1e-15, "directions are made unit, however long they are");
+        unit = unit && (l[i].kind == SCENE_POINT ||
+                        fabs(vec3_dot(l[i].direction, l[i].direction) - 1) < 1e-15);
+    ok(unit && fabs(l[3].direction.x - sqrt(0.5)) < 1e-15,
+       "directions are made unit, however long they are");
     ok(fabs(l[2].cos_outer - cos(40 * acos(-1.0) / 180)) < 1e-15 && l[2].cos_inner > l[2].cos_outer,
        "angles are degrees");
 
@@ -539,7 +586,8 @@ static void test_settings(void)
     must(scene_settings_to_header(&settings, &header));
     must(scene_settings_from_header(&back, &header));
     ok(same_settings(&settings, &back), "settings come back from the header to the bit");
-    ok(header_key(&header, "sunny-1") && !header_key(&header, "sun-9"), "keys that are not ours stay, old lights go");
+    ok(header_key(&header, "sunny-1") && !header_key(&header, "sun-9"),
+       "keys that are not ours stay, old lights go");
     scene_settings_clear(&back);
     settings.lights[0].intensity[0] = nextafter(settings.lights[0].intensity[0], 99);
     must(scene_settings_from_header(&back, &header));
@@ -550,7 +598,8 @@ static void test_settings(void)
     must(read_options("--sky clouds.hdr", &settings));
     must(scene_settings_to_header(&settings, &header));
     must(scene_settings_from_header(&back, &header));
-    ok(settings.sky_file && same_settings(&settings, &back) && settings.sky[0] == 0, "a picture of the sky, too");
+    ok(settings.sky_file && same_settings(&settings, &back) && settings.sky[0] == 0,
+       "a picture of the sky, too");
     must(read_options("--sky 1,1,1", &settings));
     ok(!settings.sky_file && settings.sky[0] == 1, "the last --sky wins");
     scene_settings_clear(&back);
@@ -558,13 +607,19 @@ static void test_settings(void)
 
     const struct {
         const char *key, *value;
-    } wrong[] = {{"sky", "1,2"}, {"sky", "1,2,-3"}, {"sun-1", "0,0,2,1,1,1"}, {"spot-1", "0,0,0,1,0,0,0.1,0.2,1,1,1"},
-                 {"point-3", "1,2,3,nan,0,0"}, {"emit", "back"}, {"max-albedo", "2"}, {"light-scale", "x"}};
+    } wrong[] = {{"sky", "1,2"},
+                 {"sky", "1,2,-3"},
+                 {"sun-1", "0,0,2,1,1,1"},
+                 {"spot-1", "0,0,0,1,0,0,0.1,0.2,1,1,1"},
+                 {"point-3", "1,2,3,nan,0,0"},
+                 {"emit", "back"},
+                 {"max-albedo", "2"},
+                 {"light-scale", "x"}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         must(header_set_key(&header, wrong[i].key, wrong[i].value));
         struct error *err = scene_settings_from_header(&back, &header);
-        ok(err && error_status(err) == EXIT_BAD_DATA && strstr(error_message(err), wrong[i].key), "header refused: %s",
-           err ? error_message(err) : "(accepted)");
+        ok(err && error_status(err) == EXIT_BAD_DATA && strstr(error_message(err), wrong[i].key),
+           "header refused: %s", err ? error_message(err) : "(accepted)");
         error_destroy(err);
         scene_settings_clear(&back);
         header_clear(&header);
@@ -590,7 +645,8 @@ static void add_box(struct scene *s, struct vec3 low, struct vec3 high, size_t t
                                        2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
     double p[24];
     for (int i = 0; i < 8; i++)
-        vec3_store(p + 3 * i, (struct vec3){i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+        vec3_store(p + 3 * i, (struct vec3){i & 1 ? high.x : low.x, i & 2 ? high.y : low.y,
+                                            i & 4 ? high.z : low.z});
     const struct scene_material m = scene_material_default();
     must(scene_add_mesh(s, 8, p, triangles, index, &m));
 }
@@ -611,9 +667,11 @@ static void test_solids(void)
     add_box(s, o, two, 12);
     add_box(s, (struct vec3){10, 0, 0}, (struct vec3){11, 1, 1}, 11); /* a triangle misses */
     struct scene_solids solids = solids_of(s);
-    ok(solids.count == 2 && solids.closed_count == 1 && solids.closed[0] && fabs(solids.volume[0] - 8) < 1e-12,
+    ok(solids.count == 2 && solids.closed_count == 1 && solids.closed[0] &&
+           fabs(solids.volume[0] - 8) < 1e-12,
        "a box is closed and has its volume, a box with a hole is not");
-    ok(solids.offset[1] == 12 && solids.piece_of[solids.offset[1]] == 1, "every triangle knows its piece");
+    ok(solids.offset[1] == 12 && solids.piece_of[solids.offset[1]] == 1,
+       "every triangle knows its piece");
     scene_solids_clear(&solids);
     scene_destroy(s);
 
@@ -652,7 +710,8 @@ static void test_solids(void)
         const struct scene_material m = scene_material_default();
         double p[9];
         for (int k = 0; k < 3; k++)
-            memcpy(p + 3 * k, s->meshes[0].position + 3 * s->meshes[0].index[3 * t + (size_t)k], 3 * sizeof *p);
+            memcpy(p + 3 * k, s->meshes[0].position + 3 * s->meshes[0].index[3 * t + (size_t)k],
+                   3 * sizeof *p);
         must(scene_add_mesh(parts, 3, p, 1, (const uint32_t[]){0, 1, 2}, &m));
     }
     solids = solids_of(parts);
@@ -674,8 +733,9 @@ static void test_solids(void)
         add_box(s, o, one, 12);
         add_box(s, touching[i].low, touching[i].high, 12);
         solids = solids_of(s);
-        ok(solids.count == 2 && solids.closed_count == 2, "boxes that share %s stay two closed pieces: %zu of %zu",
-           touching[i].name, solids.closed_count, solids.count);
+        ok(solids.count == 2 && solids.closed_count == 2,
+           "boxes that share %s stay two closed pieces: %zu of %zu", touching[i].name,
+           solids.closed_count, solids.count);
         scene_solids_clear(&solids);
         scene_destroy(s);
     }
@@ -686,7 +746,8 @@ static void test_solids(void)
     s->meshes[0].index[1] = s->meshes[0].index[2];
     s->meshes[0].index[2] = swap;
     solids = solids_of(s);
-    ok(solids.count == 2 && solids.closed_count == 0, "a box with a face turned round is not closed, nor is the face");
+    ok(solids.count == 2 && solids.closed_count == 0,
+       "a box with a face turned round is not closed, nor is the face");
     scene_solids_clear(&solids);
     scene_destroy(s);
 
@@ -706,7 +767,8 @@ static void test_solids(void)
     const struct scene_material m = scene_material_default();
     must(scene_add_mesh(s, 12, fan, 10, fan_index, &m));
     solids = solids_of(s);
-    ok(solids.closed_count == 0, "doubled faces and edges of many faces are not closed, and do no harm");
+    ok(solids.closed_count == 0,
+       "doubled faces and edges of many faces are not closed, and do no harm");
     scene_solids_clear(&solids);
     scene_destroy(s);
 

@@ -1,5 +1,5 @@
-/* PLY, OFF and STL: what they hold is what the scene holds, in double where they say double; counts that lie, and ends
- * that come too soon, are errors that say where. */
+/* PLY, OFF and STL: what they hold is what the scene holds, in double where they say double; counts
+ * that lie, and ends that come too soon, are errors that say where. */
 #include "base/error.h"
 #include "base/warning.h"
 #include "scene/scene.h"
@@ -40,7 +40,8 @@ static void put_number(struct bytes *to, const void *number, size_t size, bool t
 }
 
 /* Reads the file and expects so many triangles and this sum over their corners' x. */
-static void expect(const char *what, const char *name, const void *data, size_t size, size_t triangles, double x)
+static void expect(const char *what, const char *name, const void *data, size_t size,
+                   size_t triangles, double x)
 {
     struct scene *s = NULL;
     warnings_clear(&warnings);
@@ -50,7 +51,9 @@ static void expect(const char *what, const char *name, const void *data, size_t 
     for (size_t k = 0; s && s->mesh_count && k < 3 * s->meshes[0].triangle_count; k++)
         sum += s->meshes[0].position[3 * s->meshes[0].index[k]];
     ok(!err && scene_triangle_count(s) == triangles && sum == x, "%s: %s", what,
-       err ? error_message(err) : scene_triangle_count(s) == triangles ? "as it should be" : "the wrong triangles");
+       err                                    ? error_message(err)
+       : scene_triangle_count(s) == triangles ? "as it should be"
+                                              : "the wrong triangles");
     if (!err && sum != x)
         printf("# sum of x %.17g, expected %.17g\n", sum, x);
     if (!err && triangles)
@@ -59,18 +62,20 @@ static void expect(const char *what, const char *name, const void *data, size_t 
     scene_destroy(s);
 }
 
-static void expect_text(const char *what, const char *name, const char *text, size_t triangles, double x)
+static void expect_text(const char *what, const char *name, const char *text, size_t triangles,
+                        double x)
 {
     expect(what, name, text, strlen(text), triangles, x);
 }
 
-static void refuse(const char *what, const char *name, const void *data, size_t size, const char *part)
+static void refuse(const char *what, const char *name, const void *data, size_t size,
+                   const char *part)
 {
     struct scene *s = NULL;
     files_write_bytes(name, data, size);
     struct error *err = scene_read(&s, files_path(name), NULL, true, &warnings);
-    ok(err && !s && strstr(error_message(err), part) && strstr(error_message(err), name), "%s: %s", what,
-       err ? strrchr(error_message(err), '/') : "(accepted)");
+    ok(err && !s && strstr(error_message(err), part) && strstr(error_message(err), name), "%s: %s",
+       what, err ? strrchr(error_message(err), '/') : "(accepted)");
     error_destroy(err);
     scene_destroy(s);
 }
@@ -92,15 +97,18 @@ static size_t bytes_of(const char *type)
     return strstr(type, "short") || strstr(type, "16") ? 2 : 4;
 }
 
-/* A square in any of the kinds that PLY knows: one quadrilateral, with properties that nobody uses on either side. */
-static struct bytes make_ply(const char *format, const char *real, const char *length, const char *index)
+/* A square in any of the kinds that PLY knows: one quadrilateral, with properties that nobody uses
+ * on either side. */
+static struct bytes make_ply(const char *format, const char *real, const char *length,
+                             const char *index)
 {
     struct bytes out = {.size = 0};
     char header[1024];
     const bool turned = !strcmp(format, "binary_big_endian"), text = !strcmp(format, "ascii");
     const bool wide = !strcmp(real, "double") || !strcmp(real, "float64");
     snprintf(header, sizeof header,
-             "ply\nformat %s 1.0\ncomment end_header is not here\nobj_info x\nelement vertex 4\nproperty uchar red\n"
+             "ply\nformat %s 1.0\ncomment end_header is not here\nobj_info x\nelement vertex "
+             "4\nproperty uchar red\n"
              "property %s x\nproperty %s y\n"
              "property %s z\nproperty list uchar float more\nelement face 1\nproperty int flags\n"
              "property list %s %s vertex_indices\n"
@@ -146,10 +154,11 @@ static struct bytes make_ply(const char *format, const char *real, const char *l
 /* Triangles of a strip all turn one way, and -1 begins another. */
 static void test_strip(void)
 {
-    files_write("strip.ply", "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
-                             "property float z\n"
-                             "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
-                             "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n9 0 1 2 3 4 -1 2 3 4\n");
+    files_write("strip.ply",
+                "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                "property float z\n"
+                "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+                "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n9 0 1 2 3 4 -1 2 3 4\n");
     struct scene *s = NULL;
     struct error *err = scene_read(&s, files_path("strip.ply"), NULL, false, &warnings);
     bool left = !err && scene_triangle_count(s) == 4;
@@ -157,7 +166,8 @@ static void test_strip(void)
         const double *p = s->meshes[0].position;
         const uint32_t *i = s->meshes[0].index + 3 * t;
         left = vec3_cross(vec3_sub(vec3_load(p + 3 * i[1]), vec3_load(p + 3 * i[0])),
-                          vec3_sub(vec3_load(p + 3 * i[2]), vec3_load(p + 3 * i[0]))).z == 1;
+                          vec3_sub(vec3_load(p + 3 * i[2]), vec3_load(p + 3 * i[0])))
+                   .z == 1;
     }
     ok(left, "strips of triangles");
     error_destroy(err);
@@ -167,14 +177,15 @@ static void test_strip(void)
 static void test_ply(void)
 {
     static const char *const formats[] = {"ascii", "binary_little_endian", "binary_big_endian"};
-    static const char *const kinds[][3] = {{"float", "uchar", "int"},     {"double", "uchar", "uint"},
-                                           {"float64", "uint8", "int32"}, {"float32", "int", "ushort"},
-                                           {"float", "uint32", "int16"},  {"double", "ushort", "uint8"}};
+    static const char *const kinds[][3] = {
+        {"float", "uchar", "int"},    {"double", "uchar", "uint"},  {"float64", "uint8", "int32"},
+        {"float32", "int", "ushort"}, {"float", "uint32", "int16"}, {"double", "ushort", "uint8"}};
     for (size_t f = 0; f < 3; f++)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
             const struct bytes file = make_ply(formats[f], kinds[k][0], kinds[k][1], kinds[k][2]);
             char what[128];
-            snprintf(what, sizeof what, "PLY %s with %s, %s and %s", formats[f], kinds[k][0], kinds[k][1], kinds[k][2]);
+            snprintf(what, sizeof what, "PLY %s with %s, %s and %s", formats[f], kinds[k][0],
+                     kinds[k][1], kinds[k][2]);
             const bool wide = !strncmp(kinds[k][0], "double", 6) || !strcmp(kinds[k][0], "float64");
             expect(what, "x.ply", file.data, file.size, 2, 3 * (wide ? far_away : 1));
         }
@@ -182,7 +193,8 @@ static void test_ply(void)
         const struct bytes file = make_ply(formats[f], "float", "uchar", "int");
         struct scene *s = NULL;
         size_t accepted = 0;
-        for (size_t size = 0; size + (f == 0 ? 2 : 1) <= file.size; size++) { /* the text may lose its last line end */
+        /* the text may lose its last line end */
+        for (size_t size = 0; size + (f == 0 ? 2 : 1) <= file.size; size++) {
             files_write_bytes("cut.ply", file.data, size);
             struct error *err = scene_read(&s, files_path("cut.ply"), NULL, true, &warnings);
             accepted += !err;
@@ -191,52 +203,75 @@ static void test_ply(void)
         }
         ok(accepted == 0, "PLY %s cut off anywhere is refused", formats[f]);
     }
-#define PLY_VERTICES "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-    expect_text("PLY of Windows", "x.ply",
-                "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\nproperty float x\r\nproperty float y\r\n"
-                "property float z\r\n"
-                "element face 1\r\nproperty list uchar int vertex_index\r\nend_header\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n"
-                "3 0 1 2\r\n", 1, 2);
+#define PLY_VERTICES                                                                               \
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float " \
+    "z\n"
+    expect_text(
+        "PLY of Windows", "x.ply",
+        "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\nproperty float x\r\nproperty float y\r\n"
+        "property float z\r\n"
+        "element face 1\r\nproperty list uchar int vertex_index\r\nend_header\r\n0 0 0\r\n1 0 "
+        "0\r\n1 1 0\r\n"
+        "3 0 1 2\r\n",
+        1, 2);
     expect_text("faces before vertices", "x.ply",
-                "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 3\n"
+                "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int "
+                "vertex_indices\nelement vertex 3\n"
                 "property float z\n"
-                "property float y\nproperty float x\nend_header\n3 0 1 2\n0 0 0\n0 0 1\n0 1 1\n", 1, 2);
+                "property float y\nproperty float x\nend_header\n3 0 1 2\n0 0 0\n0 0 1\n0 1 1\n",
+                1, 2);
     test_strip();
     expect_text("no faces", "x.ply", PLY_VERTICES "end_header\n0 0 0\n1 0 0\n1 1 0\n", 0, 0);
-    expect_text("indices out of range", "x.ply",
-                PLY_VERTICES "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
-                             "3 0 1 3\n3 -1 1 2\n3 0 1 9999999999\n3 0 1 2\n", 1, 2);
+    expect_text(
+        "indices out of range", "x.ply",
+        PLY_VERTICES
+        "element face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+        "3 0 1 3\n3 -1 1 2\n3 0 1 9999999999\n3 0 1 2\n",
+        1, 2);
     ok(warnings_of_kind(&warnings, "index out of range") == 3, "with a warning");
-    expect_text("doubled and non-manifold faces", "x.ply",
-                PLY_VERTICES "element face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
-                             "3 0 1 2\n3 0 1 2\n3 2 1 0\n", 3, 6);
-    expect_text("coordinates that are no numbers", "x.ply",
-                PLY_VERTICES "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\nnan 0 0\n"
-                             "1 inf 0\n3 0 1 2\n", 0, 0);
-    refuse_text("a lying count of vertices", "x.ply",
-                "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
-                "property float z\nend_header\n0 0 0\n1 0 0\n",
-                "vertex 3 of 4000000000: the file ends here");
-    refuse_text("of faces", "x.ply",
-                PLY_VERTICES "element face 18446744073709551615\nproperty list uchar int vertex_indices\nend_header\n"
-                             "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",
-                "face 2 of 18446744073709551615: the file ends here");
-    refuse_text("of corners", "x.ply",
-                PLY_VERTICES "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
-                             "4000000000 0 1 2\n",
-                "face 1 of 1: the file ends here");
+    expect_text(
+        "doubled and non-manifold faces", "x.ply",
+        PLY_VERTICES
+        "element face 3\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+        "3 0 1 2\n3 0 1 2\n3 2 1 0\n",
+        3, 6);
+    expect_text(
+        "coordinates that are no numbers", "x.ply",
+        PLY_VERTICES
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\nnan 0 0\n"
+        "1 inf 0\n3 0 1 2\n",
+        0, 0);
+    refuse_text(
+        "a lying count of vertices", "x.ply",
+        "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n"
+        "property float z\nend_header\n0 0 0\n1 0 0\n",
+        "vertex 3 of 4000000000: the file ends here");
+    refuse_text(
+        "of faces", "x.ply",
+        PLY_VERTICES
+        "element face 18446744073709551615\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",
+        "face 2 of 18446744073709551615: the file ends here");
+    refuse_text(
+        "of corners", "x.ply",
+        PLY_VERTICES
+        "element face 1\nproperty list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+        "4000000000 0 1 2\n",
+        "face 1 of 1: the file ends here");
     refuse_text("a word for a number", "x.ply", PLY_VERTICES "end_header\n0 0 0\n1 zero 0\n1 1 0\n",
                 "vertex 2 of 3: expected a number");
     refuse_text("no end_header", "x.ply", PLY_VERTICES, "no end_header");
-    refuse_text("a property before any element", "x.ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n",
-                "before any element");
-    refuse_text("an unknown type", "x.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n",
+    refuse_text("a property before any element", "x.ply",
+                "ply\nformat ascii 1.0\nproperty float x\nend_header\n", "before any element");
+    refuse_text("an unknown type", "x.ply",
+                "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n",
                 "unknown type");
-    refuse_text("an unknown format", "x.ply", "ply\nformat binary_middle_endian 1.0\nelement vertex 0\n"
-                                              "property float x\nproperty float y\nproperty float z\nend_header\n",
+    refuse_text("an unknown format", "x.ply",
+                "ply\nformat binary_middle_endian 1.0\nelement vertex 0\n"
+                "property float x\nproperty float y\nproperty float z\nend_header\n",
                 "unknown format");
-    refuse_text("no coordinates", "x.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n",
-                "no x, y and z");
+    refuse_text("no coordinates", "x.ply",
+                "ply\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n", "no x, y and z");
     refuse_text("no vertices", "x.ply", "ply\nformat ascii 1.0\nend_header\n", "no element vertex");
     refuse_text("something else", "x.ply", "PLY is not what this is\n", "expected 'ply'");
 }
@@ -245,25 +280,34 @@ static void test_ply(void)
 
 static void test_off(void)
 {
-    expect_text("OFF", "x.off", "OFF\n4 1 0\n0 0 0\n4000000.123456789 0 0\n4000000.123456789 1 0\n0 1 0\n4 0 1 2 3\n",
-                2, 3 * far_away);
+    expect_text(
+        "OFF", "x.off",
+        "OFF\n4 1 0\n0 0 0\n4000000.123456789 0 0\n4000000.123456789 1 0\n0 1 0\n4 0 1 2 3\n", 2,
+        3 * far_away);
     expect_text("comments, empty lines and counts in the first line", "x.off",
-                "# made by hand\nOFF 3 1 0 # counts\n\n0 0 0 # a vertex\n1 0 0\n\n# more\n1 1 0\n3 0 1 2 # a face",
+                "# made by hand\nOFF 3 1 0 # counts\n\n0 0 0 # a vertex\n1 0 0\n\n# more\n1 1 0\n3 "
+                "0 1 2 # a face",
                 1, 2);
-    expect_text("colours of vertices and faces", "x.off", "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n"
-                                                          "3 0 1 2 0.5 0.5 0.5\n", 1, 2);
+    expect_text("colours of vertices and faces", "x.off",
+                "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n"
+                "3 0 1 2 0.5 0.5 0.5\n",
+                1, 2);
     expect_text("normals and texture coordinates", "x.off",
-                "STCNOFF\n3 2 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0 0 0 1 1 1 1 1 0 0\n1 1 0 0 0 1 1 1 1 1 0 0\n"
-                "3 0 1 2 9 9 9\n3 0 1 2\n", 2, 4);
+                "STCNOFF\n3 2 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0 0 0 1 1 1 1 1 0 0\n1 1 0 0 0 1 1 1 "
+                "1 1 0 0\n"
+                "3 0 1 2 9 9 9\n3 0 1 2\n",
+                2, 4);
     expect_text("Windows", "x.off", "OFF\r\n3 1 0\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n3 0 1 2\r\n", 1, 2);
-    expect_text("an index out of range", "x.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 0 1 2\n", 1, 2);
+    expect_text("an index out of range", "x.off",
+                "OFF\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 0 1 2\n", 1, 2);
     refuse_text("a lying count of vertices", "x.off", "OFF\n4000000000 1 0\n0 0 0\n1 0 0\n",
                 "vertex 3 of 4000000000: the file ends here");
     refuse_text("of faces", "x.off", "OFF\n3 4000000000 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",
                 "face 2 of 4000000000: the file ends here");
     refuse_text("of corners", "x.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n4000000000 0 1 2\n",
                 "face 1 of 1: the file ends here");
-    refuse_text("a word for a number", "x.off", "OFF\n3 1 0\n0 0 zero\n", "vertex 1 of 3: expected a number");
+    refuse_text("a word for a number", "x.off", "OFF\n3 1 0\n0 0 zero\n",
+                "vertex 1 of 3: expected a number");
     refuse_text("four dimensions", "x.off", "4OFF\n3 1 0\n", "only three dimensions");
     refuse_text("binary", "x.off", "OFF BINARY\n", "binary OFF");
     refuse_text("something else", "x.off", "offside\n", "expected OFF");
@@ -288,17 +332,22 @@ static struct bytes make_stl(const char *header, uint32_t promised, int facets)
 
 static void test_stl(void)
 {
-#define FACET                                                                                     \
+#define FACET                                                                                      \
     "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 4000000.123456789 0 0\n"            \
     "  vertex 4000000.123456789 1 0\n endloop\nendfacet\n"
-    expect_text("STL", "x.stl", "solid a vertex of names\n" FACET FACET "endsolid a vertex of names\n", 2,
+    expect_text("STL", "x.stl",
+                "solid a vertex of names\n" FACET FACET "endsolid a vertex of names\n", 2,
                 4 * far_away);
     expect_text("several solids, in capitals", "x.stl",
-                "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 1 1 0\nENDLOOP\nENDFACET\n"
-                "ENDSOLID\nsolid b\n" FACET "endsolid", 2, 2 + 2 * far_away);
+                "SOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 1 1 "
+                "0\nENDLOOP\nENDFACET\n"
+                "ENDSOLID\nsolid b\n" FACET "endsolid",
+                2, 2 + 2 * far_away);
     expect_text("a loop of four", "x.stl",
-                "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\n"
-                "endsolid\n", 2, 3);
+                "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 "
+                "0\nendloop\nendfacet\n"
+                "endsolid\n",
+                2, 3);
     struct bytes file = make_stl("made by hand", 3, 3);
     expect("binary STL", "x.stl", file.data, file.size, 3, 6);
     file = make_stl("solid made by a liar", 3, 3);
@@ -306,19 +355,22 @@ static void test_stl(void)
     file = make_stl("made by hand", 2, 3);
     expect("bytes behind the last facet", "x.stl", file.data, file.size, 2, 4);
     file = make_stl("made by hand", 4000000000u, 3);
-    refuse("a lying count", "x.stl", file.data, file.size, "promises 4000000000 facets, there is room for 3");
+    refuse("a lying count", "x.stl", file.data, file.size,
+           "promises 4000000000 facets, there is room for 3");
     refuse("a header cut off", "x.stl", file.data, 83, "expected STL");
-    refuse_text("cut off in a facet", "x.stl", "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
+    refuse_text("cut off in a facet", "x.stl",
+                "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
                 "without endsolid");
     refuse_text("cut off between facets", "x.stl", "solid\n" FACET, "without endsolid");
-    refuse_text("a word for a number", "x.stl", "solid\nouter loop\nvertex 0 zero 0\n", "expected 3 coordinates");
+    refuse_text("a word for a number", "x.stl", "solid\nouter loop\nvertex 0 zero 0\n",
+                "expected 3 coordinates");
 }
 
 /* The content tells the format where the name does not. */
 static void test_guess(void)
 {
     const struct bytes ply = make_ply("binary_little_endian", "float", "uchar", "int"),
-        stl = make_stl("made by hand", 3, 3);
+                       stl = make_stl("made by hand", 3, 3);
     expect("PLY by content", "ply.dat", ply.data, ply.size, 2, 3);
     expect("binary STL by content", "stl.dat", stl.data, stl.size, 3, 6);
     expect_text("STL by content", "stl.txt", "solid\n" FACET "endsolid\n", 1, 2 * far_away);

@@ -1,8 +1,9 @@
-/* glTF and GLB: what the specification says of containers, accessors, primitives, nodes, materials, textures and lights
- * holds of the scene; what cannot be honoured is refused by name; hostile numbers harm nothing.
+/* glTF and GLB: what the specification says of containers, accessors, primitives, nodes, materials,
+ * textures and lights holds of the scene; what cannot be honoured is refused by name; hostile
+ * numbers harm nothing.
  *
- * Files are put together here: JSON is written with ' for ", and the binary buffer is cut into views, one for each call
- * of view().
+ * Files are put together here: JSON is written with ' for ", and the binary buffer is cut into
+ * views, one for each call of view().
  */
 #include "base/error.h"
 #include "base/warning.h"
@@ -44,14 +45,16 @@ static void begin(void)
     view_count = 0;
 }
 
-/* Appends bytes to the buffer, aligned to 4, as a view with this stride (0: none stated); gives the view's number. */
+/* Appends bytes to the buffer, aligned to 4, as a view with this stride (0: none stated); gives the
+ * view's number. */
 static int view(const void *data, size_t size, unsigned stride)
 {
     char *end = views + strlen(views), stated[32] = "";
     if (stride)
         snprintf(stated, sizeof stated, ",'byteStride':%u", stride);
-    snprintf(end, sizeof views - strlen(views), "%s{'buffer':0,'byteOffset':%zu,'byteLength':%zu%s}",
-             view_count ? "," : "", buffer.size, size, stated);
+    snprintf(end, sizeof views - strlen(views),
+             "%s{'buffer':0,'byteOffset':%zu,'byteLength':%zu%s}", view_count ? "," : "",
+             buffer.size, size, stated);
     put(&buffer, data, size);
     put(&buffer, "\0\0\0", (4 - size % 4) % 4);
     return view_count++;
@@ -70,14 +73,16 @@ static void quote(char *json)
         *c = '"';
 }
 
-/* Makes `text` of the buffer and its views, and what the test has to say. `uri`: of the buffer, or NULL. */
+/* Makes `text` of the buffer and its views, and what the test has to say. `uri`: of the buffer, or
+ * NULL. */
 static void compose(const char *uri, const char *format, va_list args)
 {
     char *rest = NULL, *head = NULL;
     require(vasprintf(&rest, format, args) >= 0);
     if (buffer.size)
-        require(asprintf(&head, "'buffers':[{'byteLength':%zu%s%s%s}],'bufferViews':[%s],", buffer.size,
-                         uri ? ",'uri':'" : "", uri ? uri : "", uri ? "'" : "", views) >= 0);
+        require(asprintf(&head, "'buffers':[{'byteLength':%zu%s%s%s}],'bufferViews':[%s],",
+                         buffer.size, uri ? ",'uri':'" : "", uri ? uri : "", uri ? "'" : "",
+                         views) >= 0);
     free(text);
     require(asprintf(&text, "{'asset':{'version':'2.0'},%s%s}", head ? head : "", rest) >= 0);
     quote(text);
@@ -112,13 +117,14 @@ static void expect_error(const char *what, const char *name, const char *part)
 {
     struct scene *scene = NULL;
     struct error *err = read_file(name, &scene);
-    ok(err && !scene && strstr(error_message(err), part) && strstr(error_message(err), name), "%s: %s", what,
-       err ? strrchr(error_message(err), '/') + 1 : "(accepted)");
+    ok(err && !scene && strstr(error_message(err), part) && strstr(error_message(err), name),
+       "%s: %s", what, err ? strrchr(error_message(err), '/') + 1 : "(accepted)");
     error_destroy(err);
     scene_destroy(scene);
 }
 
-static __attribute__((format(printf, 3, 4))) void refuse(const char *what, const char *part, const char *format, ...)
+static __attribute__((format(printf, 3, 4))) void refuse(const char *what, const char *part,
+                                                         const char *format, ...)
 {
     va_list args;
     va_start(args, format);
@@ -166,15 +172,16 @@ static bool is_colour(struct vec3f c, float x, float y, float z)
     return fabsf(c.x - x) + fabsf(c.y - y) + fabsf(c.z - z) < 1e-6f;
 }
 
-/* Twice the area of all triangles, as a vector along their normals: its length tells a wrong corner, its direction a
- * wrong winding. */
+/* Twice the area of all triangles, as a vector along their normals: its length tells a wrong
+ * corner, its direction a wrong winding. */
 static struct vec3 area(const struct scene *s)
 {
     struct vec3 sum = {0, 0, 0};
     for (size_t i = 0; i < s->instance_count; i++)
         for (size_t t = 0; t < s->meshes[s->instances[i].mesh].triangle_count; t++) {
             const struct vec3 a = placed(s, i, t, 0);
-            sum = vec3_add(sum, vec3_cross(vec3_sub(placed(s, i, t, 1), a), vec3_sub(placed(s, i, t, 2), a)));
+            sum = vec3_add(
+                sum, vec3_cross(vec3_sub(placed(s, i, t, 1), a), vec3_sub(placed(s, i, t, 2), a)));
         }
     return sum;
 }
@@ -182,17 +189,20 @@ static struct vec3 area(const struct scene *s)
 /* -- accessors and primitives ----------------------------------------------------------------- */
 
 /* Positions (0 0 0), (most 0 0), (0 most 0) of any component type, as they are and normalized. */
-static void expect_components(const char *name, int type, const void *data, size_t size, unsigned stride, double most)
+static void expect_components(const char *name, int type, const void *data, size_t size,
+                              unsigned stride, double most)
 {
     for (int normalized = 0; normalized < (most > 1 ? 2 : 1); normalized++) {
         begin();
         view(data, size, stride);
-        struct scene *s = read_scene(
-            "'extensionsRequired':['KHR_mesh_quantization'],'accessors':[{'bufferView':0,'componentType':%d,'count':3,"
-            "'type':'VEC3','normalized':%s}]," MESHES ",'nodes':[{'mesh':0}]",
-            type, normalized ? "true" : "false");
+        struct scene *s = read_scene("'extensionsRequired':['KHR_mesh_quantization'],'accessors':[{"
+                                     "'bufferView':0,'componentType':%d,'count':3,"
+                                     "'type':'VEC3','normalized':%s}]," MESHES
+                                     ",'nodes':[{'mesh':0}]",
+                                     type, normalized ? "true" : "false");
         const double edge = normalized ? 1 : most;
-        ok(is_at(area(s), 0, 0, edge * edge), "positions of %s%s", name, normalized ? ", normalized" : "");
+        ok(is_at(area(s), 0, 0, edge * edge), "positions of %s%s", name,
+           normalized ? ", normalized" : "");
         scene_destroy(s);
     }
 }
@@ -206,7 +216,8 @@ static void test_components(void)
     expect_components("bytes", 5120, bytes, sizeof bytes - 1, 4, 127);
     expect_components("unsigned bytes", 5121, unsigned_bytes, sizeof unsigned_bytes - 1, 4, 255);
     expect_components("shorts", 5122, shorts, sizeof shorts - 2, 8, 32767);
-    expect_components("unsigned shorts", 5123, unsigned_shorts, sizeof unsigned_shorts - 2, 8, 65535);
+    expect_components("unsigned shorts", 5123, unsigned_shorts, sizeof unsigned_shorts - 2, 8,
+                      65535);
     expect_components("floats", 5126, corners, sizeof corners, 0, 1);
 
     const uint8_t index8[3] = {2, 0, 1};
@@ -217,23 +228,28 @@ static void test_components(void)
         const int type = k == 0 ? 5121 : k == 1 ? 5123 : 5125;
         begin_triangle();
         view(index[k], (size_t)3 << k, 0);
-        struct scene *s = read_scene("'accessors':[" ACCESSOR ",{'bufferView':1,'componentType':%d,'count':3,"
-                                     "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
-                                     "'indices':1}]}],'nodes':[{'mesh':0}]", type);
-        ok(is_at(placed(s, 0, 0, 0), 0, 1, 0) && is_at(area(s), 0, 0, 1), "indices of %d bytes", 1 << k);
+        struct scene *s =
+            read_scene("'accessors':[" ACCESSOR ",{'bufferView':1,'componentType':%d,'count':3,"
+                       "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
+                       "'indices':1}]}],'nodes':[{'mesh':0}]",
+                       type);
+        ok(is_at(placed(s, 0, 0, 0), 0, 1, 0) && is_at(area(s), 0, 0, 1), "indices of %d bytes",
+           1 << k);
         scene_destroy(s);
     }
 }
 
 static void test_layout(void)
 {
-    /* Two accessors share a view with a stride: positions, and 4 bytes behind each that are none. */
+    /* Two accessors share a view with a stride: positions, and 4 bytes behind each that are
+     * none. */
     const float woven[12] = {0, 0, 0, 99, 1, 0, 0, 99, 0, 1, 0, 99};
     begin();
     view(corners, 12, 0);
     view(woven, sizeof woven - 4, 16);
-    struct scene *s = read_scene("'accessors':[{'bufferView':1,'componentType':5126,'count':3,'type':'VEC3'}]," MESHES
-                                 ",'nodes':[{'mesh':0}]");
+    struct scene *s = read_scene(
+        "'accessors':[{'bufferView':1,'componentType':5126,'count':3,'type':'VEC3'}]," MESHES
+        ",'nodes':[{'mesh':0}]");
     ok(is_at(area(s), 0, 0, 1), "a byte stride, up to the view's last byte");
     scene_destroy(s);
     begin();
@@ -244,8 +260,8 @@ static void test_layout(void)
     const float behind[11] = {7, 7, 0, 0, 0, 2, 0, 0, 0, 2, 0};
     begin();
     view(behind, sizeof behind, 0);
-    s = read_scene("'accessors':[{'bufferView':0,'byteOffset':8,'componentType':5126,'count':3,'type':'VEC3'}]," MESHES
-                   ",'nodes':[{'mesh':0}]");
+    s = read_scene("'accessors':[{'bufferView':0,'byteOffset':8,'componentType':5126,'count':3,'"
+                   "type':'VEC3'}]," MESHES ",'nodes':[{'mesh':0}]");
     ok(is_at(area(s), 0, 0, 4), "a byte offset");
     scene_destroy(s);
 
@@ -254,10 +270,14 @@ static void test_layout(void)
     const float value[6] = {3, 0, 0, 0, 3, 0};
     for (int base = 0; base < 2; base++) {
         begin_triangle();
-        const int index_view = view(element, sizeof element, 0), value_view = view(value, sizeof value, 0);
-        s = read_scene("'accessors':[{%s'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':2,'indices':"
-                       "{'bufferView':%d,'componentType':5123},'values':{'bufferView':%d}}}]," MESHES
-                       ",'nodes':[{'mesh':0}]", base ? "'bufferView':0," : "", index_view, value_view);
+        const int index_view = view(element, sizeof element, 0),
+                  value_view = view(value, sizeof value, 0);
+        s = read_scene(
+            "'accessors':[{%s'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':2,'"
+            "indices':"
+            "{'bufferView':%d,'componentType':5123},'values':{'bufferView':%d}}}]," MESHES
+            ",'nodes':[{'mesh':0}]",
+            base ? "'bufferView':0," : "", index_view, value_view);
         ok(is_at(area(s), 0, 0, 9), "a sparse accessor %s", base ? "on data" : "on zeros");
         scene_destroy(s);
     }
@@ -265,13 +285,16 @@ static void test_layout(void)
     view((const uint16_t[]){1, 3}, 4, 0);
     view(value, sizeof value, 0);
     refuse("a sparse index out of range", "sparse index 3",
-           "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':2,'indices':"
-           "{'bufferView':1,'componentType':5123},'values':{'bufferView':2}}}]," MESHES ",'nodes':[{'mesh':0}]");
+           "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3','sparse':{'"
+           "count':2,'indices':"
+           "{'bufferView':1,'componentType':5123},'values':{'bufferView':2}}}]," MESHES
+           ",'nodes':[{'mesh':0}]");
 }
 
 static void test_modes(void)
 {
-    /* A strip, a fan and a list of the same square, wound alike; one vertex too many for whole triangles. */
+    /* A strip, a fan and a list of the same square, wound alike; one vertex too many for whole
+     * triangles. */
     static const struct {
         int mode;
         const char *name;
@@ -287,10 +310,13 @@ static void test_modes(void)
     for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
         begin();
         view(modes[i].p, modes[i].vertices * 12, 0);
-        struct scene *s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':%zu,'type':'VEC3'}],"
-                                     "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'mode':%d}]}],"
-                                     "'nodes':[{'mesh':0}]", modes[i].vertices, modes[i].mode);
-        ok(scene_triangle_count(s) == modes[i].triangles && is_at(area(s), 0, 0, (double)modes[i].triangles) &&
+        struct scene *s = read_scene(
+            "'accessors':[{'bufferView':0,'componentType':5126,'count':%zu,'type':'VEC3'}],"
+            "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'mode':%d}]}],"
+            "'nodes':[{'mesh':0}]",
+            modes[i].vertices, modes[i].mode);
+        ok(scene_triangle_count(s) == modes[i].triangles &&
+               is_at(area(s), 0, 0, (double)modes[i].triangles) &&
                (warnings_of_kind(&warnings, "points and lines") > 0) == (modes[i].triangles == 0),
            "%s: %zu triangles, the front in front", modes[i].name, scene_triangle_count(s));
         scene_destroy(s);
@@ -305,13 +331,16 @@ static void test_shared_vertices(void)
     begin();
     view(p, sizeof p, 0);
     view(index, sizeof index, 0);
-    struct scene *s = read_scene(
-        "'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},{'bufferView':1,"
-        "'componentType':5123,'count':3,'type':'SCALAR'},{'bufferView':1,'byteOffset':6,'componentType':5123,'count':3,"
-        "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1},{'attributes':"
-        "{'POSITION':0},'indices':2}]}],'nodes':[{'mesh':0}]");
+    struct scene *s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':6,'"
+                                 "type':'VEC3'},{'bufferView':1,"
+                                 "'componentType':5123,'count':3,'type':'SCALAR'},{'bufferView':1,'"
+                                 "byteOffset':6,'componentType':5123,'count':3,"
+                                 "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'"
+                                 "POSITION':0},'indices':1},{'attributes':"
+                                 "{'POSITION':0},'indices':2}]}],'nodes':[{'mesh':0}]");
     ok(s->mesh_count == 1 && s->meshes[0].vertex_count == 6 && is_at(placed(s, 0, 1, 0), 5, 1, 0) &&
-           is_at(placed(s, 0, 1, 1), 5, 0, 0), "primitives of one mesh share a list of vertices");
+           is_at(placed(s, 0, 1, 1), 5, 0, 0),
+       "primitives of one mesh share a list of vertices");
     scene_destroy(s);
 
     const uint16_t wrong[6] = {0, 1, 6, 65535, 3, 4};
@@ -319,9 +348,12 @@ static void test_shared_vertices(void)
     view(p, sizeof p, 0);
     view(wrong, sizeof wrong, 0);
     view(index, sizeof index, 0);
-    s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},{'bufferView':1,"
-                   "'componentType':5123,'count':6,'type':'SCALAR'},{'bufferView':2,'componentType':5123,'count':6,"
-                   "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'indices':1},{'attributes':"
+    s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},{'"
+                   "bufferView':1,"
+                   "'componentType':5123,'count':6,'type':'SCALAR'},{'bufferView':2,'componentType'"
+                   ":5123,'count':6,"
+                   "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'"
+                   "indices':1},{'attributes':"
                    "{'POSITION':0},'indices':2}]}],'nodes':[{'mesh':0}]");
     ok(scene_triangle_count(s) == 2 && warnings_of_kind(&warnings, "index out of range") == 2,
        "triangles with a corner that is no vertex are left out, with a warning");
@@ -333,15 +365,18 @@ static void test_shared_vertices(void)
 static void test_nodes(void)
 {
     begin_triangle();
-    struct scene *s = read_scene(ACCESSORS "," MESHES ",'scene':0,'scenes':[{'nodes':[0]}],'nodes':["
-                                 "{'children':[1,2],'translation':[10,0,0]},"
-                                 "{'mesh':0,'rotation':[0,0,0.7071067811865476,0.7071067811865476],'scale':[2,3,4]},"
-                                 "{'mesh':0,'matrix':[0,0,2,0, 0,1,0,0, 3,0,0,0, 5,6,7,1]},{'mesh':0}]");
+    struct scene *s = read_scene(
+        ACCESSORS
+        "," MESHES ",'scene':0,'scenes':[{'nodes':[0]}],'nodes':["
+        "{'children':[1,2],'translation':[10,0,0]},"
+        "{'mesh':0,'rotation':[0,0,0.7071067811865476,0.7071067811865476],'scale':[2,3,4]},"
+        "{'mesh':0,'matrix':[0,0,2,0, 0,1,0,0, 3,0,0,0, 5,6,7,1]},{'mesh':0}]");
     ok(s->instance_count == 2 && s->mesh_count == 1,
        "a mesh placed twice stays one; nodes outside the scene are not there");
     ok(is_at(placed(s, 0, 0, 1), 10, 2, 0) && is_at(placed(s, 0, 0, 2), 7, 0, 0),
        "translation times rotation times scale, below the parent's");
-    ok(is_at(placed(s, 1, 0, 0), 15, 6, 7) && is_at(placed(s, 1, 0, 1), 15, 6, 9), "a matrix is column-major");
+    ok(is_at(placed(s, 1, 0, 0), 15, 6, 7) && is_at(placed(s, 1, 0, 1), 15, 6, 9),
+       "a matrix is column-major");
     scene_destroy(s);
 
     static const struct {
@@ -354,15 +389,20 @@ static void test_nodes(void)
     };
     for (size_t i = 0; i < 3; i++) {
         s = read_scene(ACCESSORS "," MESHES ",'nodes':[{'mesh':0},{'mesh':0,'translation':[1,0,0]},"
-                       "{'mesh':0,'translation':[2,0,0]}],%s", scenes[i].json);
-        ok(s->instance_count == (i < 2 ? 1 : 3) && is_at(placed(s, 0, 0, 0), scenes[i].x, 0, 0), "%s", scenes[i].name);
+                                 "{'mesh':0,'translation':[2,0,0]}],%s",
+                       scenes[i].json);
+        ok(s->instance_count == (i < 2 ? 1 : 3) && is_at(placed(s, 0, 0, 0), scenes[i].x, 0, 0),
+           "%s", scenes[i].name);
         scene_destroy(s);
     }
 
-    s = read_scene(ACCESSORS "," MESHES ",'extensionsRequired':['KHR_node_visibility'],'nodes':["
-                   "{'children':[1],'extensions':{'KHR_node_visibility':{'visible':false}}},{'mesh':0},"
-                   "{'mesh':0,'translation':[7,0,0],'extensions':{'KHR_node_visibility':{'visible':true}}}]");
-    ok(s->instance_count == 1 && is_at(placed(s, 0, 0, 0), 7, 0, 0), "what hangs below an invisible node is not there");
+    s = read_scene(
+        ACCESSORS
+        "," MESHES ",'extensionsRequired':['KHR_node_visibility'],'nodes':["
+        "{'children':[1],'extensions':{'KHR_node_visibility':{'visible':false}}},{'mesh':0},"
+        "{'mesh':0,'translation':[7,0,0],'extensions':{'KHR_node_visibility':{'visible':true}}}]");
+    ok(s->instance_count == 1 && is_at(placed(s, 0, 0, 0), 7, 0, 0),
+       "what hangs below an invisible node is not there");
     scene_destroy(s);
 }
 
@@ -376,14 +416,16 @@ static void test_mirrors(void)
         begin();
         view(p, sizeof p, 0);
         view(index, sizeof index, 0);
-        struct scene *s = read_scene(
-            "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},{'bufferView':1,"
-            "'componentType':5121,'count':12,'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},"
-            "'indices':1}]}],'nodes':[{'mesh':0,'scale':%s}]", scales[i]);
+        struct scene *s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':4,'"
+                                     "type':'VEC3'},{'bufferView':1,"
+                                     "'componentType':5121,'count':12,'type':'SCALAR'}],'meshes':[{"
+                                     "'primitives':[{'attributes':{'POSITION':0},"
+                                     "'indices':1}]}],'nodes':[{'mesh':0,'scale':%s}]",
+                                     scales[i]);
         struct scene_solids solids;
         struct error *err = scene_solids(s, &solids, &warnings);
-        ok(!err && solids.closed_count == 1 && solids.volume[0] > 0, "scaled by %s, the inside stays inside",
-           scales[i]);
+        ok(!err && solids.closed_count == 1 && solids.volume[0] > 0,
+           "scaled by %s, the inside stays inside", scales[i]);
         error_destroy(err);
         scene_solids_clear(&solids);
         scene_destroy(s);
@@ -393,16 +435,20 @@ static void test_mirrors(void)
 static void test_instancing(void)
 {
     const float t[9] = {1, 0, 0, 2, 0, 0, 3, 0, 0}, scale[9] = {1, 1, 1, 2, 2, 2, 1, 1, 1};
-    const int16_t q[12] = {0, 0, 0, 32767, 0, 0, 0, 32767, 0, 0, 32767, 0}; /* the last: half a turn about z */
+    /* the last: half a turn about z */
+    const int16_t q[12] = {0, 0, 0, 32767, 0, 0, 0, 32767, 0, 0, 32767, 0};
     begin_triangle();
     view(t, sizeof t, 0);
     view(q, sizeof q, 0);
     view(scale, sizeof scale, 0);
     const char *const head =
-        "'extensionsRequired':['EXT_mesh_gpu_instancing'],'accessors':[" ACCESSOR ",{'bufferView':1,"
-        "'componentType':5126,'count':3,'type':'VEC3'},{'bufferView':2,'componentType':5122,'normalized':true,"
-        "'count':3,'type':'VEC4'},{'bufferView':3,'componentType':5126,'count':%d,'type':'VEC3'}]," MESHES
-        ",'nodes':[{'mesh':0,'translation':[0,0,9],'extensions':{'EXT_mesh_gpu_instancing':{'attributes':"
+        "'extensionsRequired':['EXT_mesh_gpu_instancing'],'accessors':[" ACCESSOR
+        ",{'bufferView':1,"
+        "'componentType':5126,'count':3,'type':'VEC3'},{'bufferView':2,'componentType':5122,'"
+        "normalized':true,"
+        "'count':3,'type':'VEC4'},{'bufferView':3,'componentType':5126,'count':%d,'type':'VEC3'}]"
+        "," MESHES ",'nodes':[{'mesh':0,'translation':[0,0,9],'extensions':{'EXT_mesh_gpu_"
+        "instancing':{'attributes':"
         "{'TRANSLATION':1,'ROTATION':2,'SCALE':3,'_ID':0}}}}]";
     char json[1024];
     snprintf(json, sizeof json, head, 3);
@@ -423,7 +469,8 @@ static void append(void *context, void *data, int size)
 }
 
 /* Red, green; blue, white at half the alpha: top row first. */
-static const uint8_t texels[16] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 128};
+static const uint8_t texels[16] = {255, 0, 0,   255, 0,   255, 0,   255,
+                                   0,   0, 255, 255, 255, 255, 255, 128};
 
 static struct bytes png(void)
 {
@@ -432,8 +479,8 @@ static struct bytes png(void)
     return out;
 }
 
-/* A triangle whose corners look at the middle of the red, the green and the blue texel: first set of coordinates; at
- * the green, the blue and the red: second set. Texture 0 is x.png. */
+/* A triangle whose corners look at the middle of the red, the green and the blue texel: first set
+ * of coordinates; at the green, the blue and the red: second set. Texture 0 is x.png. */
 static void begin_textured(void)
 {
     const float first[6] = {0.25f, 0.25f, 0.75f, 0.25f, 0.25f, 0.75f};
@@ -445,9 +492,11 @@ static void begin_textured(void)
     view(second, sizeof second, 0);
 }
 
-#define TEXTURED                                                                                                       \
-    "'accessors':[" ACCESSOR ",{'bufferView':1,'componentType':5126,'count':3,'type':'VEC2'},{'bufferView':2,"         \
-    "'componentType':5126,'count':3,'type':'VEC2'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0,"             \
+#define TEXTURED                                                                                   \
+    "'accessors':[" ACCESSOR                                                                       \
+    ",{'bufferView':1,'componentType':5126,'count':3,'type':'VEC2'},{'bufferView':2,"              \
+    "'componentType':5126,'count':3,'type':'VEC2'}],'meshes':[{'primitives':[{'attributes':{'"     \
+    "POSITION':0,"                                                                                 \
     "'TEXCOORD_0':1,'TEXCOORD_1':2},'material':0}]}],'nodes':[{'mesh':0}]"
 #define TEXTURE "'textures':[{'source':0}],'images':[{'uri':'x.png'}]"
 #define SAMPLED "'textures':[{'source':0,'sampler':0}],'images':[{'uri':'x.png'}]"
@@ -472,15 +521,18 @@ static void test_factors(void)
 {
     begin_triangle();
     struct scene *s = read_scene(PLAIN);
-    ok(is_colour(albedo_at(s, 0), 1, 1, 1) && !s->meshes[0].uv && warnings.count == 0, "no material: white");
+    ok(is_colour(albedo_at(s, 0), 1, 1, 1) && !s->meshes[0].uv && warnings.count == 0,
+       "no material: white");
     scene_destroy(s);
 
-    const char *const one = "'materials':[{%s}],'accessors':[" ACCESSOR "],'meshes':[{'primitives':[{'attributes':"
+    const char *const one = "'materials':[{%s}],'accessors':[" ACCESSOR
+                            "],'meshes':[{'primitives':[{'attributes':"
                             "{'POSITION':0},'material':0}]}],'nodes':[{'mesh':0}]";
     char json[1024];
-    snprintf(json, sizeof json, one, "'name':'a','doubleSided':true,'emissiveFactor':[1,0.5,0],'extensions':"
-                                     "{'KHR_materials_emissive_strength':{'emissiveStrength':8}},"
-                                     "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.25,1,0.4],'metallicFactor':1}");
+    snprintf(json, sizeof json, one,
+             "'name':'a','doubleSided':true,'emissiveFactor':[1,0.5,0],'extensions':"
+             "{'KHR_materials_emissive_strength':{'emissiveStrength':8}},"
+             "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.25,1,0.4],'metallicFactor':1}");
     s = read_scene("%s", json);
     ok(is_colour(albedo_at(s, 0), 0.5f, 0.25f, 1) && is_colour(s->materials[0].emission, 8, 4, 0) &&
            !strcmp(s->materials[0].name, "a"),
@@ -489,56 +541,74 @@ static void test_factors(void)
        "alpha counts for nothing unless asked for");
     scene_destroy(s);
 
-    snprintf(json, sizeof json, one, "'pbrMetallicRoughness':{'baseColorFactor':[0.1,0.1,0.1,1]},'extensions':"
-                                     "{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.5,0.25,0.75,1]},"
-                                     "'KHR_materials_unlit':{},'KHR_materials_transmission':{'transmissionFactor':1}}");
+    snprintf(json, sizeof json, one,
+             "'pbrMetallicRoughness':{'baseColorFactor':[0.1,0.1,0.1,1]},'extensions':"
+             "{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.5,0.25,0.75,1]},"
+             "'KHR_materials_unlit':{},'KHR_materials_transmission':{'transmissionFactor':1}}");
     s = read_scene("%s", json);
-    ok(is_colour(albedo_at(s, 0), 0.5f, 0.25f, 0.75f), "the diffuse factor of KHR_materials_pbrSpecularGlossiness");
-    ok(warnings_of_kind(&warnings, "unlit") == 1 && warnings_of_kind(&warnings, "transmission") == 1,
+    ok(is_colour(albedo_at(s, 0), 0.5f, 0.25f, 0.75f),
+       "the diffuse factor of KHR_materials_pbrSpecularGlossiness");
+    ok(warnings_of_kind(&warnings, "unlit") == 1 &&
+           warnings_of_kind(&warnings, "transmission") == 1,
        "unlit and transparent materials are warned about");
     scene_destroy(s);
 
-    snprintf(json, sizeof json, one, "'alphaMode':'MASK','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4]}");
+    snprintf(json, sizeof json, one,
+             "'alphaMode':'MASK','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4]}");
     s = read_scene("%s", json);
-    ok(scene_transparency(s, &s->materials[0], 0, 0) == 1, "MASK: below the cut-off, which is 0.5 by itself, a hole");
+    ok(scene_transparency(s, &s->materials[0], 0, 0) == 1,
+       "MASK: below the cut-off, which is 0.5 by itself, a hole");
     scene_destroy(s);
-    snprintf(json, sizeof json, one, "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4]}");
+    snprintf(json, sizeof json, one,
+             "'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4]}");
     s = read_scene("%s", json);
-    ok(fabsf(scene_transparency(s, &s->materials[0], 0, 0) - 0.6f) < 1e-6f, "BLEND: lets light pass in proportion");
+    ok(fabsf(scene_transparency(s, &s->materials[0], 0, 0) - 0.6f) < 1e-6f,
+       "BLEND: lets light pass in proportion");
     scene_destroy(s);
 }
 
 static void test_textures(void)
 {
     begin_textured();
-    struct scene *s =
-        read_scene(TEXTURED "," TEXTURE ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
+    struct scene *s = read_scene(
+        TEXTURED "," TEXTURE
+                 ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
     ok(shows(s, "rgb"), "a texture, its (0, 0) at the top left");
     scene_destroy(s);
-    s = read_scene(TEXTURED "," TEXTURE
-                            ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'texCoord':1}}}]");
+    s = read_scene(
+        TEXTURED
+        "," TEXTURE
+        ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'texCoord':1}}}]");
     ok(shows(s, "gbr"), "the second set of texture coordinates");
     scene_destroy(s);
-    s = read_scene(TEXTURED "," TEXTURE
-                            ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
-                            "{'KHR_texture_transform':{'texCoord':1}}}}}]");
+    s = read_scene(
+        TEXTURED
+        "," TEXTURE
+        ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
+        "{'KHR_texture_transform':{'texCoord':1}}}}}]");
     ok(shows(s, "gbr"), "KHR_texture_transform names the set");
     scene_destroy(s);
-    s = read_scene(TEXTURED "," TEXTURE ",'materials':[{'extensions':{'KHR_materials_pbrSpecularGlossiness':"
-                   "{'diffuseTexture':{'index':0,'texCoord':1}}}}]");
+    s = read_scene(TEXTURED "," TEXTURE
+                            ",'materials':[{'extensions':{'KHR_materials_pbrSpecularGlossiness':"
+                            "{'diffuseTexture':{'index':0,'texCoord':1}}}}]");
     ok(shows(s, "gbr"), "the diffuse texture of KHR_materials_pbrSpecularGlossiness");
     scene_destroy(s);
 
-    s = read_scene(TEXTURED "," TEXTURE ",'materials':[{'emissiveFactor':[2,2,2],'emissiveTexture':{'index':0},"
-                   "'alphaMode':'MASK','alphaCutoff':0.6,'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
-    ok(is_colour(scene_emission(s, &s->materials[0], 0.25f, 0.25f), 0, 0, 2), "an emissive texture times its factor");
+    s = read_scene(TEXTURED "," TEXTURE
+                            ",'materials':[{'emissiveFactor':[2,2,2],'emissiveTexture':{'index':0},"
+                            "'alphaMode':'MASK','alphaCutoff':0.6,'pbrMetallicRoughness':{'"
+                            "baseColorTexture':{'index':0}}}]");
+    ok(is_colour(scene_emission(s, &s->materials[0], 0.25f, 0.25f), 0, 0, 2),
+       "an emissive texture times its factor");
     ok(scene_transparency(s, &s->materials[0], 0.75f, 0.25f) == 1 &&
            scene_transparency(s, &s->materials[0], 0.25f, 0.25f) == 0,
        "the alpha of a cut-out's texture, against its cut-off");
     scene_destroy(s);
-    s = read_scene(TEXTURED "," TEXTURE
-                            ",'materials':[{'emissiveFactor':[2,2,2],'emissiveTexture':{'index':0,'texCoord':1},"
-                            "'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
+    s = read_scene(
+        TEXTURED
+        "," TEXTURE
+        ",'materials':[{'emissiveFactor':[2,2,2],'emissiveTexture':{'index':0,'texCoord':1},"
+        "'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
     ok(warnings_of_kind(&warnings, "texture coordinates") == 1 && shows(s, "rgb"),
        "two sets in one material: the colour's is used, with a warning");
     scene_destroy(s);
@@ -547,34 +617,43 @@ static void test_textures(void)
     struct bytes picture = {.size = 0};
     stbi_write_png_to_func(append, &picture, 1, 1, 3, grey, 3);
     files_write_bytes("x.png", picture.data, picture.size);
-    s = read_scene(TEXTURED "," TEXTURE ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0},"
-                   "'baseColorFactor':[0.5,1,1,1]}}]");
+    s = read_scene(TEXTURED "," TEXTURE
+                            ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0},"
+                            "'baseColorFactor':[0.5,1,1,1]}}]");
     ok(is_colour(albedo_at(s, 0), 0.5f * image_linear[128], image_linear[128], image_linear[128]),
        "codes are sRGB: 128 is %.4f, times the factor", (double)image_linear[128]);
     scene_destroy(s);
 }
 
-/* KHR_texture_transform against its formula: translation times rotation (counter-clockwise as seen, v being down) times
- * scale. */
+/* KHR_texture_transform against its formula: translation times rotation (counter-clockwise as seen,
+ * v being down) times scale. */
 static void test_transforms(void)
 {
     static const struct {
         double offset[2], rotation, scale[2];
-    } all[] = {{{0, 0}, 0, {1, 1}}, {{0.25, 0.5}, 0, {1, 1}}, {{0, 0}, 0.5, {1, 1}}, {{0, 0}, 0, {2, -3}},
-               {{0, 1}, 1.5707963267948966, {0.5, 0.5}}, {{-3.5, 0.125}, -2.5, {0.3, 7}}};
+    } all[] = {{{0, 0}, 0, {1, 1}},
+               {{0.25, 0.5}, 0, {1, 1}},
+               {{0, 0}, 0.5, {1, 1}},
+               {{0, 0}, 0, {2, -3}},
+               {{0, 1}, 1.5707963267948966, {0.5, 0.5}},
+               {{-3.5, 0.125}, -2.5, {0.3, 7}}};
     double worst = 0;
     begin_textured();
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         struct scene *s = read_scene(
-            TEXTURED "," TEXTURE ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
-            "{'KHR_texture_transform':{'offset':[%.17g,%.17g],'rotation':%.17g,'scale':[%.17g,%.17g]}}}}}]",
+            TEXTURED
+            "," TEXTURE
+            ",'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
+            "{'KHR_texture_transform':{'offset':[%.17g,%.17g],'rotation':%.17g,'scale':[%.17g,%."
+            "17g]}}}}}]",
             all[i].offset[0], all[i].offset[1], all[i].rotation, all[i].scale[0], all[i].scale[1]);
         const float *const m = s->materials[0].albedo_map.transform;
         const double c = cos(all[i].rotation), sine = sin(all[i].rotation);
         for (int point = 0; point < 4; point++) {
             const double u = point & 1 ? 0.9 : 0.2, v = point & 2 ? -0.4 : 0.7; /* v down */
             const double su = all[i].scale[0] * u, sv = all[i].scale[1] * v;
-            const double want_u = c * su + sine * sv + all[i].offset[0], want_v = c * sv - sine * su + all[i].offset[1];
+            const double want_u = c * su + sine * sv + all[i].offset[0],
+                         want_v = c * sv - sine * su + all[i].offset[1];
             const double got_u = (double)m[0] * u + (double)m[1] * (1 - v) + (double)m[2];
             const double got_v = 1 - ((double)m[3] * u + (double)m[4] * (1 - v) + (double)m[5]);
             worst = fmax(worst, fmax(fabs(got_u - want_u), fabs(got_v - want_v)));
@@ -583,10 +662,11 @@ static void test_transforms(void)
     }
     ok(worst < 1e-5, "KHR_texture_transform is its formula: within %.2g", worst);
 
-    struct scene *s = read_scene(TEXTURED "," TEXTURE ",'extensionsRequired':['KHR_texture_transform'],'materials':["
-                                 "{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
-                                 "{'KHR_texture_transform':{'offset':[0,1],'rotation':1.5707963267948966,"
-                                 "'scale':[0.5,0.5]}}}}}]");
+    struct scene *s = read_scene(
+        TEXTURED "," TEXTURE ",'extensionsRequired':['KHR_texture_transform'],'materials':["
+                 "{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
+                 "{'KHR_texture_transform':{'offset':[0,1],'rotation':1.5707963267948966,"
+                 "'scale':[0.5,0.5]}}}}}]");
     const struct scene_map *const map = &s->materials[0].albedo_map;
     float rgba[4];
     scene_map_sample(s, map, 0.5f, 0.5f, rgba);
@@ -602,13 +682,17 @@ static void test_samplers(void)
         bool nearest;
     } all[] = {{"{}", SCENE_REPEAT, SCENE_REPEAT, false},
                {"{'wrapS':33071,'wrapT':33648,'magFilter':9728}", SCENE_CLAMP, SCENE_MIRROR, true},
-               {"{'wrapS':10497,'wrapT':33071,'magFilter':9729,'minFilter':9728}", SCENE_REPEAT, SCENE_CLAMP, false}};
+               {"{'wrapS':10497,'wrapT':33071,'magFilter':9729,'minFilter':9728}", SCENE_REPEAT,
+                SCENE_CLAMP, false}};
     begin_textured();
     for (size_t i = 0; i < 3; i++) {
-        struct scene *s = read_scene(TEXTURED "," SAMPLED ",'samplers':[%s],'materials':[{'pbrMetallicRoughness':"
-                                     "{'baseColorTexture':{'index':0}}}]", all[i].json);
+        struct scene *s =
+            read_scene(TEXTURED "," SAMPLED ",'samplers':[%s],'materials':[{'pbrMetallicRoughness':"
+                                "{'baseColorTexture':{'index':0}}}]",
+                       all[i].json);
         const struct scene_texture *const t = s->textures;
-        ok(t->wrap_u == all[i].u && t->wrap_v == all[i].v && t->nearest == all[i].nearest, "sampler %s", all[i].json);
+        ok(t->wrap_u == all[i].u && t->wrap_v == all[i].v && t->nearest == all[i].nearest,
+           "sampler %s", all[i].json);
         scene_destroy(s);
     }
 }
@@ -616,10 +700,10 @@ static void test_samplers(void)
 /* The same picture, wherever it lies. */
 static void expect_picture(const char *name, const char *images)
 {
-    struct scene *s =
-        read_scene(TEXTURED ",'textures':[{'source':0}],'images':[%s],'materials':[{'pbrMetallicRoughness':"
-                            "{'baseColorTexture':{'index':0}}}]",
-                   images);
+    struct scene *s = read_scene(
+        TEXTURED ",'textures':[{'source':0}],'images':[%s],'materials':[{'pbrMetallicRoughness':"
+                 "{'baseColorTexture':{'index':0}}}]",
+        images);
     ok(shows(s, "rgb") && warnings.count == 0, "a picture %s", name);
     scene_destroy(s);
 }
@@ -633,27 +717,31 @@ static void test_pictures(void)
     files_write_bytes("50%25.png", picture.data, picture.size);
     expect_picture("beside the file", "{'uri':'x.png'}");
     expect_picture("in a folder, percent-encoded", "{'uri':'textures%2Fa%20b+c.png'}");
-    expect_picture("whose name is not encoded though it holds a percent sign", "{'uri':'50%25.png'}");
+    expect_picture("whose name is not encoded though it holds a percent sign",
+                   "{'uri':'50%25.png'}");
     expect_picture("at a path with ..", "{'uri':'textures/../x.png'}");
-    expect_picture("in a data: URI",
-                   "{'uri':'data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAEklEQ"
-                   "VR4nGP4z8DAAMIM/4EAAB/uBfsL2WiLAAAAAElFTkSuQmCC'}");
     expect_picture(
-        "in a data: URI of a type that is none, percent-encoded",
-        "{'uri':'data:;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAEklEQVR4nGP4z8DAAMIM%2F4EAAB%2F"
-        "uBfsL2WiLAAAAAElFTkSuQmCC'}");
+        "in a data: URI",
+        "{'uri':'data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAEklEQ"
+        "VR4nGP4z8DAAMIM/4EAAB/uBfsL2WiLAAAAAElFTkSuQmCC'}");
+    expect_picture("in a data: URI of a type that is none, percent-encoded",
+                   "{'uri':'data:;base64,"
+                   "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAEklEQVR4nGP4z8DAAMIM%2F4EAAB%2F"
+                   "uBfsL2WiLAAAAAElFTkSuQmCC'}");
     char json[64];
-    snprintf(json, sizeof json, "{'bufferView':%d,'mimeType':'image/png'}", view(picture.data, picture.size, 0));
+    snprintf(json, sizeof json, "{'bufferView':%d,'mimeType':'image/png'}",
+             view(picture.data, picture.size, 0));
     expect_picture("in a buffer view", json);
 
     uint8_t *webp = NULL;
     const size_t webp_size = WebPEncodeLosslessRGBA(texels, 2, 2, 8, &webp);
     files_write_bytes("x.webp", webp, webp_size);
     WebPFree(webp);
-    struct scene *s =
-        read_scene(TEXTURED ",'extensionsRequired':['EXT_texture_webp'],'textures':[{'source':1,'extensions':"
-                            "{'EXT_texture_webp':{'source':0}}}],'images':[{'uri':'x.webp'},{'uri':'gone.png'}],"
-                            "'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
+    struct scene *s = read_scene(
+        TEXTURED
+        ",'extensionsRequired':['EXT_texture_webp'],'textures':[{'source':1,'extensions':"
+        "{'EXT_texture_webp':{'source':0}}}],'images':[{'uri':'x.webp'},{'uri':'gone.png'}],"
+        "'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
     ok(shows(s, "rgb") && warnings.count == 0, "EXT_texture_webp goes before the fallback");
     scene_destroy(s);
 }
@@ -664,12 +752,16 @@ static void test_missing_pictures(void)
     static const struct {
         const char *name, *json, *kind;
     } all[] = {
-        {"a missing file", "'textures':[{'source':0}],'images':[{'uri':'no%2Fsuch.png'}]", "texture missing"},
-        {"a file elsewhere", "'textures':[{'source':0}],'images':[{'uri':'https://x.example/y.png'}]",
+        {"a missing file", "'textures':[{'source':0}],'images':[{'uri':'no%2Fsuch.png'}]",
          "texture missing"},
-        {"a damaged picture", "'textures':[{'source':0}],'images':[{'uri':'data:image/png;base64,AAAA'}]",
+        {"a file elsewhere",
+         "'textures':[{'source':0}],'images':[{'uri':'https://x.example/y.png'}]",
+         "texture missing"},
+        {"a damaged picture",
+         "'textures':[{'source':0}],'images':[{'uri':'data:image/png;base64,AAAA'}]",
          "texture damaged"},
-        {"an empty picture", "'textures':[{'source':0}],'images':[{'uri':'data:,'}]", "texture damaged"},
+        {"an empty picture", "'textures':[{'source':0}],'images':[{'uri':'data:,'}]",
+         "texture damaged"},
         {"a texture of an unknown kind",
          "'textures':[{'extensions':{'KHR_texture_basisu':{'source':0}}}],'images':"
          "[{'uri':'x.ktx2'}]",
@@ -679,11 +771,12 @@ static void test_missing_pictures(void)
     };
     begin_textured();
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-        struct scene *s =
-            read_scene(TEXTURED ",%s,'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.5,0.5,1],"
-                                "'baseColorTexture':{'index':0}}}]",
-                       all[i].json);
-        ok(is_colour(albedo_at(s, 0), 0.5f, 0.5f, 0.5f) && warnings_of_kind(&warnings, all[i].kind) == 1,
+        struct scene *s = read_scene(
+            TEXTURED ",%s,'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.5,0.5,1],"
+                     "'baseColorTexture':{'index':0}}}]",
+            all[i].json);
+        ok(is_colour(albedo_at(s, 0), 0.5f, 0.5f, 0.5f) &&
+               warnings_of_kind(&warnings, all[i].kind) == 1,
            "%s: the factor alone, and a warning", all[i].name);
         scene_destroy(s);
     }
@@ -694,34 +787,47 @@ static void test_missing_pictures(void)
 static void test_lights(void)
 {
     begin_triangle();
-    struct scene *s = read_scene(
-        PLAIN ",'extensionsRequired':['KHR_lights_punctual'],'extensions':{'KHR_lights_punctual':{'lights':["
-        "{'type':'point','intensity':10,'color':[1,0.5,0],'range':5},"
-        "{'type':'spot','intensity':2,'spot':{'innerConeAngle':0.5,'outerConeAngle':1.0471975511965976}},"
-        "{'type':'directional'},{'type':'spot','spot':{}}]}},"
-        "'scenes':[{'nodes':[0,1]}],'nodes':[{'mesh':0},{'children':[2,3,4,5],'translation':[1,2,3],'scale':[9,9,9]},"
-        "{'translation':[1,0,0],'extensions':{'KHR_lights_punctual':{'light':0}}},"
-        "{'rotation':[0,0.7071067811865476,0,0.7071067811865476],'extensions':{'KHR_lights_punctual':{'light':1}}},"
-        "{'extensions':{'KHR_lights_punctual':{'light':2}}},{'extensions':{'KHR_lights_punctual':{'light':3}}}]");
+    struct scene *s =
+        read_scene(PLAIN ",'extensionsRequired':['KHR_lights_punctual'],'extensions':{'KHR_lights_"
+                         "punctual':{'lights':["
+                         "{'type':'point','intensity':10,'color':[1,0.5,0],'range':5},"
+                         "{'type':'spot','intensity':2,'spot':{'innerConeAngle':0.5,'"
+                         "outerConeAngle':1.0471975511965976}},"
+                         "{'type':'directional'},{'type':'spot','spot':{}}]}},"
+                         "'scenes':[{'nodes':[0,1]}],'nodes':[{'mesh':0},{'children':[2,3,4,5],'"
+                         "translation':[1,2,3],'scale':[9,9,9]},"
+                         "{'translation':[1,0,0],'extensions':{'KHR_lights_punctual':{'light':0}}},"
+                         "{'rotation':[0,0.7071067811865476,0,0.7071067811865476],'extensions':{'"
+                         "KHR_lights_punctual':{'light':1}}},"
+                         "{'extensions':{'KHR_lights_punctual':{'light':2}}},{'extensions':{'KHR_"
+                         "lights_punctual':{'light':3}}}]");
     const struct scene_light *const l = s->lights;
     ok(s->light_count == 4 && l[0].kind == SCENE_POINT && is_at(l[0].position, 10, 2, 3),
        "a point light where its node is");
-    ok(l[0].intensity[0] == 10 && l[0].intensity[1] == 5 && l[0].intensity[2] == 0 && l[0].range == 5,
+    ok(l[0].intensity[0] == 10 && l[0].intensity[1] == 5 && l[0].intensity[2] == 0 &&
+           l[0].range == 5,
        "colour times intensity, whatever the node's scale; the range is kept");
-    ok(l[1].kind == SCENE_SPOT && is_at(l[1].direction, -1, 0, 0), "a spot shines along its node's -Z");
-    ok(fabs(l[1].cos_inner - cos(0.5)) < 1e-15 && fabs(l[1].cos_outer - 0.5) < 1e-15, "with its cone");
-    ok(l[3].cos_inner == 1 && fabs(l[3].cos_outer - sqrt(0.5)) < 1e-9, "which is 0 to 45 degrees by itself");
-    ok(l[2].kind == SCENE_SUN && is_at(l[2].direction, 0, 0, -1) && l[2].intensity[2] == 1 && l[2].range == 0, "a sun");
+    ok(l[1].kind == SCENE_SPOT && is_at(l[1].direction, -1, 0, 0),
+       "a spot shines along its node's -Z");
+    ok(fabs(l[1].cos_inner - cos(0.5)) < 1e-15 && fabs(l[1].cos_outer - 0.5) < 1e-15,
+       "with its cone");
+    ok(l[3].cos_inner == 1 && fabs(l[3].cos_outer - sqrt(0.5)) < 1e-9,
+       "which is 0 to 45 degrees by itself");
+    ok(l[2].kind == SCENE_SUN && is_at(l[2].direction, 0, 0, -1) && l[2].intensity[2] == 1 &&
+           l[2].range == 0,
+       "a sun");
     scene_destroy(s);
     refuse("a light that does not exist", "light 1 does not exist",
            PLAIN ",'nodes':[{'extensions':{'KHR_lights_punctual':{'light':1}}}]");
     refuse("a light of no known type", "got 'area'",
            ACCESSORS ",'extensions':{'KHR_lights_punctual':{'lights':[{'type':'area'}]}},"
                      "'nodes':[{'extensions':{'KHR_lights_punctual':{'light':0}}}]");
-    s = read_scene(
-        ACCESSORS "," MESHES ",'extensions':{'KHR_lights_punctual':{'lights':[{'type':'directional'},{'type':"
-                  "'point','intensity':-1}]}},'nodes':[{'mesh':0},{'scale':[0,0,0],'extensions':{'KHR_lights_punctual':"
-                  "{'light':0}}},{'extensions':{'KHR_lights_punctual':{'light':1}}}]");
+    s = read_scene(ACCESSORS
+                   "," MESHES
+                   ",'extensions':{'KHR_lights_punctual':{'lights':[{'type':'directional'},{'type':"
+                   "'point','intensity':-1}]}},'nodes':[{'mesh':0},{'scale':[0,0,0],'extensions':{'"
+                   "KHR_lights_punctual':"
+                   "{'light':0}}},{'extensions':{'KHR_lights_punctual':{'light':1}}}]");
     ok(s->light_count == 0 && warnings_of_kind(&warnings, "light out of range") == 2,
        "a light without direction, and one of negative intensity, are left out with a warning");
     scene_destroy(s);
@@ -776,8 +882,9 @@ static void test_glb(void)
     begin_textured();
     const struct bytes picture = png();
     const int at = view(picture.data, picture.size, 0);
-    const char *const textured = ",'textures':[{'source':0}],'materials':[{'pbrMetallicRoughness':{'baseColorTexture':"
-                                 "{'index':0}}}],'images':[{'bufferView':";
+    const char *const textured =
+        ",'textures':[{'source':0}],'materials':[{'pbrMetallicRoughness':{'baseColorTexture':"
+        "{'index':0}}}],'images':[{'bufferView':";
     struct scene *s = read_scene(TEXTURED "%s%d}]", textured, at);
     const uint64_t key = scene_key(s);
     scene_destroy(s);
@@ -828,8 +935,11 @@ static bool reads_buffer(const char *uri)
 {
     struct scene *s = NULL;
     free(text);
-    require(asprintf(&text, "{'asset':{'version':'2.0'},'buffers':[{'byteLength':36,'uri':'%s'}],'bufferViews':"
-                            "[{'buffer':0,'byteLength':36}]," PLAIN "}", uri) >= 0);
+    require(asprintf(
+                &text,
+                "{'asset':{'version':'2.0'},'buffers':[{'byteLength':36,'uri':'%s'}],'bufferViews':"
+                "[{'buffer':0,'byteLength':36}]," PLAIN "}",
+                uri) >= 0);
     quote(text);
     files_write("x.gltf", text);
     struct error *err = read_file("x.gltf", &s);
@@ -849,11 +959,13 @@ static void test_buffers(void)
     files_write_bytes("data/a+b c.bin", corners, sizeof corners);
     files_write_bytes("longer.bin", longer, sizeof longer);
     files_write_bytes("shorter.bin", longer, 35);
-    ok(reads_buffer("data/a+b c.bin") && reads_buffer("data%2fa%2Bb%20c.bin") && reads_buffer("DATA/A+B C.BIN"),
+    ok(reads_buffer("data/a+b c.bin") && reads_buffer("data%2fa%2Bb%20c.bin") &&
+           reads_buffer("DATA/A+B C.BIN"),
        "a buffer in a folder: as it is named, percent-encoded, in other letters");
     ok(reads_buffer("longer.bin"), "a file that is longer than its buffer");
     const char *const base64 = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
-    const char *const types[] = {"application/octet-stream", "application/gltf-buffer", "", "text/plain;charset=x"};
+    const char *const types[] = {"application/octet-stream", "application/gltf-buffer", "",
+                                 "text/plain;charset=x"};
     for (size_t i = 0; i < 4; i++) {
         char uri[256];
         snprintf(uri, sizeof uri, "data:%s;base64,%s", types[i], base64);
@@ -861,8 +973,10 @@ static void test_buffers(void)
     }
     begin();
 #define BUFFER(json) "'buffers':[{" json "}],'bufferViews':[{'buffer':0,'byteLength':36}]," PLAIN
-    refuse("a missing buffer", "buffer 0: gone.bin is missing", BUFFER("'byteLength':36,'uri':'gone.bin'"));
-    refuse("a missing buffer that nothing uses", "gone.bin", "'buffers':[{'byteLength':4,'uri':'gone.bin'}]");
+    refuse("a missing buffer", "buffer 0: gone.bin is missing",
+           BUFFER("'byteLength':36,'uri':'gone.bin'"));
+    refuse("a missing buffer that nothing uses", "gone.bin",
+           "'buffers':[{'byteLength':4,'uri':'gone.bin'}]");
     refuse("a buffer that is cut off", "shorter.bin has 35 bytes, expected 36",
            BUFFER("'byteLength':36,'uri':'shorter.bin'"));
     refuse("a data: URI that is too short", "data: URI has 3 bytes",
@@ -891,23 +1005,29 @@ static void test_documents(void)
         expect_error(all[i].name, "x.gltf", all[i].part);
     }
     begin_triangle();
-    const char *const unknown[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu"};
+    const char *const unknown[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                   "KHR_texture_basisu"};
     for (size_t i = 0; i < 3; i++) {
-        refuse("a required extension", unknown[i], PLAIN ",'extensionsUsed':['%s'],'extensionsRequired':['%s']",
-               unknown[i], unknown[i]);
+        refuse("a required extension", unknown[i],
+               PLAIN ",'extensionsUsed':['%s'],'extensionsRequired':['%s']", unknown[i],
+               unknown[i]);
         struct scene *s = read_scene(PLAIN ",'extensionsUsed':['%s']", unknown[i]);
         ok(scene_triangle_count(s) == 1, "%s that is not required is no hindrance", unknown[i]);
         scene_destroy(s);
     }
-    struct scene *s = read_scene(PLAIN ",'skins':[{'joints':[0]}],'animations':[{'channels':[{}],'samplers':[{}]}],"
-                                       "'cameras':[{'type':'odd'}],'extras':{'a':[1,{'b':null}]}");
+    struct scene *s = read_scene(
+        PLAIN ",'skins':[{'joints':[0]}],'animations':[{'channels':[{}],'samplers':[{}]}],"
+              "'cameras':[{'type':'odd'}],'extras':{'a':[1,{'b':null}]}");
     ok(scene_triangle_count(s) == 1 && warnings.count == 0,
        "animations, cameras and extras are left alone, sound or not");
     scene_destroy(s);
-    s = read_scene(ACCESSORS
-                   ",'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0,'COLOR_0':0,'JOINTS_0':0},"
-                   "'targets':[{'POSITION':0}]}]}],'nodes':[{'mesh':0,'skin':0}],'skins':[{'joints':[0]}]");
-    ok(warnings_of_kind(&warnings, "skins") == 1 && warnings_of_kind(&warnings, "morph targets") == 1 &&
+    s = read_scene(
+        ACCESSORS
+        ",'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0,'COLOR_0':0,'JOINTS_0':0}"
+        ","
+        "'targets':[{'POSITION':0}]}]}],'nodes':[{'mesh':0,'skin':0}],'skins':[{'joints':[0]}]");
+    ok(warnings_of_kind(&warnings, "skins") == 1 &&
+           warnings_of_kind(&warnings, "morph targets") == 1 &&
            warnings_of_kind(&warnings, "vertex colours") == 1 && warnings.count == 3,
        "skins, morph targets and colours of vertices: a warning each");
     scene_destroy(s);
@@ -942,7 +1062,8 @@ static void test_graph(void)
 {
     begin_triangle();
     refuse("a node below itself", "its own ancestor",
-           ACCESSORS "," MESHES ",'scenes':[{'nodes':[0]}],'nodes':[{'children':[1]},{'children':[0]}]");
+           ACCESSORS "," MESHES
+                     ",'scenes':[{'nodes':[0]}],'nodes':[{'children':[1]},{'children':[0]}]");
     refuse("a node with two parents", "two parents",
            ACCESSORS "," MESHES ",'nodes':[{'children':[2]},{'children':[2]},{'mesh':0}]");
     refuse("a node placed twice", "two parents",
@@ -953,16 +1074,18 @@ static void test_graph(void)
            ACCESSORS "," MESHES ",'scenes':[{'nodes':[-1]}],'nodes':[{'mesh':0}]");
     refuse("a scene that does not exist", "scene 3", PLAIN ",'scene':3,'scenes':[{'nodes':[0]}]");
     refuse("a mesh that does not exist", "mesh 4", ACCESSORS "," MESHES ",'nodes':[{'mesh':4}]");
-    refuse("a matrix of three numbers", "16 numbers", ACCESSORS "," MESHES ",'nodes':[{'mesh':0,'matrix':[1,2,3]}]");
+    refuse("a matrix of three numbers", "16 numbers",
+           ACCESSORS "," MESHES ",'nodes':[{'mesh':0,'matrix':[1,2,3]}]");
     refuse("a place beyond numbers", "",
            ACCESSORS "," MESHES ",'nodes':[{'scale':[1e300,1,1],'children':[1]},{'mesh':0,"
                      "'scale':[1e300,1,1]}]");
-    struct scene *s = read_scene(ACCESSORS "," MESHES ",'nodes':[{'mesh':0,'scale':[0,0,0]},{'mesh':0}]");
+    struct scene *s =
+        read_scene(ACCESSORS "," MESHES ",'nodes':[{'mesh':0,'scale':[0,0,0]},{'mesh':0}]");
     ok(scene_triangle_count(s) == 1, "what is scaled to nothing is not there");
     scene_destroy(s);
-    s = read_scene(ACCESSORS
-                   ",'meshes':[{'primitives':[]},{'primitives':[{'attributes':{}}]},{'primitives':[{'attributes':"
-                   "{'POSITION':0}}]}],'nodes':[{'mesh':0},{'mesh':1},{'mesh':2},{}]");
+    s = read_scene(ACCESSORS ",'meshes':[{'primitives':[]},{'primitives':[{'attributes':{}}]},{'"
+                             "primitives':[{'attributes':"
+                             "{'POSITION':0}}]}],'nodes':[{'mesh':0},{'mesh':1},{'mesh':2},{}]");
     ok(scene_triangle_count(s) == 1, "empty meshes and nodes are none");
     scene_destroy(s);
 }
@@ -973,27 +1096,34 @@ static void test_bounds(void)
     static const struct {
         const char *name, *json;
     } all[] = {
-        {"more elements than bytes", ONE("'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'")},
-        {"a count near 2^64", ONE("'bufferView':0,'componentType':5126,'count':18446744073709551615,'type':'VEC3'")},
+        {"more elements than bytes",
+         ONE("'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'")},
+        {"a count near 2^64",
+         ONE("'bufferView':0,'componentType':5126,'count':18446744073709551615,'type':'VEC3'")},
         {"a count whose bytes wrap around",
          ONE("'bufferView':0,'componentType':5126,'count':1537228672809129302,'type':'VEC3'")},
         {"an offset beyond the view",
          ONE("'bufferView':0,'byteOffset':40,'componentType':5126,'count':1,'type':'VEC3'")},
-        {"an offset near 2^64",
-         ONE("'bufferView':0,'byteOffset':18446744073709551600,'componentType':5126,'count':3,'type':'VEC3'")},
-        {"a view that does not exist", ONE("'bufferView':9,'componentType':5126,'count':3,'type':'VEC3'")},
+        {"an offset near 2^64", ONE("'bufferView':0,'byteOffset':18446744073709551600,'"
+                                    "componentType':5126,'count':3,'type':'VEC3'")},
+        {"a view that does not exist",
+         ONE("'bufferView':9,'componentType':5126,'count':3,'type':'VEC3'")},
         {"many elements without data", ONE("'componentType':5126,'count':60000000,'type':'VEC3'")},
-        {"two numbers for a position", ONE("'bufferView':0,'componentType':5126,'count':3,'type':'VEC2'")},
-        {"a type that glTF has not", ONE("'bufferView':0,'componentType':5130,'count':1,'type':'VEC3'")},
+        {"two numbers for a position",
+         ONE("'bufferView':0,'componentType':5126,'count':3,'type':'VEC2'")},
+        {"a type that glTF has not",
+         ONE("'bufferView':0,'componentType':5130,'count':1,'type':'VEC3'")},
         {"a type of no number", ONE("'bufferView':0,'componentType':1,'count':1,'type':'VEC3'")},
         {"an accessor that does not exist", "'accessors':[]," MESHES ",'nodes':[{'mesh':0}]"},
-        {"an accessor of negative number",
-         ACCESSORS ",'meshes':[{'primitives':[{'attributes':{'POSITION':-3}}]}],'nodes':[{'mesh':0}]"},
+        {"an accessor of negative number", ACCESSORS
+         ",'meshes':[{'primitives':[{'attributes':{'POSITION':-3}}]}],'nodes':[{'mesh':0}]"},
         {"a sparse accessor of negative numbers",
-         ONE("'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':-1,'indices':{'bufferView':0,"
+         ONE("'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':-1,'indices':{'"
+             "bufferView':0,"
              "'componentType':5121},'values':{'bufferView':0}}")},
         {"a sparse accessor beyond its view",
-         ONE("'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':3,'indices':{'bufferView':0,"
+         ONE("'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':3,'indices':{'"
+             "bufferView':0,"
              "'componentType':5121},'values':{'bufferView':0,'byteOffset':4}}")},
     };
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
@@ -1006,40 +1136,53 @@ static void test_bounds(void)
                                       "'byteOffset':36,'byteLength':18446744073709551610"};
     files_write_bytes("36.bin", corners, sizeof corners);
     for (size_t i = 0; i < 4; i++)
-        refuse("a view beyond its buffer", "beyond its buffer",
-               "'buffers':[{'byteLength':36,'uri':'36.bin'}],'bufferViews':[{'buffer':0,%s}]," PLAIN, views_json[i]);
-    refuse("a view of no buffer", "buffer 5", "'buffers':[{'byteLength':36,'uri':'36.bin'}],'bufferViews':[{'buffer':5,"
-                                              "'byteLength':36}]," PLAIN);
+        refuse(
+            "a view beyond its buffer", "beyond its buffer",
+            "'buffers':[{'byteLength':36,'uri':'36.bin'}],'bufferViews':[{'buffer':0,%s}]," PLAIN,
+            views_json[i]);
+    refuse("a view of no buffer", "buffer 5",
+           "'buffers':[{'byteLength':36,'uri':'36.bin'}],'bufferViews':[{'buffer':5,"
+           "'byteLength':36}]," PLAIN);
     /* tinygltf itself would read this picture a long way behind the buffer */
     refuse("a picture beyond its buffer", "image 0",
-           "'buffers':[{'byteLength':36,'uri':'36.bin'}],'bufferViews':[{'buffer':0,'byteLength':36},{'buffer':0,"
-           "'byteOffset':4000000000,'byteLength':1000000}],'accessors':[" ACCESSOR "],'images':[{'bufferView':1}],"
-           "'textures':[{'source':0}],'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
+           "'buffers':[{'byteLength':36,'uri':'36.bin'}],'bufferViews':[{'buffer':0,'byteLength':"
+           "36},{'buffer':0,"
+           "'byteOffset':4000000000,'byteLength':1000000}],'accessors':[" ACCESSOR
+           "],'images':[{'bufferView':1}],"
+           "'textures':[{'source':0}],'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'"
+           "index':0}}}]");
 }
 
 static void test_numbers(void)
 {
     const float nan = (float)NAN, inf = (float)INFINITY;
-    const float p[27] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, nan, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, inf, 0};
+    const float p[27] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0,   nan, 0,
+                         0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, inf, 0};
     begin();
     view(p, sizeof p, 0);
-    struct scene *s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':9,'type':'VEC3'}]," MESHES
-                                 ",'nodes':[{'mesh':0}]");
-    ok(scene_triangle_count(s) == 1 && s->degenerate_count == 2, "triangles at NaN and infinity are left out");
+    struct scene *s = read_scene(
+        "'accessors':[{'bufferView':0,'componentType':5126,'count':9,'type':'VEC3'}]," MESHES
+        ",'nodes':[{'mesh':0}]");
+    ok(scene_triangle_count(s) == 1 && s->degenerate_count == 2,
+       "triangles at NaN and infinity are left out");
     scene_destroy(s);
     begin_triangle();
-    s = read_scene(
-        "'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[1e300,-1,0.5,1]},'emissiveFactor':[-1e200,0,0]}],'accessors':[" ACCESSOR
-        "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}],'nodes':[{'mesh':0}]");
+    s = read_scene("'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[1e300,-1,0.5,1]},'"
+                   "emissiveFactor':[-1e200,0,0]}],'accessors':[" ACCESSOR
+                   "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}],'"
+                   "nodes':[{'mesh':0}]");
     const struct vec3f a = albedo_at(s, 0), e = s->materials[0].emission;
-    ok(a.x >= 0 && a.x <= 1 && a.y == 0 && e.x == 0 && warnings_of_kind(&warnings, "material out of range") > 0,
+    ok(a.x >= 0 && a.x <= 1 && a.y == 0 && e.x == 0 &&
+           warnings_of_kind(&warnings, "material out of range") > 0,
        "factors beyond numbers become legal, with a warning");
     scene_destroy(s);
     refuse("light that no float holds", "beyond what 32 bits can hold",
-           "'materials':[{'emissiveFactor':[1,0,0],'extensions':{'KHR_materials_emissive_strength':{'emissiveStrength':1e200}}}],"
-           "'accessors':[" ACCESSOR "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}],'nodes':[{'mesh':0}]");
-    s = read_scene(ACCESSORS
-                   ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':77}]}],'nodes':[{'mesh':0}]");
+           "'materials':[{'emissiveFactor':[1,0,0],'extensions':{'KHR_materials_emissive_strength':"
+           "{'emissiveStrength':1e200}}}],"
+           "'accessors':[" ACCESSOR "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'"
+           "material':0}]}],'nodes':[{'mesh':0}]");
+    s = read_scene(ACCESSORS ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':77}"
+                             "]}],'nodes':[{'mesh':0}]");
     ok(is_colour(albedo_at(s, 0), 1, 1, 1) && warnings_of_kind(&warnings, "material missing") == 1,
        "a material that does not exist is white, with a warning");
     scene_destroy(s);

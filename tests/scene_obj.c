@@ -1,4 +1,5 @@
-/* OBJ and MTL as real files are: each kind of dirt is read for what it means, or left out with a warning. */
+/* OBJ and MTL as real files are: each kind of dirt is read for what it means, or left out with a
+ * warning. */
 #include "base/error.h"
 #include "base/warning.h"
 #include "scene/scene.h"
@@ -41,15 +42,17 @@ static double area(const struct scene *s)
 
 #define CORNERS "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
-/* Reads the text and expects so many triangles, this area, and `kind` of warning (NULL: none at all). */
-static void expect(const char *name, const char *text, size_t triangles, double wanted, const char *kind)
+/* Reads the text and expects so many triangles, this area, and `kind` of warning (NULL: none at
+ * all). */
+static void expect(const char *name, const char *text, size_t triangles, double wanted,
+                   const char *kind)
 {
     struct scene *s = read_obj(text);
     const double got = area(s);
     const bool warned = kind ? warnings_of_kind(&warnings, kind) > 0 : warnings.count == 0;
-    ok(scene_triangle_count(s) == triangles && fabs(got - wanted) < 1e-12 && warned, "%s: %zu triangles, area %g, %s",
-       name,
-       scene_triangle_count(s), got, warned ? "warned as it should" : "the wrong warnings");
+    ok(scene_triangle_count(s) == triangles && fabs(got - wanted) < 1e-12 && warned,
+       "%s: %zu triangles, area %g, %s", name, scene_triangle_count(s), got,
+       warned ? "warned as it should" : "the wrong warnings");
     if (!warned)
         warnings_print(&warnings, "#");
     scene_destroy(s);
@@ -59,43 +62,61 @@ static void test_geometry(void)
 {
     expect("a quadrilateral", CORNERS "f 1 2 3 4\n", 2, 1, NULL);
     expect("negative indices", CORNERS "f -4 -3 -2 -1\n", 2, 1, NULL);
-    expect("a hollow polygon", "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 3 1 0\nv 1 1 0\nv 0 4 0\nf 1 2 3 4 5 6\n", 4, 16 - 9,
+    expect("a hollow polygon",
+           "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 3 1 0\nv 1 1 0\nv 0 4 0\nf 1 2 3 4 5 6\n", 4, 16 - 9,
            NULL);
-    expect("a hollow quadrilateral far from the origin", "v 100 100 9\nv 102 101 9\nv 100 102 9\nv 100.5 101 9\n"
-                                                         "f 1 2 3 4\n", 2, 1.5, NULL);
-    expect("comments behind values", "v 0 0 0 # first\nv 1 0 0# second\nv 1 1 0\t# third\nv 0 1 0\n"
-                                     "f 1 2 3 4# the face\n", 2, 1,
+    expect("a hollow quadrilateral far from the origin",
+           "v 100 100 9\nv 102 101 9\nv 100 102 9\nv 100.5 101 9\n"
+           "f 1 2 3 4\n",
+           2, 1.5, NULL);
+    expect("comments behind values",
+           "v 0 0 0 # first\nv 1 0 0# second\nv 1 1 0\t# third\nv 0 1 0\n"
+           "f 1 2 3 4# the face\n",
+           2, 1, NULL);
+    expect("comments behind faces", CORNERS "f 1/1 2/2 3/3 #4/4\nf 1 3 4 # 1 2\n#f 1 2 3\n", 2, 1,
            NULL);
-    expect("comments behind faces", CORNERS "f 1/1 2/2 3/3 #4/4\nf 1 3 4 # 1 2\n#f 1 2 3\n", 2, 1, NULL);
-    expect("tabs and blanks", "v\t0\t0\t0 \n  v 1 0 0\nv  1   1\t0\nv 0 1 0\n\tf\t1\t2  3 4  \n", 2, 1, NULL);
+    expect("tabs and blanks", "v\t0\t0\t0 \n  v 1 0 0\nv  1   1\t0\nv 0 1 0\n\tf\t1\t2  3 4  \n", 2,
+           1, NULL);
     expect("Windows line ends", "v 0 0 0\r\nv 1 0 0\r\nv 1 1 0\r\nf 1 2 3\r\n", 1, 0.5, NULL);
     expect("old Macintosh line ends", "v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3", 1, 0.5, NULL);
     expect("a byte order mark", "\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", 1, 0.5, NULL);
-    expect("continued lines", "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\r\n3 \\\n4\n", 2, 1, NULL);
+    expect("continued lines", "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\r\n3 \\\n4\n", 2, 1,
+           NULL);
     expect("no line end at the end", CORNERS "f 1 2 3 4", 2, 1, NULL);
-    expect("vertices behind the faces that use them", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n", 1, 0.5, NULL);
-    expect("exponents and signs", "v +0 -0 .0\nv 1e0 0. 0E-3\nv 10.e-1 +.1E+1 0\nf 1 2 3\n", 1, 0.5, NULL);
-    expect("vertex colours and weights", "v 0 0 0 .1 .2 .3\nv 1 0 0 1 0 0\nv 1 1 0 1\nf 1 2 3\n", 1, 0.5, NULL);
-    expect("all kinds of corners", CORNERS "vn 0 0 1\nvt 0 0\nf 1 2 3\nf 1/1 3/1 4/1\nf 1//1 2//1 3//1\n"
-                                           "f 1/1/1 2/1/1 3/1/1\nf 1/ 2/ 3/\n",
+    expect("vertices behind the faces that use them", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n", 1,
+           0.5, NULL);
+    expect("exponents and signs", "v +0 -0 .0\nv 1e0 0. 0E-3\nv 10.e-1 +.1E+1 0\nf 1 2 3\n", 1, 0.5,
+           NULL);
+    expect("vertex colours and weights", "v 0 0 0 .1 .2 .3\nv 1 0 0 1 0 0\nv 1 1 0 1\nf 1 2 3\n", 1,
+           0.5, NULL);
+    expect("all kinds of corners",
+           CORNERS "vn 0 0 1\nvt 0 0\nf 1 2 3\nf 1/1 3/1 4/1\nf 1//1 2//1 3//1\n"
+                   "f 1/1/1 2/1/1 3/1/1\nf 1/ 2/ 3/\n",
            5, 2.5, NULL);
-    expect("points, lines, groups, smoothing", CORNERS "p 1\nl 1 2 3\ng a b\ng\no thing\ns 1\ns off\nf 1 2 3\nl 1 2\n",
-           1, 0.5, NULL);
+    expect("points, lines, groups, smoothing",
+           CORNERS "p 1\nl 1 2 3\ng a b\ng\no thing\ns 1\ns off\nf 1 2 3\nl 1 2\n", 1, 0.5, NULL);
     expect("the old word for a face", CORNERS "fo 1 2 3\n", 1, 0.5, NULL);
-    expect("faces of one and two corners", CORNERS "f 1\nf 1 2\nf 1 2 3\n", 1, 0.5, "faces of fewer than 3 corners");
-    expect("an index beyond the vertices", CORNERS "f 1 2 3\nf 1 2 9\nf 1 3 4\n", 2, 1, "index out of range");
-    expect("an index before the vertices", CORNERS "f -5 -3 -2\nf 1 2 3\n", 1, 0.5, "index out of range");
-    expect("index 0, and words", CORNERS "f 0 1 2\nf a b c\nf 1 2 3\n", 1, 0.5, "index out of range");
-    expect("indices that wrap round", CORNERS "f 4294967297 4294967298 4294967299\nf 1 2 3\n", 1, 0.5,
+    expect("faces of one and two corners", CORNERS "f 1\nf 1 2\nf 1 2 3\n", 1, 0.5,
+           "faces of fewer than 3 corners");
+    expect("an index beyond the vertices", CORNERS "f 1 2 3\nf 1 2 9\nf 1 3 4\n", 2, 1,
            "index out of range");
-    expect("coordinates that are no numbers", CORNERS "v nan 0 0\nv 1 inf 0\nv 1 2\nv 0,5 0 0\nv 1.#QNAN 0 0\nf 1 2 3\n"
-                                                      "f 1 2 5\nf 1 2 6\nf 1 2 7\nf 1 2 8\nf 1 2 9\n",
+    expect("an index before the vertices", CORNERS "f -5 -3 -2\nf 1 2 3\n", 1, 0.5,
+           "index out of range");
+    expect("index 0, and words", CORNERS "f 0 1 2\nf a b c\nf 1 2 3\n", 1, 0.5,
+           "index out of range");
+    expect("indices that wrap round", CORNERS "f 4294967297 4294967298 4294967299\nf 1 2 3\n", 1,
+           0.5, "index out of range");
+    expect("coordinates that are no numbers",
+           CORNERS "v nan 0 0\nv 1 inf 0\nv 1 2\nv 0,5 0 0\nv 1.#QNAN 0 0\nf 1 2 3\n"
+                   "f 1 2 5\nf 1 2 6\nf 1 2 7\nf 1 2 8\nf 1 2 9\n",
            1, 0.5, "vertex not understood");
-    expect("numbers beyond double", CORNERS "v 1e999 0 0\nf 1 2 3\nf 1 2 5\n", 1, 0.5, "degenerate triangles");
-    expect("duplicate and non-manifold faces", CORNERS "v 0 0 1\nf 1 2 3\nf 1 2 3\nf 3 2 1\nf 1 2 5\n", 4, 2, NULL);
+    expect("numbers beyond double", CORNERS "v 1e999 0 0\nf 1 2 3\nf 1 2 5\n", 1, 0.5,
+           "degenerate triangles");
+    expect("duplicate and non-manifold faces",
+           CORNERS "v 0 0 1\nf 1 2 3\nf 1 2 3\nf 3 2 1\nf 1 2 5\n", 4, 2, NULL);
     expect("a T-junction", CORNERS "v .5 0 0\nf 1 2 3\nf 1 3 4\nf 1 5 3\n", 3, 1.25, NULL);
-    expect("free-form surfaces", CORNERS "cstype bspline\nsurf 0 1 0 1 1 2 3\nend\nf 1 2 3\n", 1, 0.5,
-           "free-form geometry");
+    expect("free-form surfaces", CORNERS "cstype bspline\nsurf 0 1 0 1 1 2 3\nend\nf 1 2 3\n", 1,
+           0.5, "free-form geometry");
     expect("nothing at all", "", 0, 0, NULL);
 
     static char text[20000];
@@ -104,13 +125,13 @@ static void test_geometry(void)
         to += sprintf(to, i % 10 < 7 ? "f 1 2 2\n" : "f 1 2 3\n");
     struct scene *s = read_obj(text);
     ok(scene_triangle_count(s) == 90 && s->degenerate_count == 210 && warnings.count == 1,
-       "70 %% of faces without area: %zu left out",
-       s->degenerate_count);
+       "70 %% of faces without area: %zu left out", s->degenerate_count);
     scene_destroy(s);
 
     to = text + sprintf(text, "v 0 0 0\n");
     for (int i = 0; i < 300; i++)
-        to += sprintf(to, "v %.15g %.15g 0\n", cos(i * 2 * acos(-1.0) / 300), sin(i * 2 * acos(-1.0) / 300));
+        to += sprintf(to, "v %.15g %.15g 0\n", cos(i * 2 * acos(-1.0) / 300),
+                      sin(i * 2 * acos(-1.0) / 300));
     to += sprintf(to, "f");
     for (int i = 0; i < 300; i++)
         to += sprintf(to, " %d", i + 2);
@@ -122,10 +143,11 @@ static void test_geometry(void)
 
 static void test_numbers(void)
 {
-    struct scene *s = read_obj("v 500000.123456789 4000000.987654321 0.1\nv 1 0.588 0\nv 0 1 1e-5\nf 1 2 3\n");
+    struct scene *s =
+        read_obj("v 500000.123456789 4000000.987654321 0.1\nv 1 0.588 0\nv 0 1 1e-5\nf 1 2 3\n");
     const double *p = s->meshes[0].position;
     ok(fabs(p[0] / 500000.123456789 - 1) < 1e-15 && fabs(p[1] / 4000000.987654321 - 1) < 1e-15 &&
-       fabs(p[4] / 0.588 - 1) < 1e-15,
+           fabs(p[4] / 0.588 - 1) < 1e-15,
        "positions keep the precision of double");
     scene_destroy(s);
 }
@@ -143,27 +165,30 @@ static struct scene *read_mtl(const char *text)
 
 static bool is_colour(struct vec3f c, double r, double g, double b)
 {
-    const bool is = fabs((double)c.x - r) < 1e-6 && fabs((double)c.y - g) < 1e-6 && fabs((double)c.z - b) < 1e-6;
+    const bool is = fabs((double)c.x - r) < 1e-6 && fabs((double)c.y - g) < 1e-6 &&
+                    fabs((double)c.z - b) < 1e-6;
     if (!is)
         printf("# colour %g %g %g\n", (double)c.x, (double)c.y, (double)c.z);
     return is;
 }
 
-/* Expects the albedo of material m at the middle of the square, and a kind of warning (NULL: none). */
-static void expect_albedo(const char *name, const char *text, double r, double g, double b, const char *kind)
+/* Expects the albedo of material m at the middle of the square, and a kind of warning (NULL:
+ * none). */
+static void expect_albedo(const char *name, const char *text, double r, double g, double b,
+                          const char *kind)
 {
     struct scene *s = read_mtl(text);
     const bool warned = kind ? warnings_of_kind(&warnings, kind) > 0 : warnings.count == 0;
-    ok(s->material_count == 1 && is_colour(scene_albedo(s, &s->materials[0], 0.5f, 0.5f), r, g, b) && warned, "%s%s",
-       name,
-       warned ? "" : ": the wrong warnings");
+    ok(s->material_count == 1 &&
+           is_colour(scene_albedo(s, &s->materials[0], 0.5f, 0.5f), r, g, b) && warned,
+       "%s%s", name, warned ? "" : ": the wrong warnings");
     if (!warned)
         warnings_print(&warnings, "#");
     scene_destroy(s);
 }
 
-/* Pictures of 2 x 2 texels: all of one colour, a mask whose left half is 0, the same as alpha, and a
- * red-green-blue-white one. */
+/* Pictures of 2 x 2 texels: all of one colour, a mask whose left half is 0, the same as alpha, and
+ * a red-green-blue-white one. */
 static void write_pictures(void)
 {
     uint8_t code[16];
@@ -190,46 +215,60 @@ static void test_albedo(void)
     const double grey = 0.502886;
     expect_albedo("Kd", "newmtl m\nKd .1 .2 .3\n", .1, .2, .3, NULL);
     expect_albedo("no Kd", "newmtl m\nNs 10\n", .8, .8, .8, NULL);
-    expect_albedo("no Kd, after a material with it", "newmtl a\nKd .1 .2 .3\nnewmtl m\nillum 2\n", .8, .8, .8, NULL);
+    expect_albedo("no Kd, after a material with it", "newmtl a\nKd .1 .2 .3\nnewmtl m\nillum 2\n",
+                  .8, .8, .8, NULL);
     expect_albedo("Kd 0", "newmtl m\nKd 0 0 0\n", 0, 0, 0, NULL);
     expect_albedo("Kd of one number", "newmtl m\nKd .4\n", .4, .4, .4, NULL);
-    expect_albedo("Kd of words", "newmtl m\nKd spectral a.rfl\n", .8, .8, .8, "colour not understood");
-    expect_albedo("Kd of no numbers", "newmtl m\nKd nan nan nan\n", .8, .8, .8, "colour not understood");
+    expect_albedo("Kd of words", "newmtl m\nKd spectral a.rfl\n", .8, .8, .8,
+                  "colour not understood");
+    expect_albedo("Kd of no numbers", "newmtl m\nKd nan nan nan\n", .8, .8, .8,
+                  "colour not understood");
     expect_albedo("Kd below 0", "newmtl m\nKd .5 -.5 .5\n", .5, 0, .5, "material out of range");
     expect_albedo("Kd above 1", "newmtl m\nKd 2 .5 .5\n", 1, .5, .5, "albedo limited");
-    expect_albedo("tabs, blanks and comments", "  newmtl\tm \n\tKd\t.1  .2\t.3 # colour\n", .1, .2, .3, NULL);
-    expect_albedo("a byte order mark and Windows line ends", "\xef\xbb\xbfnewmtl m\r\nKd .1 .2 .3\r\n", .1, .2, .3,
-                  NULL);
+    expect_albedo("tabs, blanks and comments", "  newmtl\tm \n\tKd\t.1  .2\t.3 # colour\n", .1, .2,
+                  .3, NULL);
+    expect_albedo("a byte order mark and Windows line ends",
+                  "\xef\xbb\xbfnewmtl m\r\nKd .1 .2 .3\r\n", .1, .2, .3, NULL);
     expect_albedo("keys in small letters", "newmtl m\nkd .1 .2 .3\n", .1, .2, .3, NULL);
     expect_albedo("a comment behind the name", "newmtl m # main\nKd .1 .2 .3\n", .1, .2, .3, NULL);
     expect_albedo("a name twice", "newmtl m\nKd .1 .2 .3\nnewmtl m\nKd .4 .5 .6\n", .1, .2, .3,
                   "material defined twice");
     expect_albedo("no such material", "newmtl n\nKd .1 .2 .3\n", .8, .8, .8, "material missing");
     expect_albedo("an empty file", "", .8, .8, .8, "material missing");
-    expect_albedo("Kd and map_Kd", "newmtl m\nKd .5 .5 1\nmap_Kd grey.png\n", grey / 2, grey / 2, grey, NULL);
+    expect_albedo("Kd and map_Kd", "newmtl m\nKd .5 .5 1\nmap_Kd grey.png\n", grey / 2, grey / 2,
+                  grey, NULL);
     expect_albedo("map_Kd without Kd", "newmtl m\nmap_Kd grey.png\n", grey, grey, grey, NULL);
-    expect_albedo("map_Kd before Kd", "newmtl m\nmap_Kd grey.png\nKd .5 .5 1\n", grey / 2, grey / 2, grey, NULL);
-    expect_albedo("a texture that is missing", "newmtl m\nKd .5 .5 1\nmap_Kd none.png\n", .5, .5, 1, "texture missing");
+    expect_albedo("map_Kd before Kd", "newmtl m\nmap_Kd grey.png\nKd .5 .5 1\n", grey / 2, grey / 2,
+                  grey, NULL);
+    expect_albedo("a texture that is missing", "newmtl m\nKd .5 .5 1\nmap_Kd none.png\n", .5, .5, 1,
+                  "texture missing");
     expect_albedo("and no Kd", "newmtl m\nmap_Kd none.png\n", .8, .8, .8, "texture missing");
-    expect_albedo("a texture that is damaged", "newmtl m\nmap_Kd broken.png\n", .8, .8, .8, "texture damaged");
-    expect_albedo("a directory for a texture", "newmtl m\nmap_Kd sub\n", .8, .8, .8, "texture missing");
-    expect_albedo("blanks in its path", "newmtl m\nmap_Kd a dir/My Grey.png\n", grey, grey, grey, NULL);
-    expect_albedo("quotes around its path", "newmtl m\nmap_Kd \"a dir/My Grey.png\"\n", grey, grey, grey, NULL);
-    expect_albedo("backslashes in its path", "newmtl m\nmap_Kd a dir\\My Grey.png\r\n", grey, grey, grey, NULL);
-    expect_albedo("its letters in another case", "newmtl m\nmap_Kd A DIR\\MY GREY.PNG\n", grey, grey, grey, NULL);
-    expect_albedo("the path of another machine", "newmtl m\nmap_Kd C:\\work\\textures\\Grey.png\n", grey, grey, grey,
+    expect_albedo("a texture that is damaged", "newmtl m\nmap_Kd broken.png\n", .8, .8, .8,
+                  "texture damaged");
+    expect_albedo("a directory for a texture", "newmtl m\nmap_Kd sub\n", .8, .8, .8,
+                  "texture missing");
+    expect_albedo("blanks in its path", "newmtl m\nmap_Kd a dir/My Grey.png\n", grey, grey, grey,
                   NULL);
-    expect_albedo("a comment behind its path", "newmtl m\nmap_Kd grey.png # wall\n", grey, grey, grey, NULL);
+    expect_albedo("quotes around its path", "newmtl m\nmap_Kd \"a dir/My Grey.png\"\n", grey, grey,
+                  grey, NULL);
+    expect_albedo("backslashes in its path", "newmtl m\nmap_Kd a dir\\My Grey.png\r\n", grey, grey,
+                  grey, NULL);
+    expect_albedo("its letters in another case", "newmtl m\nmap_Kd A DIR\\MY GREY.PNG\n", grey,
+                  grey, grey, NULL);
+    expect_albedo("the path of another machine", "newmtl m\nmap_Kd C:\\work\\textures\\Grey.png\n",
+                  grey, grey, grey, NULL);
+    expect_albedo("a comment behind its path", "newmtl m\nmap_Kd grey.png # wall\n", grey, grey,
+                  grey, NULL);
     expect_albedo("signs in its name", "newmtl m\nmap_Kd 50%# grey.png\n", grey, grey, grey, NULL);
     expect_albedo("options before its path",
-                  "newmtl m\nmap_Kd -blendu on -blendv off -boost 1 -clamp on -bm 0.5 -texres 64 -imfchan r -type "
+                  "newmtl m\nmap_Kd -blendu on -blendv off -boost 1 -clamp on -bm 0.5 -texres 64 "
+                  "-imfchan r -type "
                   "sphere -colorspace sRGB grey.png\n",
                   grey, grey, grey, NULL);
-    expect_albedo("options of one and two numbers", "newmtl m\nmap_Kd -s 2 -o 0.5 0.5 -t 0 grey.png\n", grey, grey,
-                  grey, NULL);
-    expect_albedo("-mm changes the texture's values, which we do not follow", "newmtl m\nmap_Kd -mm 0 2 grey.png\n",
-                  grey, grey, grey,
-                  "texture option");
+    expect_albedo("options of one and two numbers",
+                  "newmtl m\nmap_Kd -s 2 -o 0.5 0.5 -t 0 grey.png\n", grey, grey, grey, NULL);
+    expect_albedo("-mm changes the texture's values, which we do not follow",
+                  "newmtl m\nmap_Kd -mm 0 2 grey.png\n", grey, grey, grey, "texture option");
     files_write("sub/y.mtl", "newmtl m\nmap_Kd beside.png\n");
     struct scene *s = read_obj("mtllib sub/y.mtl\n" FACE "usemtl m\nf 1 2 3\n");
     ok(warnings.count == 0 && is_colour(s->materials[0].albedo, 1, 1, 1) && s->texture_count == 1,
@@ -241,7 +280,8 @@ static void test_maps(void)
 {
     struct scene *s = read_mtl("newmtl m\nmap_Kd four.png\n");
     const struct scene_material *m = &s->materials[0];
-    ok(is_colour(scene_albedo(s, m, .25f, .75f), 1, 0, 0) && is_colour(scene_albedo(s, m, .75f, .75f), 0, 1, 0) &&
+    ok(is_colour(scene_albedo(s, m, .25f, .75f), 1, 0, 0) &&
+           is_colour(scene_albedo(s, m, .75f, .75f), 0, 1, 0) &&
            is_colour(scene_albedo(s, m, .25f, .25f), 0, 0, 1),
        "the picture's top left is u = 0, v = 1");
     const float *uv = s->meshes[0].uv;
@@ -249,7 +289,7 @@ static void test_maps(void)
     bool same = uv != NULL;
     for (size_t k = 0; k < 6 && same; k++)
         same = uv[2 * k] == (float)s->meshes[0].position[3 * index[k]] &&
-            uv[2 * k + 1] == (float)s->meshes[0].position[3 * index[k] + 1];
+               uv[2 * k + 1] == (float)s->meshes[0].position[3 * index[k] + 1];
     ok(same, "each corner has the texture coordinates that the file gives it");
     scene_destroy(s);
 
@@ -262,14 +302,15 @@ static void test_maps(void)
     const struct vec3f repeated = scene_albedo(s, &s->materials[0], 1.25f, .75f);
     scene_destroy(s);
     s = read_mtl("newmtl m\nmap_Kd -clamp on four.png\n");
-    ok(is_colour(repeated, 1, 0, 0) && is_colour(scene_albedo(s, &s->materials[0], 1.25f, .75f), 0, 1, 0),
+    ok(is_colour(repeated, 1, 0, 0) &&
+           is_colour(scene_albedo(s, &s->materials[0], 1.25f, .75f), 0, 1, 0),
        "-clamp ends the repetition");
     scene_destroy(s);
 
     s = read_obj("mtllib x.mtl\n" FACE "usemtl m\nf 1/1 2/2 3/3\nf 1 3 4\nf 1/9 2/-9 3/0\n");
     uv = s->meshes[0].uv;
     ok(scene_triangle_count(s) == 3 && uv[8] == 0 && uv[12] == 0 &&
-       warnings_of_kind(&warnings, "texture coordinate missing") == 1,
+           warnings_of_kind(&warnings, "texture coordinate missing") == 1,
        "corners without texture coordinates read the texture at 0");
     scene_destroy(s);
 }
@@ -283,17 +324,17 @@ static void test_alpha(void)
         struct scene *s = read_mtl(text);
         const struct scene_material *m = &s->materials[0];
         ok(m->alpha == SCENE_CUTOUT && scene_transparency(s, m, .25f, .5f) == 1 &&
-           scene_transparency(s, m, .75f, .5f) == 0,
+               scene_transparency(s, m, .75f, .5f) == 0,
            "map_d cuts holes: %s", masks[i]);
         scene_destroy(s);
     }
     const struct {
         const char *text;
         double passes;
-    } blends[] = {{"newmtl m\nd .25\n", .75},         {"newmtl m\nd -halo .25\n", .75},
-                  {"newmtl m\nTr .25\n", .25},        {"newmtl m\nd 1\nTr 1\n", 0},
-                  {"newmtl m\nTr 1\nd 1\n", 0},       {"newmtl m\nd .5\nmap_d mask.png\n", .5},
-                  {"newmtl m\nmap_d none.png\n", 0},  {"newmtl m\nd x\n", 0},
+    } blends[] = {{"newmtl m\nd .25\n", .75},          {"newmtl m\nd -halo .25\n", .75},
+                  {"newmtl m\nTr .25\n", .25},         {"newmtl m\nd 1\nTr 1\n", 0},
+                  {"newmtl m\nTr 1\nd 1\n", 0},        {"newmtl m\nd .5\nmap_d mask.png\n", .5},
+                  {"newmtl m\nmap_d none.png\n", 0},   {"newmtl m\nd x\n", 0},
                   {"newmtl m\nillum 4\nTf 0 0 0\n", 0}};
     for (size_t i = 0; i < sizeof blends / sizeof *blends; i++) {
         struct scene *s = read_mtl(blends[i].text);
@@ -302,7 +343,8 @@ static void test_alpha(void)
         scene_destroy(s);
     }
     struct scene *s = read_mtl("newmtl m\nmap_Kd alpha.png\n");
-    ok(scene_transparency(s, &s->materials[0], .25f, .5f) == 0, "the alpha of map_Kd alone cuts nothing");
+    ok(scene_transparency(s, &s->materials[0], .25f, .5f) == 0,
+       "the alpha of map_Kd alone cuts nothing");
     scene_destroy(s);
 }
 
@@ -320,9 +362,9 @@ static void test_emission(void)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct scene *s = read_mtl(cases[i].text);
         const struct vec3f e = scene_emission(s, &s->materials[0], .5f, .5f);
-        ok(is_colour(e, cases[i].r, cases[i].g, cases[i].b) && scene_emits(&s->materials[0]) == (cases[i].r > 0),
-           "emission %g %g %g",
-           (double)e.x, (double)e.y, (double)e.z);
+        ok(is_colour(e, cases[i].r, cases[i].g, cases[i].b) &&
+               scene_emits(&s->materials[0]) == (cases[i].r > 0),
+           "emission %g %g %g", (double)e.x, (double)e.y, (double)e.z);
         scene_destroy(s);
     }
 }
@@ -333,8 +375,9 @@ static void test_libraries(void)
     files_write("two three.mtl", "newmtl b\nKd .2 .2 .2\n");
     files_write("sub/four.mtl", "newmtl c d\nKd .3 .3 .3\n");
     files_write("five.mtl", "newmtl Gr\xc3\xbcn\nKd .4 .4 .4\n");
-    const char *const used = FACE "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 4\nusemtl c d\nf 2 3 4\nusemtl Gr\xc3\xbcn\n"
-                                  "f 1 3 4\n";
+    const char *const used = FACE
+        "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 4\nusemtl c d\nf 2 3 4\nusemtl Gr\xc3\xbcn\n"
+        "f 1 3 4\n";
     static const char *const headers[] = {
         "mtllib one.mtl\nmtllib two three.mtl\nmtllib sub\\four.mtl\nmtllib FIVE.mtl\n",
         "mtllib \"two three.mtl\"\nmtllib one.mtl sub/four.mtl five.mtl\nmtllib one.mtl\n",
@@ -353,13 +396,15 @@ static void test_libraries(void)
         scene_destroy(s);
     }
     struct scene *s = read_obj("mtllib none.mtl\n" FACE "usemtl a\nf 1 2 3\n");
-    ok(is_colour(s->materials[0].albedo, .8, .8, .8) && warnings_of_kind(&warnings, "material file missing") == 1,
+    ok(is_colour(s->materials[0].albedo, .8, .8, .8) &&
+           warnings_of_kind(&warnings, "material file missing") == 1,
        "a missing material file is said, and grey used");
     scene_destroy(s);
-    s = read_obj("mtllib one.mtl\n" FACE "f 1 2 3\nusemtl a\nf 1 2 4\nusemtl b\nf 2 3 4\nusemtl a # again\nf 1 3 4\n");
+    s = read_obj("mtllib one.mtl\n" FACE
+                 "f 1 2 3\nusemtl a\nf 1 2 4\nusemtl b\nf 2 3 4\nusemtl a # again\nf 1 3 4\n");
     const int32_t *m = s->meshes[0].material;
     ok(s->material_count == 2 && m[0] == m[2] && m[1] == m[3] && m[0] != m[1] &&
-       is_colour(s->materials[m[0]].albedo, .8, .8, .8),
+           is_colour(s->materials[m[0]].albedo, .8, .8, .8),
        "faces before any material, and of an unknown one, are grey; unused materials are not kept");
     scene_destroy(s);
 }
@@ -370,8 +415,8 @@ static void refuse(const char *name, bool empty_allowed, const char *part)
 {
     struct scene *scene = NULL;
     struct error *err = scene_read(&scene, files_path(name), NULL, empty_allowed, &warnings);
-    ok(err && !scene && strstr(error_message(err), part) && strstr(error_message(err), name), "refused: %s",
-       err ? strrchr(error_message(err), '/') : "(accepted)");
+    ok(err && !scene && strstr(error_message(err), part) && strstr(error_message(err), name),
+       "refused: %s", err ? strrchr(error_message(err), '/') : "(accepted)");
     error_destroy(err);
     scene_destroy(scene);
 }
@@ -408,19 +453,22 @@ static void test_large(void)
         bail("large.obj");
     for (int i = 0; i <= SIDE; i++)
         for (int j = 0; j <= SIDE; j++)
-            fprintf(file, "v %.6f %.6f %.6f\nvt %.6f %.6f\n", i / 300.0, j / 300.0, 0.0, i / 300.0, j / 300.0);
+            fprintf(file, "v %.6f %.6f %.6f\nvt %.6f %.6f\n", i / 300.0, j / 300.0, 0.0, i / 300.0,
+                    j / 300.0);
     for (int i = 0; i < SIDE; i++)
         for (int j = 0; j < SIDE; j++) {
             const int a = i * (SIDE + 1) + j + 1, b = a + SIDE + 1;
-            fprintf(file, "f %d/%d/1 %d/%d/1 %d/%d/1 %d/%d/1\n", a, a, b, b, b + 1, b + 1, a + 1, a + 1);
+            fprintf(file, "f %d/%d/1 %d/%d/1 %d/%d/1 %d/%d/1\n", a, a, b, b, b + 1, b + 1, a + 1,
+                    a + 1);
         }
     fclose(file);
     struct scene *s = NULL;
     const clock_t start = clock();
     struct error *err = scene_read(&s, files_path("large.obj"), NULL, false, &warnings);
     const double seconds = (double)(clock() - start) / CLOCKS_PER_SEC;
-    ok(!err && scene_triangle_count(s) == 2 * SIDE * SIDE && fabs(area(s) - 1) < 1e-6 && seconds < 20, "%d triangles",
-       2 * SIDE * SIDE);
+    ok(!err && scene_triangle_count(s) == 2 * SIDE * SIDE && fabs(area(s) - 1) < 1e-6 &&
+           seconds < 20,
+       "%d triangles", 2 * SIDE * SIDE);
     printf("# in %.2f s\n", seconds);
     error_destroy(err);
     scene_destroy(s);

@@ -1,5 +1,5 @@
-/* The bundled scenes are what scenes/README.md says: lit by themselves, closed where it says so, without faces that lie
- * upon each other, and read without a warning. */
+/* The bundled scenes are what scenes/README.md says: lit by themselves, closed where it says so,
+ * without faces that lie upon each other, and read without a warning. */
 #include "base/error.h"
 #include "base/warning.h"
 #include "scene/scene.h"
@@ -13,7 +13,8 @@ struct corners {
 
 static struct vec3 place(const double m[12], const double p[3])
 {
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
+    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
+                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
                          m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
 }
 
@@ -22,7 +23,8 @@ static struct corners triangle(const struct scene *s, size_t instance, size_t t)
     const struct scene_mesh *const mesh = &s->meshes[s->instances[instance].mesh];
     struct corners out;
     for (size_t k = 0; k < 3; k++)
-        out.p[k] = place(s->instances[instance].transform, mesh->position + 3 * (size_t)mesh->index[3 * t + k]);
+        out.p[k] = place(s->instances[instance].transform,
+                         mesh->position + 3 * (size_t)mesh->index[3 * t + k]);
     return out;
 }
 
@@ -37,7 +39,8 @@ static double gap(const struct corners *a, const struct corners *b, struct vec3 
     double low[2], high[2];
     for (int i = 0; i < 2; i++) {
         const struct corners *const t = i ? b : a;
-        const double x[3] = {vec3_dot(t->p[0], axis), vec3_dot(t->p[1], axis), vec3_dot(t->p[2], axis)};
+        const double x[3] = {vec3_dot(t->p[0], axis), vec3_dot(t->p[1], axis),
+                             vec3_dot(t->p[2], axis)};
         low[i] = fmin(fmin(x[0], x[1]), x[2]);
         high[i] = fmax(fmax(x[0], x[1]), x[2]);
     }
@@ -67,7 +70,8 @@ static size_t count_overlaps(const struct scene *s)
         for (size_t t = 0; t < s->meshes[s->instances[i].mesh].triangle_count; t++) {
             const struct corners a = triangle(s, i, t);
             for (size_t j = i; j < s->instance_count; j++)
-                for (size_t u = j == i ? t + 1 : 0; u < s->meshes[s->instances[j].mesh].triangle_count; u++) {
+                for (size_t u = j == i ? t + 1 : 0;
+                     u < s->meshes[s->instances[j].mesh].triangle_count; u++) {
                     const struct corners b = triangle(s, j, u);
                     count += overlap(&a, &b, scale);
                 }
@@ -91,9 +95,10 @@ static void expect(const char *name, size_t closed, size_t inward, size_t open)
     size_t turned = 0;
     for (size_t i = 0; i < solids.count; i++)
         turned += solids.closed[i] && solids.volume[i] < 0;
-    ok(solids.closed_count == closed && turned == inward && solids.count - solids.closed_count == open,
-       "%s: %zu closed pieces, of which %zu look inward, and %zu open ones", name, solids.closed_count, turned,
-       solids.count - solids.closed_count);
+    ok(solids.closed_count == closed && turned == inward &&
+           solids.count - solids.closed_count == open,
+       "%s: %zu closed pieces, of which %zu look inward, and %zu open ones", name,
+       solids.closed_count, turned, solids.count - solids.closed_count);
     bool lit = s->light_count > 0;
     for (size_t i = 0; i < s->material_count; i++)
         lit = lit || scene_emits(&s->materials[i]);

@@ -1,5 +1,5 @@
-/* Spherical harmonics: the functions are orthonormal and have the signs and constants that the manual states; irradiance
- * is the cosine convolution. */
+/* Spherical harmonics: the functions are orthonormal and have the signs and constants that the
+ * manual states; irradiance is the cosine convolution. */
 #include "libprobe-query/sh.h"
 #include "support/tap.h"
 
@@ -7,12 +7,14 @@
 
 /* Integrates by Gauss-Legendre in z (exact for the polynomials here) and equal steps in phi. */
 enum { NZ = 12, NPHI = 32 };
-static const double node[NZ] = {-0.9815606342467192, -0.9041172563704749, -0.7699026741943047, -0.5873179542866175,
-                                -0.3678314989981802, -0.1252334085114689, 0.1252334085114689,  0.3678314989981802,
-                                0.5873179542866175,  0.7699026741943047,  0.9041172563704749,  0.9815606342467192};
-static const double weight[NZ] = {0.0471753363865118, 0.1069393259953184, 0.1600783285433462, 0.2031674267230659,
-                                  0.2334925365383548, 0.2491470458134028, 0.2491470458134028, 0.2334925365383548,
-                                  0.2031674267230659, 0.1600783285433462, 0.1069393259953184, 0.0471753363865118};
+static const double node[NZ] = {-0.9815606342467192, -0.9041172563704749, -0.7699026741943047,
+                                -0.5873179542866175, -0.3678314989981802, -0.1252334085114689,
+                                0.1252334085114689,  0.3678314989981802,  0.5873179542866175,
+                                0.7699026741943047,  0.9041172563704749,  0.9815606342467192};
+static const double weight[NZ] = {0.0471753363865118, 0.1069393259953184, 0.1600783285433462,
+                                  0.2031674267230659, 0.2334925365383548, 0.2491470458134028,
+                                  0.2491470458134028, 0.2334925365383548, 0.2031674267230659,
+                                  0.1600783285433462, 0.1069393259953184, 0.0471753363865118};
 
 static double direction(int i, int j, double d[3])
 {
@@ -45,9 +47,15 @@ static void test_basis(void)
     const double x = 0.36, y = 0.48, z = 0.8, d[3] = {x, y, z};
     double got[SH_COUNT_MAX];
     sh_basis(6, d, got);
-    const double expected[] = {0.282095,          0.488603 * y,     0.488603 * z,
-                               0.488603 * x,      1.092548 * x * y, 1.092548 * y * z,
-                               0.315392 * (3 * z * z - 1), 1.092548 * x * z, 0.546274 * (x * x - y * y),
+    const double expected[] = {0.282095,
+                               0.488603 * y,
+                               0.488603 * z,
+                               0.488603 * x,
+                               1.092548 * x * y,
+                               1.092548 * y * z,
+                               0.315392 * (3 * z * z - 1),
+                               1.092548 * x * z,
+                               0.546274 * (x * x - y * y),
                                0.590044 * y * (3 * x * x - y * y)};
     worst = 0;
     for (int i = 0; i < 10; i++)
@@ -93,7 +101,8 @@ static void test_projection(void)
     }
     ok(worst < 1e-5, "a polynomial comes back from its projection: %.1e", worst);
 
-    /* Its irradiance, by cubature of max(0, cos) about an axis: a cap in coordinates of the normal. */
+    /* Its irradiance, by cubature of max(0, cos) about an axis: a cap in coordinates of the
+     * normal. */
     const double n[3] = {0.36, -0.48, 0.8}, t[3] = {0.8, 0.6, 0}, b[3] = {-0.48, 0.64, 0.6};
     double expected = 0;
     for (int i = 0; i < NZ; i++) {
@@ -108,7 +117,8 @@ static void test_projection(void)
     }
     double rgb[3];
     sh_irradiance(6, f, 0, n, rgb);
-    ok(fabs(rgb[0] - expected) < 1e-5, "irradiance is the cosine-weighted integral: %.6f, cubature %.6f", rgb[0], expected);
+    ok(fabs(rgb[0] - expected) < 1e-5,
+       "irradiance is the cosine-weighted integral: %.6f, cubature %.6f", rgb[0], expected);
     for (int l = 0, i = 0; l < 6; l++)
         for (; i < (l + 1) * (l + 1); i++)
             for (int k = 0; k < 3; k++)
@@ -125,8 +135,10 @@ int main(void)
     const float c[12] = {9, 9, 9, 0, 1, 0, 0, 2, 0, 0, 3, 0};
     double d[3];
     sh_dominant(2, c, d);
-    ok(fabs(d[0] - 3 * 0.7152) < 1e-12 && fabs(d[1] - 0.7152) < 1e-12 && fabs(d[2] - 2 * 0.7152) < 1e-12,
+    ok(fabs(d[0] - 3 * 0.7152) < 1e-12 && fabs(d[1] - 0.7152) < 1e-12 &&
+           fabs(d[2] - 2 * 0.7152) < 1e-12,
        "the dominant direction is band 1 as (x, y, z)");
-    ok(sh_order_of(27) == 3 && sh_order_of(108) == 6 && !sh_order_of(28) && !sh_order_of(0), "an order from a column's width");
+    ok(sh_order_of(27) == 3 && sh_order_of(108) == 6 && !sh_order_of(28) && !sh_order_of(0),
+       "an order from a column's width");
     return tap_done();
 }

@@ -1,5 +1,5 @@
-/* The stream: what is written is read back to the bit in both encodings, and what is not whole or not
- * valid is refused, whichever byte of it is wrong. */
+/* The stream: what is written is read back to the bit in both encodings, and what is not whole or
+ * not valid is refused, whichever byte of it is wrong. */
 #include "base/error.h"
 #include "base/number.h"
 #include "math/random.h"
@@ -98,14 +98,16 @@ static struct stream *example(size_t probes, size_t cells, uint64_t seed)
         column_f64(c)[i] = any_f64(&r);
     c = table_column(t, "sh");
     for (size_t i = 0; i < 12 * probes; i++)
-        column_f32(c)[i] = i / 12 % 5 == 4 ? NAN : any_f32(&r); /* every fifth probe is not captured */
+        /* every fifth probe is not captured */
+        column_f32(c)[i] = i / 12 % 5 == 4 ? NAN : any_f32(&r);
     c = table_column(t, "colour_of_somebody");
     for (size_t i = 0; i < 2 * probes; i++)
         column_i32(c)[i] = (int32_t)random_u32(&r);
     if (probes > 2) {
         static const double extremes[] = {0.0,      -0.0, DBL_MIN, DBL_MAX, 4.9406564584124654e-324,
                                           -DBL_MAX, 0.1,  1e22,    1e23};
-        static const float extremes_f32[] = {0.0f, -0.0f, FLT_MIN, FLT_MAX, 1.4e-45f, -FLT_MAX, 0.1f, 16777216.0f};
+        static const float extremes_f32[] = {0.0f,     -0.0f,    FLT_MIN, FLT_MAX,
+                                             1.4e-45f, -FLT_MAX, 0.1f,    16777216.0f};
         memcpy(column_f64(table_column(t, "position")), extremes, sizeof extremes);
         memcpy(column_f32(table_column(t, "sh")), extremes_f32, sizeof extremes_f32);
     }
@@ -117,7 +119,8 @@ static struct stream *example(size_t probes, size_t cells, uint64_t seed)
         const int32_t first = (int32_t)(random_u32(&r) % (probes - 3));
         for (int k = 0; k < 4; k++) {
             column_i32(table_column(t, "vertex"))[4 * i + (size_t)k] = first + k;
-            column_i32(table_column(t, "neighbour"))[4 * i + (size_t)k] = (int32_t)(random_u32(&r) % (cells + 1)) - 1;
+            column_i32(table_column(t, "neighbour"))[4 * i + (size_t)k] =
+                (int32_t)(random_u32(&r) % (cells + 1)) - 1;
         }
     }
     must(stream_add_table(s, "unknown", &t));
@@ -164,7 +167,8 @@ static void test_round_trip(void)
         must(stream_read(&binary, path_b));
         ok(same_stream(s, text), "%zu probes: text keeps every bit", sizes[i][0]);
         ok(same_stream(s, binary), "%zu probes: binary keeps every bit", sizes[i][0]);
-        ok(text->encoding == STREAM_TEXT && binary->encoding == STREAM_BINARY, "the encoding is recognised");
+        ok(text->encoding == STREAM_TEXT && binary->encoding == STREAM_BINARY,
+           "the encoding is recognised");
         stream_destroy(text);
         stream_destroy(binary);
         stream_destroy(s);
@@ -182,14 +186,16 @@ static void test_portions(void)
     must(stream_writer_open(&w, path_b, STREAM_BINARY, &s->header));
     for (size_t i = 0; i < s->table_count; i++) {
         must(stream_writer_table(w, &s->tables[i]));
-        for (size_t row = 0, some = 1; row < s->tables[i].rows; row += some, some = some * 3 % 4099) {
+        for (size_t row = 0, some = 1; row < s->tables[i].rows;
+             row += some, some = some * 3 % 4099) {
             some = row + some > s->tables[i].rows ? s->tables[i].rows - row : some;
             must(stream_writer_rows(w, &s->tables[i], row, some));
         }
     }
     must(stream_writer_finish(w));
     const size_t count = read_bytes(path_a, a, ROOM);
-    ok(count == read_bytes(path_b, b, ROOM) && !memcmp(a, b, count), "portions do not show in the bytes");
+    ok(count == read_bytes(path_b, b, ROOM) && !memcmp(a, b, count),
+       "portions do not show in the bytes");
 
     /* Reading in small portions, with a column of the caller's own. */
     struct stream_reader *r = NULL;
@@ -249,7 +255,8 @@ static void test_every_byte(void)
             bytes[i] = (char)(bytes[i] ^ 1 << bit);
         }
     }
-    ok(count > 500 && accepted == 0, "each of the 8 bits of each of %zu bytes flipped: refused", count);
+    ok(count > 500 && accepted == 0, "each of the 8 bits of each of %zu bytes flipped: refused",
+       count);
     accepted = 0;
     for (size_t length = 0; length < count; length++) {
         write_memory(bytes, length);
@@ -263,7 +270,8 @@ static void test_every_byte(void)
     must(stream_write(s, path_a, STREAM_TEXT));
     const size_t text = read_bytes(path_a, bytes, sizeof bytes);
     accepted = 0;
-    for (size_t length = 0; length + 1 < text; length++) { /* without its last newline it still says end */
+    /* without its last newline it still says end */
+    for (size_t length = 0; length + 1 < text; length++) {
         write_memory(bytes, length);
         accepted += !refused(memory_path);
     }
@@ -278,7 +286,8 @@ static void bytes_refused(const char *bytes, size_t count, const char *message)
     struct stream *s = NULL;
     struct error *err = stream_read(&s, path_a);
     const size_t prefix = strlen(path_a);
-    ok(err && !strncmp(error_message(err), path_a, prefix) && !strcmp(error_message(err) + prefix, message),
+    ok(err && !strncmp(error_message(err), path_a, prefix) &&
+           !strcmp(error_message(err) + prefix, message),
        "refused: %s", err ? error_message(err) + prefix : "(accepted)");
     error_destroy(err);
     stream_destroy(s);
@@ -296,61 +305,80 @@ static void text_refused(const char *text, const char *message)
 static void test_text_refused(void)
 {
     text_refused("", ": expected a probe stream, got nothing");
-    text_refused("solid cube\n", ":1: expected a probe stream, which begins with '#?probe 1', got 'solid cube'");
-    text_refused("#?probe 2\n", ":1: expected a probe stream, which begins with '#?probe 1', got '#?probe 2'");
-    text_refused("#?probe 1 bin\n", ":1: expected '#?probe 1' or '#?probe 1 binary', got '#?probe 1 bin'");
-    text_refused("#?probe 1\n", ":1: expected a table or the end, got nothing: the stream is not whole");
+    text_refused("solid cube\n",
+                 ":1: expected a probe stream, which begins with '#?probe 1', got 'solid cube'");
+    text_refused("#?probe 2\n",
+                 ":1: expected a probe stream, which begins with '#?probe 1', got '#?probe 2'");
+    text_refused("#?probe 1 bin\n",
+                 ":1: expected '#?probe 1' or '#?probe 1 binary', got '#?probe 1 bin'");
+    text_refused("#?probe 1\n",
+                 ":1: expected a table or the end, got nothing: the stream is not whole");
     text_refused("#?probe 1\nkey a\nkey b\n", ":3: the key key is given twice");
-    text_refused("#?probe 1\nKey a\n", ":2: expected a header key, a comment or a table, got 'Key'");
+    text_refused("#?probe 1\nKey a\n",
+                 ":2: expected a header key, a comment or a table, got 'Key'");
     text_refused("#?probe 1\nsh-order 3\ntable probe position:f64:3 sh:f32:12\nend\n",
                  ":3: table probe: column sh has order 2, but the header's sh-order is '3'");
-    text_refused("#?probe 1\ntable probe\nend\n", ":2: table probe: expected at least one column, got none");
+    text_refused("#?probe 1\ntable probe\nend\n",
+                 ":2: table probe: expected at least one column, got none");
     text_refused("#?probe 1\ntable probe x:f32:1\nend\n",
                  ":2: table probe: expected a column position:f64:3, there is none");
     text_refused("#?probe 1\ntable probe position:f32:3\nend\n",
                  ":2: table probe: column position: expected f64:3, got f32:3");
-    text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:13\nend\n",
-                 ":2: table probe: column sh: expected a width of 3 n^2 for an order n of 1 to 6, got 13");
+    text_refused(
+        "#?probe 1\ntable probe position:f64:3 sh:f32:13\nend\n",
+        ":2: table probe: column sh: expected a width of 3 n^2 for an order n of 1 to 6, got 13");
     text_refused("#?probe 1\ntable probe position:f64:3 position:f64:3\nend\n",
                  ":2: table probe: column position is given twice");
     text_refused("#?probe 1\ntable probe position:f64:0\nend\n",
                  ":2: table probe: expected a column as name:type:width, got 'position:f64:0'");
     text_refused("#?probe 1\ntable probe position:f16:3\nend\n",
                  ":2: table probe: column position: expected a type f32, f64 or i32, got 'f16'");
-    text_refused("#?probe 1\ntable a x:f64:1\ntable a x:f64:1\nend\n", ":3: table a is given twice");
+    text_refused("#?probe 1\ntable a x:f64:1\ntable a x:f64:1\nend\n",
+                 ":3: table a is given twice");
     text_refused(HEAD "0 0\nend\n", ":3: table probe: expected 3 numbers, got 2");
     text_refused(HEAD "0 0 0 0\nend\n", ":3: table probe: expected 3 numbers, got 4");
-    text_refused(HEAD "0 zero 0\nend\n", ":3: table probe: column position: expected a number, got 'zero'");
-    text_refused(HEAD "0 1,5 0\nend\n", ":3: table probe: column position: expected a number, got '1,5'");
-    text_refused(HEAD "0 1e999 0\nend\n", ":3: table probe: column position: expected a number, got '1e999'");
-    text_refused(HEAD "0 nan 0\nend\n", ":3: table probe: row 0: column position: expected finite numbers, got nan");
+    text_refused(HEAD "0 zero 0\nend\n",
+                 ":3: table probe: column position: expected a number, got 'zero'");
+    text_refused(HEAD "0 1,5 0\nend\n",
+                 ":3: table probe: column position: expected a number, got '1,5'");
+    text_refused(HEAD "0 1e999 0\nend\n",
+                 ":3: table probe: column position: expected a number, got '1e999'");
+    text_refused(HEAD "0 nan 0\nend\n",
+                 ":3: table probe: row 0: column position: expected finite numbers, got nan");
     text_refused(HEAD "0 0 0\n0 inf 0\nend\n",
                  ":4: table probe: row 1: column position: expected finite numbers, got inf");
     text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:3\n0 0 0 1 nan 1\nend\n",
                  ":3: table probe: row 0: column sh: 1 of 3 numbers are nan; all or none may be");
-    text_refused(HEAD FOUR "1 1 1\n", ":7: the stream ends within table probe, after 5 rows: it is not whole");
+    text_refused(HEAD FOUR "1 1 1\n",
+                 ":7: the stream ends within table probe, after 5 rows: it is not whole");
     text_refused(HEAD FOUR "end\nmore\n", ":7: expected nothing behind the end, got more data");
     text_refused(HEAD FOUR TET "0 1 2 4 -1 -1 -1 -1\nend\n",
-                 ":9: table tet: row 0: column vertex: expected an index below the number of probes, 4, got 4");
+                 ":9: table tet: row 0: column vertex: expected an index below the number of "
+                 "probes, 4, got 4");
     text_refused(HEAD FOUR TET "0 1 2 -1 -1 -1 -1 -1\nend\n",
                  ":8: table tet: row 0: column vertex: expected an index of 0 or more, got -1");
     text_refused(HEAD FOUR TET "0 1 2 3 -1 -1 1 -1\nend\n",
-                 ":9: table tet: row 0: column neighbour: expected an index below the number of cells, 1, got 1");
+                 ":9: table tet: row 0: column neighbour: expected an index below the number of "
+                 "cells, 1, got 1");
     text_refused(HEAD FOUR TET "0 1 2 3 -1 -1 -2 -1\nend\n",
                  ":8: table tet: row 0: column neighbour: expected an index of -1 or more, got -2");
     text_refused(HEAD FOUR TET "0 1 2 2 -1 -1 -1 -1\nend\n",
                  ":8: table tet: row 0: column vertex: expected 4 different probes, got 2 twice");
     text_refused(HEAD FOUR TET "0 1 2 3.5 -1 -1 -1 -1\nend\n",
                  ":8: table tet: column vertex: expected a whole number of 32 bits, got '3.5'");
-    text_refused(HEAD FOUR TET "0 1 2 99999999999 -1 -1 -1 -1\nend\n",
-                 ":8: table tet: column vertex: expected a whole number of 32 bits, got '99999999999'");
-    text_refused(HEAD TET "0 1 2 3 -1 -1 -1 -1\nend\n", ":5: table tet has 1 rows, but there are no probes");
-    text_refused("#?probe 1\ntable\nend\n",
-                 ":2: header key table: expected a name of a-z, 0-9 and -, and a value without control characters");
-    text_refused("#?probe 1\na_key v\nend\n",
-                 ":2: header key a_key: expected a name of a-z, 0-9 and -, and a value without control characters");
-    text_refused(HEAD "0\r0 0\nend\n", ":3: table probe: column position: expected a number, got '0\r0'");
-    bytes_refused("#?probe 1\n# a\0b\nend\n", 20, ":2: expected a line of text, got control characters");
+    text_refused(
+        HEAD FOUR TET "0 1 2 99999999999 -1 -1 -1 -1\nend\n",
+        ":8: table tet: column vertex: expected a whole number of 32 bits, got '99999999999'");
+    text_refused(HEAD TET "0 1 2 3 -1 -1 -1 -1\nend\n",
+                 ":5: table tet has 1 rows, but there are no probes");
+    text_refused("#?probe 1\ntable\nend\n", ":2: header key table: expected a name of a-z, 0-9 and "
+                                            "-, and a value without control characters");
+    text_refused("#?probe 1\na_key v\nend\n", ":2: header key a_key: expected a name of a-z, 0-9 "
+                                              "and -, and a value without control characters");
+    text_refused(HEAD "0\r0 0\nend\n",
+                 ":3: table probe: column position: expected a number, got '0\r0'");
+    bytes_refused("#?probe 1\n# a\0b\nend\n", 20,
+                  ":2: expected a line of text, got control characters");
     bytes_refused(HEAD "# a\0b\nend\n", sizeof HEAD "# a\0b\nend\n" - 1,
                   ":3: table probe: expected text, got a zero byte");
     bytes_refused(HEAD "0 0 0\0\nend\n", sizeof HEAD "0 0 0\0\nend\n" - 1,
@@ -379,36 +407,42 @@ static void test_hostile(void)
     text_refused(text, ":4098: more than 4096 tables");
     text_refused("#?probe 1\ntable t "
                  "a123456789b123456789c123456789d123456789e123456789f123456789g123:f32:1\nend\n",
-                 ":2: table t: expected a column as name:type:width, got 'a123456789b123456789c123456789d123456789'");
-    text_refused("#?probe 1\ntable t x:f32:262145\nend\n", ":2: table t: a row takes 1048580 bytes, more than 1048576");
+                 ":2: table t: expected a column as name:type:width, got "
+                 "'a123456789b123456789c123456789d123456789'");
+    text_refused("#?probe 1\ntable t x:f32:262145\nend\n",
+                 ":2: table t: a row takes 1048580 bytes, more than 1048576");
     text_refused("#?probe 1\ntable t x:f32:262144\n",
                  ":2: the stream ends within table t, after 0 rows: it is not whole");
-    text_refused("#?probe 1\ntable t x:f32:99999999999999999999\nend\n",
-                 ":2: table t: expected a column as name:type:width, got 'x:f32:99999999999999999999'");
+    text_refused(
+        "#?probe 1\ntable t x:f32:99999999999999999999\nend\n",
+        ":2: table t: expected a column as name:type:width, got 'x:f32:99999999999999999999'");
 
     static const char head[] = "#?probe 1 binary\ntable t x:f32:1\n";
-    static const uint32_t counts[][2] = {{4194305, 16777220}, {0xffffffff, 0xfffffffc}, {2, 12}, {0, 4}, {1, 0}};
+    static const uint32_t counts[][2] = {
+        {4194305, 16777220}, {0xffffffff, 0xfffffffc}, {2, 12}, {0, 4}, {1, 0}};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
         char message[200];
         n = sprintf(text, "%s", head);
         memcpy(text + n, counts[i], 8);
         memset(text + n + 8, 0, 8);
-        sprintf(
-            message,
-            ": byte %d: table t: expected a block of rows of 4 bytes, at most 16777216 bytes, got %u rows in %u bytes",
-            n, counts[i][0], counts[i][1]);
+        sprintf(message,
+                ": byte %d: table t: expected a block of rows of 4 bytes, at most 16777216 bytes, "
+                "got %u rows in %u bytes",
+                n, counts[i][0], counts[i][1]);
         bytes_refused(text, (size_t)n + 16, message);
     }
     memcpy(text + n, (const uint32_t[]){4194304, 16777216}, 8);
-    bytes_refused(text, (size_t)n + 16, ": byte 33: the stream ends within table t, after 0 rows: it is not whole");
+    bytes_refused(text, (size_t)n + 16,
+                  ": byte 33: the stream ends within table t, after 0 rows: it is not whole");
     free(text);
 }
 
 /* The checksum at the end covers every byte before it, so this one pins the format. */
 static void test_format(void)
 {
-    static const char text[] = "#?probe 1\n# a command\nsh-order 1\nending here\ntable probe position:f64:3 sh:f32:3\n"
-                               "0 0 0 .5 .5 .5\n1 -2 3e5 nan nan nan\ntable empty thing:i32:1\nend\n";
+    static const char text[] =
+        "#?probe 1\n# a command\nsh-order 1\nending here\ntable probe position:f64:3 sh:f32:3\n"
+        "0 0 0 .5 .5 .5\n1 -2 3e5 nan nan nan\ntable empty thing:i32:1\nend\n";
     char bytes[1024] = "";
     struct stream *s = NULL;
     write_bytes(path_a, text, sizeof text - 1);
@@ -423,17 +457,20 @@ static void test_format(void)
 
 static void test_text_accepted(void)
 {
-    const char text[] = "#?probe 1\r\n# made by hand\r\nkey value\r\n\r\ntable probe position:f64:3 depth:f32:1\r\n"
-                        "  +1\t2e0 3 .5\r\n# between rows\n\n4 5 6 nan\n-0 1e-400 7 1e-60\nend";
+    const char text[] =
+        "#?probe 1\r\n# made by hand\r\nkey value\r\n\r\ntable probe position:f64:3 depth:f32:1\r\n"
+        "  +1\t2e0 3 .5\r\n# between rows\n\n4 5 6 nan\n-0 1e-400 7 1e-60\nend";
     write_bytes(path_a, text, sizeof text - 1);
     struct stream *s = NULL;
     must(stream_read(&s, path_a));
     const double *p = column_f64(table_column(stream_table(s, "probe"), "position"));
     const float *d = column_f32(table_column(stream_table(s, "probe"), "depth"));
-    ok(stream_table(s, "probe")->rows == 3 && p[0] == 1 && p[1] == 2 && p[5] == 6 && d[0] == 0.5f && isnan(d[1]),
+    ok(stream_table(s, "probe")->rows == 3 && p[0] == 1 && p[1] == 2 && p[5] == 6 && d[0] == 0.5f &&
+           isnan(d[1]),
        "CRLF, tabs, +, comments and blank lines are read");
     ok(signbit(p[6]) && p[7] == 0 && d[2] == 0, "-0 stays, what underflows is 0");
-    ok(!strcmp(header_key(&s->header, "key"), "value") && !strcmp(s->header.provenance[0], "made by hand"),
+    ok(!strcmp(header_key(&s->header, "key"), "value") &&
+           !strcmp(s->header.provenance[0], "made by hand"),
        "and the header");
     stream_destroy(s);
 }
@@ -476,15 +513,18 @@ static void test_writing(void)
        "the new file has the old one's mode");
 
     struct error *err = stream_write(s, "/dev/full", STREAM_BINARY);
-    ok(err && !strcmp(error_message(err), "/dev/full: No space left on device"), "a full disk is an error");
+    ok(err && !strcmp(error_message(err), "/dev/full: No space left on device"),
+       "a full disk is an error");
     error_destroy(err);
     err = stream_write(s, "/nonexistent/file", STREAM_BINARY);
-    ok(err && strstr(error_message(err), "/nonexistent/file: No such file"), "so is a directory that is not there");
+    ok(err && strstr(error_message(err), "/nonexistent/file: No such file"),
+       "so is a directory that is not there");
     error_destroy(err);
     unlink(path_b);
     column_f64(table_column(stream_table(s, "probe"), "position"))[4] = INFINITY;
     err = stream_write(s, path_b, STREAM_TEXT);
-    ok(err && access(path_b, F_OK), "an invalid stream is not written: %s", err ? error_message(err) : "");
+    ok(err && access(path_b, F_OK), "an invalid stream is not written: %s",
+       err ? error_message(err) : "");
     error_destroy(err);
     stream_destroy(s);
 

@@ -1,6 +1,7 @@
-/* Tetrahedra and location: every mesh passes the exact checker, and the checker finds each kind of damage; cells are Delaunay;
- * the order of the points does not matter; weights reproduce linear fields, sum to 1, and go over continuously into those of
- * the hull's nearest point, which is found exactly; what cannot be meshed is refused. */
+/* Tetrahedra and location: every mesh passes the exact checker, and the checker finds each kind of
+ * damage; cells are Delaunay; the order of the points does not matter; weights reproduce linear
+ * fields, sum to 1, and go over continuously into those of the hull's nearest point, which is found
+ * exactly; what cannot be meshed is refused. */
 #include "base/error.h"
 #include "base/warning.h"
 #include "interpolate/cells_volume.h"
@@ -16,9 +17,22 @@
 
 enum { MOST = 4000 };
 
-enum shape { RANDOM, GRID, ROTATED_GRID, NOISY_GRID, SHELL, CLUSTERS, FLAT_SLAB, FAR_AWAY, TINY, HUGE_SCALE, SHAPES };
-static const char *const shape_names[] = {"random",    "grid",      "rotated grid", "noisy grid",  "shell",
-                                          "clusters",  "flat slab", "far away",     "tiny scale", "huge scale"};
+enum shape {
+    RANDOM,
+    GRID,
+    ROTATED_GRID,
+    NOISY_GRID,
+    SHELL,
+    CLUSTERS,
+    FLAT_SLAB,
+    FAR_AWAY,
+    TINY,
+    HUGE_SCALE,
+    SHAPES
+};
+static const char *const shape_names[] = {"random",     "grid",      "rotated grid", "noisy grid",
+                                          "shell",      "clusters",  "flat slab",    "far away",
+                                          "tiny scale", "huge scale"};
 
 /* Points of a shape; returns how many. */
 static size_t make(enum shape shape, size_t count, struct random *r, double *p)
@@ -30,7 +44,8 @@ static size_t make(enum shape shape, size_t count, struct random *r, double *p)
         if (shape == GRID || shape == ROTATED_GRID || shape == NOISY_GRID) {
             if (i >= side * side * side)
                 break;
-            const double g[3] = {(double)(i % side), (double)(i / side % side), (double)(i / side / side)};
+            const double g[3] = {(double)(i % side), (double)(i / side % side),
+                                 (double)(i / side / side)};
             const double noise = shape == NOISY_GRID ? 1e-9 : 0;
             for (int k = 0; k < 3; k++)
                 q[k] = g[k] + noise * q[k];
@@ -51,7 +66,10 @@ static size_t make(enum shape shape, size_t count, struct random *r, double *p)
         } else if (shape == FLAT_SLAB) {
             q[2] *= 1e-6;
         } else {
-            const double scale = shape == TINY ? 1e-60 : shape == HUGE_SCALE ? 1e60 : 1, offset = shape == FAR_AWAY ? 1e7 : 0;
+            const double scale = shape == TINY         ? 1e-60
+                                 : shape == HUGE_SCALE ? 1e60
+                                                       : 1,
+                         offset = shape == FAR_AWAY ? 1e7 : 0;
             for (int k = 0; k < 3; k++)
                 q[k] = q[k] * scale + offset;
         }
@@ -66,10 +84,17 @@ static void must(struct error *err)
         bail("%s", error_message(err));
 }
 
-/* A volume of the cells that were made, as programs use it; light outside is that of the hull's nearest point. */
-static struct error *volume_of(const struct tetra *t, size_t n, const double *p, struct probe_volume **volume)
+/* A volume of the cells that were made, as programs use it; light outside is that of the hull's
+ * nearest point. */
+static struct error *volume_of(const struct tetra *t, size_t n, const double *p,
+                               struct probe_volume **volume)
 {
-    const struct probe_mesh mesh = {.probes = n, .position = p, .corners = t->corners, .cells = t->cell_count, .vertex = t->vertex, .neighbour = t->neighbour};
+    const struct probe_mesh mesh = {.probes = n,
+                                    .position = p,
+                                    .corners = t->corners,
+                                    .cells = t->cell_count,
+                                    .vertex = t->vertex,
+                                    .neighbour = t->neighbour};
     return mesh_volume(&mesh, PROBE_NEAREST, volume);
 }
 
@@ -103,7 +128,8 @@ static void test_shapes(void)
             must(volume_of(&t, n, p, &l));
             struct probe_place w = {.cell = PROBE_COLD};
             for (int i = 0; i < 200; i++) { /* inside: between two probes */
-                const double *a = p + 3 * (random_u32(&r) % n), *b = p + 3 * (random_u32(&r) % n), s = random_double(&r);
+                const double *a = p + 3 * (random_u32(&r) % n), *b = p + 3 * (random_u32(&r) % n),
+                             s = random_double(&r);
                 double q[3], got = 0, sum = 0, scale = 0;
                 for (int k = 0; k < 3; k++)
                     q[k] = a[k] + s * (b[k] - a[k]);
@@ -114,15 +140,19 @@ static void test_shapes(void)
                     scale = fmax(scale, fabs(linear(p + 3 * (size_t)w.probe[k]) - linear(p)));
                 }
                 worst_sum = fmax(worst_sum, fabs(sum - 1));
-                worst_field = fmax(worst_field, fabs(got - linear(q)) / (scale + 1e-300 + 1e-9 * fabs(linear(q))));
+                worst_field = fmax(worst_field, fabs(got - linear(q)) /
+                                                    (scale + 1e-300 + 1e-9 * fabs(linear(q))));
             }
             probe_volume_destroy(l);
             tetra_clear(&t);
         }
-        ok(!broken && sets >= 8, "%s: %zu sets are meshed and pass the exact checker", shape_names[shape], sets);
-        ok(delaunay == 0, "%s: cells are Delaunay, or up to the tolerance of a stretch", shape_names[shape]);
+        ok(!broken && sets >= 8, "%s: %zu sets are meshed and pass the exact checker",
+           shape_names[shape], sets);
+        ok(delaunay == 0, "%s: cells are Delaunay, or up to the tolerance of a stretch",
+           shape_names[shape]);
         ok(worst_sum < 1e-12, "%s: weights sum to 1 (%.1e)", shape_names[shape], worst_sum);
-        ok(worst_field < 1e-4, "%s: a linear field comes back, relative to its change (%.1e)", shape_names[shape], worst_field);
+        ok(worst_field < 1e-4, "%s: a linear field comes back, relative to its change (%.1e)",
+           shape_names[shape], worst_field);
     }
 }
 
@@ -159,8 +189,8 @@ static void test_order(void)
         must(tetra_build(&a, n, p, NULL));
         must(tetra_build(&b, n, q, NULL));
         double *g = geometry(&a, p), *h = geometry(&b, q);
-        ok(a.cell_count == b.cell_count && !memcmp(g, h, 12 * a.cell_count * sizeof *g), "%s: shuffled points have the same cells",
-           shape_names[shape]);
+        ok(a.cell_count == b.cell_count && !memcmp(g, h, 12 * a.cell_count * sizeof *g),
+           "%s: shuffled points have the same cells", shape_names[shape]);
         free(g);
         free(h);
         tetra_clear(&a);
@@ -168,7 +198,8 @@ static void test_order(void)
     }
 }
 
-/* Of points, their ranks in canonical order; of cells, the least of each: in order, also where cells were peeled off. */
+/* Of points, their ranks in canonical order; of cells, the least of each: in order, also where
+ * cells were peeled off. */
 static void test_cell_order(void)
 {
     static double p[3 * MOST];
@@ -178,11 +209,17 @@ static void test_cell_order(void)
         struct random r = random_start(12, (uint64_t)kind, 0);
         const struct rotation rotation = random_rotation(&r);
         const bool plane = kind > 2;
-        const size_t side = plane ? 40 : 12, n = kind == 0 ? 2000 : side * side * (plane ? 1 : side);
+        const size_t side = plane ? 40 : 12,
+                     n = kind == 0 ? 2000 : side * side * (plane ? 1 : side);
         for (size_t i = 0; i < n; i++) {
-            const double g[3] = {(double)(i % side), (double)(i / side % side), (double)(i / side / side)};
+            const double g[3] = {(double)(i % side), (double)(i / side % side),
+                                 (double)(i / side / side)};
             for (int k = 0; k < 3; k++)
-                p[3 * i + (size_t)k] = kind == 0 ? random_double(&r) : g[k] + (kind == 2 ? 1e-6 : plane && k < 2 ? 1e-4 : 0) * random_double(&r);
+                p[3 * i + (size_t)k] = kind == 0 ? random_double(&r)
+                                                 : g[k] + (kind == 2        ? 1e-6
+                                                           : plane && k < 2 ? 1e-4
+                                                                            : 0) *
+                                                              random_double(&r);
         }
         if (kind)
             rotate_points(&rotation, n, p);
@@ -204,7 +241,8 @@ static void test_cell_order(void)
             ordered = ordered && least >= last;
             last = least;
         }
-        ok(ordered && first, "set %d: cells in order of their first vertex, %zu were peeled off", kind, t.peeled);
+        ok(ordered && first, "set %d: cells in order of their first vertex, %zu were peeled off",
+           kind, t.peeled);
         peeled += t.peeled;
         tetra_clear(&t);
         sites_clear(&sites);
@@ -216,7 +254,8 @@ static void refused(size_t n, const double *p, const char *message)
 {
     struct tetra t;
     struct error *err = tetra_build(&t, n, p, NULL);
-    ok(err && strstr(error_message(err), message), "refused: %s", err ? error_message(err) : "(accepted)");
+    ok(err && strstr(error_message(err), message), "refused: %s",
+       err ? error_message(err) : "(accepted)");
     error_destroy(err);
     tetra_clear(&t);
 }
@@ -228,8 +267,8 @@ static void flat(const char *name, size_t n, const double *p, int corners, size_
     struct tetra_verdict verdict;
     must(tetra_build(&t, n, p, NULL));
     struct error *err = tetra_verify(&t, n, p, &verdict);
-    ok(!err && t.corners == corners && t.cell_count == cells, "%s: %zu cells of %d corners%s%s", name, t.cell_count, t.corners, err ? ": " : "",
-       err ? error_message(err) : "");
+    ok(!err && t.corners == corners && t.cell_count == cells, "%s: %zu cells of %d corners%s%s",
+       name, t.cell_count, t.corners, err ? ": " : "", err ? error_message(err) : "");
     error_destroy(err);
     tetra_clear(&t);
 }
@@ -261,7 +300,8 @@ static void test_flat(void)
     refused(20, p, "probe 2: expected a finite position");
 }
 
-/* Of probes that are nearer than asked for, one with light stands for the others, whatever their order. */
+/* Of probes that are nearer than asked for, one with light stands for the others, whatever their
+ * order. */
 static void test_merging(void)
 {
     double p[3 * 20];
@@ -280,7 +320,8 @@ static void test_merging(void)
     struct warnings w = {0};
     struct tetra t;
     must(tetra_make(&t, 20, p, &settings, &w));
-    ok(t.merged_count == 1 && t.merged[12] == 17 && t.merged[17] == -1 && warnings_of_kind(&w, "merged") == 1,
+    ok(t.merged_count == 1 && t.merged[12] == 17 && t.merged[17] == -1 &&
+           warnings_of_kind(&w, "merged") == 1,
        "a duplicate without light is merged with one that has some, with a warning");
     tetra_clear(&t);
     warnings_clear(&w);
@@ -292,13 +333,14 @@ static void test_merging(void)
     error_destroy(err);
     t.merged[15] = -1;
     err = tetra_verify(&t, 20, p, &verdict);
-    ok(err && strstr(error_message(err), "probe 15 is in no cell"), "a probe that is neither used nor merged is found: %s", error_message(err));
+    ok(err && strstr(error_message(err), "probe 15 is in no cell"),
+       "a probe that is neither used nor merged is found: %s", error_message(err));
     error_destroy(err);
     tetra_clear(&t);
 }
 
-/* Thin boxes of probes, of which so many are merged that what is left may lie in a plane or on a line, and another one than all did:
- * whatever spans them, they verify, and a volume takes them. */
+/* Thin boxes of probes, of which so many are merged that what is left may lie in a plane or on a
+ * line, and another one than all did: whatever spans them, they verify, and a volume takes them. */
 static void test_merging_spans(void)
 {
     enum { SETS = 3000 };
@@ -334,9 +376,10 @@ static void test_merging_spans(void)
             snprintf(first, sizeof first, "set %d: %s", set, error_message(err));
         error_destroy(err);
     }
-    ok(!failed && by_corners[4] > SETS / 20 && by_corners[3] > SETS / 20 && by_corners[2] > SETS / 100,
-       "thin boxes with many merged: %d tetrahedra, %d triangles, %d segments, %d do not verify %s", by_corners[4], by_corners[3], by_corners[2],
-       failed, first);
+    ok(!failed && by_corners[4] > SETS / 20 && by_corners[3] > SETS / 20 &&
+           by_corners[2] > SETS / 100,
+       "thin boxes with many merged: %d tetrahedra, %d triangles, %d segments, %d do not verify %s",
+       by_corners[4], by_corners[3], by_corners[2], failed, first);
 }
 
 /* Grids, turned and disturbed: no slivers to speak of, and all of the box. */
@@ -371,7 +414,9 @@ static void test_slivers(void)
             tetra_clear(&t);
         }
         ok((double)slivers <= 1e-3 * (double)cells && tolerance <= 1.0 / 64 && volume > 1 - 1e-3,
-           "a grid with noise %g: %zu slivers of %zu cells, Delaunay to %.1e, %zu dents, volume %.6f", noises[n], slivers, cells, tolerance, dents, volume);
+           "a grid with noise %g: %zu slivers of %zu cells, Delaunay to %.1e, %zu dents, volume "
+           "%.6f",
+           noises[n], slivers, cells, tolerance, dents, volume);
     }
 }
 
@@ -388,7 +433,9 @@ static void test_checker(void)
     for (int i = 0; i < 2000; i++) {
         const size_t at = random_u32(&r) % (4 * cells);
         int32_t *index = random_u32(&r) % 2 ? t.vertex : t.neighbour;
-        const int32_t was = index[at], now = (int32_t)(random_u32(&r) % (index == t.vertex ? n : cells)) - (index != t.vertex);
+        const int32_t was = index[at],
+                      now = (int32_t)(random_u32(&r) % (index == t.vertex ? n : cells)) -
+                            (index != t.vertex);
         if (now == was)
             continue;
         index[at] = now;
@@ -421,8 +468,10 @@ static void test_measure(void)
     struct tetra_report report;
     must(tetra_build(&t, n, p, NULL));
     must(tetra_measure(&t, n, p, &report));
-    ok(fabs(report.volume - 216) < 1e-6 && fabs(report.hull_volume - 216) < 1e-6, "a grid's volume is its box's: %.9f", report.volume);
-    ok(report.hull_vertices == 343 - 125 && report.unused_points == 0, "all of its outer nodes are on the hull");
+    ok(fabs(report.volume - 216) < 1e-6 && fabs(report.hull_volume - 216) < 1e-6,
+       "a grid's volume is its box's: %.9f", report.volume);
+    ok(report.hull_vertices == 343 - 125 && report.unused_points == 0,
+       "all of its outer nodes are on the hull");
     ok(report.angle_least > 30, "an exact grid has no slivers: %.1f degrees", report.angle_least);
     bool good = true;
     for (size_t i = 0; i < n; i++) {
@@ -436,7 +485,8 @@ static void test_measure(void)
     tetra_clear(&t);
 }
 
-/* Nearest point of the hull by trying every face, at a fine barycentric raster: an upper bound of the distance. */
+/* Nearest point of the hull by trying every face, at a fine barycentric raster: an upper bound of
+ * the distance. */
 static double raster_distance(const struct tetra *t, const double *p, const double q[3])
 {
     enum { STEPS = 40 };
@@ -451,7 +501,8 @@ static double raster_distance(const struct tetra *t, const double *p, const doub
             for (int b = 0; a + b <= STEPS; b++) {
                 double square = 0;
                 for (int k = 0; k < 3; k++) {
-                    const double x = (a * c[0][k] + b * c[1][k] + (STEPS - a - b) * c[2][k]) / STEPS - q[k];
+                    const double x =
+                        (a * c[0][k] + b * c[1][k] + (STEPS - a - b) * c[2][k]) / STEPS - q[k];
                     square += x * x;
                 }
                 best = fmin(best, sqrt(square));
@@ -473,13 +524,16 @@ static void test_outside(void)
     bool flags = true, same = true;
     struct probe_place w = {.cell = PROBE_COLD}, cold;
     for (int i = 0; i < 300; i++) {
-        const double q[3] = {4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5};
+        const double q[3] = {4 * random_double(&r) - 1.5, 4 * random_double(&r) - 1.5,
+                             4 * random_double(&r) - 1.5};
         probe_volume_locate(l, q, &w);
         double at[3] = {0};
         for (int k = 0; k < 4; k++)
             for (int m = 0; m < 3; m++)
                 at[m] += w.weight[k] * p[3 * (size_t)w.probe[k] + (size_t)m];
-        const double distance = sqrt((at[0] - q[0]) * (at[0] - q[0]) + (at[1] - q[1]) * (at[1] - q[1]) + (at[2] - q[2]) * (at[2] - q[2]));
+        const double distance = sqrt((at[0] - q[0]) * (at[0] - q[0]) +
+                                     (at[1] - q[1]) * (at[1] - q[1]) +
+                                     (at[2] - q[2]) * (at[2] - q[2]));
         flags = flags && fabs(distance - w.distance) < 1e-9 && w.inside == (w.distance == 0);
         if (!w.inside)
             worst = fmax(worst, w.distance - raster_distance(&t, p, q));
@@ -489,8 +543,11 @@ static void test_outside(void)
         for (int k = 0; k < 4; k++)
             for (int m = 0; m < 3; m++)
                 other[m] += cold.weight[k] * p[3 * (size_t)cold.probe[k] + (size_t)m];
-        same = same && fabs(other[0] - at[0]) + fabs(other[1] - at[1]) + fabs(other[2] - at[2]) < 1e-9 && cold.inside == w.inside;
-        /* A small step moves the interpolated place by no more: the nearest point of a convex body. */
+        same = same &&
+               fabs(other[0] - at[0]) + fabs(other[1] - at[1]) + fabs(other[2] - at[2]) < 1e-9 &&
+               cold.inside == w.inside;
+        /* A small step moves the interpolated place by no more: the nearest point of a convex
+         * body. */
         const double q2[3] = {q[0] + 1e-6, q[1], q[2]};
         probe_volume_locate(l, q2, &w);
         double moved = 0;
@@ -505,7 +562,8 @@ static void test_outside(void)
     ok(flags, "inside or outside, distance is that of the place whose light is given");
     ok(worst < 1e-9, "outside, no raster point of the hull is nearer (%.1e)", worst);
     ok(same, "a cold start finds the same place as a walk");
-    ok(worst_step < 1.001, "the place moves no faster than the point, across the hull as well: %.4f", worst_step);
+    ok(worst_step < 1.001,
+       "the place moves no faster than the point, across the hull as well: %.4f", worst_step);
 
     bool exact = true;
     for (size_t i = 0; i < n; i++) {

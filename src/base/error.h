@@ -35,14 +35,16 @@ struct error *error_usage(const char *format, ...) __attribute__((format(printf,
 
 /* As error_new, with ": " and strerror(number) behind the message. A broken pipe (EPIPE)
  * gives an error that error_exit does not print: a closed pipe is no news. */
-struct error *error_system(int number, const char *format, ...) __attribute__((format(printf, 2, 3)));
+struct error *error_system(int number, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 /* The error for memory that could not be had. Static: destroying it is legal and does nothing. */
 struct error *error_memory(void);
 
 /* Puts a printf-formatted context and ": " before the message of `err`; takes `err` and
  * returns it changed. NULL stays NULL, so a whole call can be wrapped unconditionally. */
-struct error *error_wrap(struct error *err, const char *format, ...) __attribute__((format(printf, 2, 3)));
+struct error *error_wrap(struct error *err, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 /* The message, without a program's name; owned by `err`. */
 const char *error_message(const struct error *err);

@@ -1,4 +1,5 @@
-/* Bytes in and out of files: buffering, checksums, and files that appear only when they are whole. */
+/* Bytes in and out of files: buffering, checksums, and files that appear only when they are
+ * whole. */
 #include "base/array.h"
 #include "base/error.h"
 #include "stream/stream_private.h"
@@ -42,7 +43,8 @@ uint64_t checksum_take(void *checksum)
     return sum;
 }
 
-/* Opens, above the standard descriptors: where one of these is closed, a file must not take its place. */
+/* Opens, above the standard descriptors: where one of these is closed, a file must not take its
+ * place. */
 static int open_above(const char *path, int flags)
 {
     const int fd = open(path, flags | O_CLOEXEC, 0666);
@@ -86,8 +88,8 @@ static struct error *fill(struct stream_input *in)
         in->start = 0;
     }
     if (in->end == in->capacity) {
-        struct error *err =
-            array_reserve(&in->data, &in->capacity, in->capacity ? 2 * in->capacity : STREAM_BLOCK_BYTES / 4, 1);
+        struct error *err = array_reserve(
+            &in->data, &in->capacity, in->capacity ? 2 * in->capacity : STREAM_BLOCK_BYTES / 4, 1);
         if (err)
             return err;
     }
@@ -102,7 +104,8 @@ static struct error *fill(struct stream_input *in)
     return NULL;
 }
 
-struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes, size_t *got)
+struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes,
+                         size_t *got)
 {
     struct error *err = NULL;
     while (!err && in->end - in->start < count && !in->ended)
@@ -137,7 +140,8 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
         if (in->ended)
             return NULL;
         if (available > STREAM_LINE_MOST)
-            return error_new("%s:%zu: the line is longer than %d bytes", in->name, in->line + 1, STREAM_LINE_MOST);
+            return error_new("%s:%zu: the line is longer than %d bytes", in->name, in->line + 1,
+                             STREAM_LINE_MOST);
         searched = available;
         struct error *err = fill(in);
         if (err)
@@ -147,7 +151,8 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
 
 /* -- out ------------------------------------------------------------------------------------- */
 
-/* Tries temporary names beside the target until one is free: `take` makes the file, or fails with EEXIST. */
+/* Tries temporary names beside the target until one is free: `take` makes the file, or fails with
+ * EEXIST. */
 static struct error *take_temporary(struct stream_output *out,
                                     bool (*take)(struct stream_output *out, const char *name))
 {
@@ -155,7 +160,8 @@ static struct error *take_temporary(struct stream_output *out,
     const int directory = slash ? (int)(slash + 1 - out->target) : 0;
     for (int attempt = 0; attempt < 1000; attempt++) {
         char *name = NULL;
-        if (asprintf(&name, "%.*s.probe-%ld-%d", directory, out->target, (long)getpid(), attempt) < 0)
+        if (asprintf(&name, "%.*s.probe-%ld-%d", directory, out->target, (long)getpid(), attempt) <
+            0)
             return error_memory();
         if (take(out, name)) {
             out->temporary = name;
@@ -183,8 +189,8 @@ static bool take_linked(struct stream_output *out, const char *name)
     return linkat(AT_FDCWD, descriptor, AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
 }
 
-/* A file without a name, so that a killed program leaves nothing, where the system has such; else one with a temporary
- * name. */
+/* A file without a name, so that a killed program leaves nothing, where the system has such; else
+ * one with a temporary name. */
 static struct error *open_beside(struct stream_output *out)
 {
     char *directory = strdup(out->target);
@@ -216,7 +222,8 @@ static struct error *open_file(struct stream_output *out, const char *path)
     }
     if (exists && access(path, W_OK))
         return error_system(errno, "%s", path);
-    out->target = exists ? realpath(path, NULL) : strdup(path); /* through links, so that they stay */
+    /* through links, so that they stay */
+    out->target = exists ? realpath(path, NULL) : strdup(path);
     struct error *err = out->target ? open_beside(out) : error_memory();
     if (!err && exists && fchmod(out->fd, status.st_mode & 07777))
         err = error_system(errno, "%s", path);
@@ -235,9 +242,12 @@ struct error *output_open(struct stream_output *out, const char *path, bool bina
     else if (!err && standard)
         out->fd = STDOUT_FILENO;
     if (!err)
-        (void)fcntl(out->fd, F_SETPIPE_SZ, STREAM_BLOCK_BYTES); /* a pipe: fewer turns of who writes and who reads. Others have no such size */
+        /* a pipe: fewer turns of who writes and who reads. Others have no such size */
+        (void)fcntl(out->fd, F_SETPIPE_SZ, STREAM_BLOCK_BYTES);
     if (!err && binary && isatty(out->fd))
-        err = error_new("%s is a terminal, and the stream is binary: give --text, or a file with --output", out->name);
+        err = error_new(
+            "%s is a terminal, and the stream is binary: give --text, or a file with --output",
+            out->name);
     if (err)
         output_abandon(out);
     return err;

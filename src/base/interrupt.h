@@ -1,8 +1,9 @@
 /* interrupt: SIGINT and SIGTERM as a wish to end, for work that can be given back half done.
  *
- * The first signal only sets a flag, which long loops look at between two pieces of work; the second ends the program at
- * once, as it would have without this. A signal that is ignored (nohup, a shell's background jobs) stays ignored.
- * It is the one thing of the library that is global, because signals are.
+ * The first signal only sets a flag, which long loops look at between two pieces of work; the
+ * second ends the program at once, as it would have without this. A signal that is ignored (nohup,
+ * a shell's background jobs) stays ignored. It is the one thing of the library that is global,
+ * because signals are.
  */
 #ifndef INTERRUPT_H
 #define INTERRUPT_H

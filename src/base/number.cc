@@ -1,5 +1,6 @@
 /* Based on:
- * Giulietti, "The Schubfach way to render doubles", 2020: the shortest decimal that reads back, for floats.
+ * Giulietti, "The Schubfach way to render doubles", 2020: the shortest decimal that reads back, for
+ * floats.
  */
 #include "base/number.h"
 
@@ -8,7 +9,8 @@
 #include <cstring>
 #include <system_error>
 
-namespace {
+namespace
+{
 
 template <typename T> char *write(char *to, T value)
 {
@@ -35,7 +37,8 @@ struct powers {
     uint64_t of[exponent_most - exponent_least + 1];
 };
 
-/* The first 64 bits of 10^k, and one more in the last place (Giulietti, section 9.8). 10^k 2^n = 5^k 2^(n + k). */
+/* The first 64 bits of 10^k, and one more in the last place (Giulietti, section 9.8). 10^k 2^n =
+ * 5^k 2^(n + k). */
 constexpr powers make_powers()
 {
     powers p{};
@@ -71,20 +74,23 @@ inline uint32_t round_to_odd(uint64_t power_of_ten, uint32_t c)
     return uint32_t(product >> 64) | (uint32_t(product >> 32) > 1);
 }
 
-/* Of a float that is not 0: the decimal with the fewest digits that reads back to it, of these the nearest; there may be zeros at
- * its end. Names as in Giulietti's figure 4: the float is c 2^q; s, and t with one digit less, are 10^k and 10^(k + 1) below it; all
- * in quarters of 10^k. */
+/* Of a float that is not 0: the decimal with the fewest digits that reads back to it, of these the
+ * nearest; there may be zeros at its end. Names as in Giulietti's figure 4: the float is c 2^q; s,
+ * and t with one digit less, are 10^k and 10^(k + 1) below it; all in quarters of 10^k. */
 inline decimal shortest(uint32_t bits)
 {
     const uint32_t mantissa = bits & 0x7fffff, biased = bits >> 23 & 0xff;
     const uint32_t c = biased ? mantissa | 0x800000 : mantissa;
     const int q = (biased ? int(biased) : 1) - 150;
-    const bool odd = c & 1, closer = mantissa == 0 && biased > 1; /* the float below is half as far as the one above */
+    /* the float below is half as far as the one above */
+    const bool odd = c & 1, closer = mantissa == 0 && biased > 1;
     const int k = (q * 1262611 - (closer ? 524031 : 0)) >> 22, h = q + log2_of_ten_to(-k) + 1;
     const uint64_t g = power.of[-k - exponent_least];
-    const uint32_t least = round_to_odd(g, (4 * c - 2 + closer) << h) + odd, most = round_to_odd(g, (4 * c + 2) << h) - odd;
+    const uint32_t least = round_to_odd(g, (4 * c - 2 + closer) << h) + odd,
+                   most = round_to_odd(g, (4 * c + 2) << h) - odd;
     const uint32_t v = round_to_odd(g, 4 * c << h), s = v / 4, t = s / 10;
-    const bool t_down = least <= 40 * t, t_up = 40 * t + 40 <= most, down = least <= 4 * s, up = 4 * s + 4 <= most;
+    const bool t_down = least <= 40 * t, t_up = 40 * t + 40 <= most, down = least <= 4 * s,
+               up = 4 * s + 4 <= most;
     const bool nearer_up = v + (s & 1) > 4 * s + 2; /* to even */
     const uint32_t longer = s + (down != up ? up : nearer_up);
     const bool shorter = t_down != t_up; /* whether is anybody's guess: no branch */
@@ -93,7 +99,8 @@ inline decimal shortest(uint32_t bits)
 
 /* -- its text --------------------------------------------------------------------------------- */
 
-constexpr uint32_t ten_to[] = {1, 10, 100, 1000, 10000, 100000, 1000000, 10000000, 100000000, 1000000000};
+constexpr uint32_t ten_to[] = {1,      10,      100,      1000,      10000,
+                               100000, 1000000, 10000000, 100000000, 1000000000};
 
 inline int count_digits(uint32_t n) /* > 0 */
 {
@@ -105,13 +112,14 @@ inline int count_digits(uint32_t n) /* > 0 */
 inline uint64_t eight_digits(uint32_t n)
 {
     const uint64_t fours = n / 10000 | uint64_t(n % 10000) << 32;
-    const uint64_t hundreds = fours * 10486 >> 20 & 0x7f0000007f, twos = hundreds | (fours - 100 * hundreds) << 16;
+    const uint64_t hundreds = fours * 10486 >> 20 & 0x7f0000007f,
+                   twos = hundreds | (fours - 100 * hundreds) << 16;
     const uint64_t tens = twos * 103 >> 10 & 0x000f000f000f000f;
     return tens | (twos - 10 * tens) << 8;
 }
 
-/* As std::to_chars writes a float: fixed, or scientific where that is shorter; whole numbers with all their digits. Digits are
- * written nine at a time, and what is too many is written over. */
+/* As std::to_chars writes a float: fixed, or scientific where that is shorter; whole numbers with
+ * all their digits. Digits are written nine at a time, and what is too many is written over. */
 inline char *write_float(char *to, float value)
 {
     uint32_t bits;
@@ -123,12 +131,16 @@ inline char *write_float(char *to, float value)
     *to = '-';
     to += bits >> 31;
     const decimal d = shortest(bits);
-    const int all = count_digits(d.digits), whole = all + d.exponent; /* digits, and those before the point */
+    /* digits, and those before the point */
+    const int all = count_digits(d.digits), whole = all + d.exponent;
     const uint32_t nine = d.digits * ten_to[9 - all];
     const uint64_t behind = eight_digits(nine % 100000000), text = behind | 0x3030303030303030;
     const char first = char('0' + nine / 100000000);
     const int count = behind ? 9 - __builtin_clzll(behind) / 8 : 1; /* without zeros at the end */
-    const int fixed = whole >= count ? whole : whole > 0 ? count + 1 : count + 2 - whole, scientific = count + (count > 1) + 4;
+    const int fixed = whole >= count ? whole
+                      : whole > 0    ? count + 1
+                                     : count + 2 - whole,
+              scientific = count + (count > 1) + 4;
     if (fixed <= scientific && whole <= 0) { /* 0.00123 */
         memcpy(to, "0.000000", 8);
         to[2 - whole] = first;
@@ -160,7 +172,8 @@ inline char *write_float(char *to, float value)
 
 /* -- reading --------------------------------------------------------------------------------- */
 
-/* from_chars gives no value when the number is out of range: what is too small is 0, what is too large is refused. */
+/* from_chars gives no value when the number is out of range: what is too small is 0, what is too
+ * large is refused. */
 template <typename T> const char *read_real(const char *from, const char *end, T *value)
 {
     if (from < end && *from == '+' && from + 1 < end && from[1] != '-')
@@ -171,7 +184,9 @@ template <typename T> const char *read_real(const char *from, const char *end, T
     if (result.ec != std::errc::result_out_of_range)
         return nullptr;
     const char *digit =
-        from; /* too small if the exponent is negative, or there is none and all that counts is behind the point */
+        /* too small if the exponent is negative, or there is none and all that counts is behind the
+         * point */
+        from;
     bool small = false;
     for (; digit < result.ptr; digit++)
         if (*digit == 'e' || *digit == 'E') {
@@ -179,7 +194,8 @@ template <typename T> const char *read_real(const char *from, const char *end, T
             break;
         }
     if (digit == result.ptr)
-        small = *from == '0' || *from == '.' || (*from == '-' && (from[1] == '0' || from[1] == '.'));
+        small = *from == '0' || *from == '.' ||
+                (*from == '-' && (from[1] == '0' || from[1] == '.'));
     if (!small)
         return nullptr;
     *value = *from == '-' ? T(-0.0) : T(0);

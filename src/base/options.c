@@ -17,7 +17,8 @@ enum { ROWS_MOST = 64, LETTERLESS = 256, ID_HELP = LETTERLESS + ROWS_MOST, ID_VE
 /* -- numbers --------------------------------------------------------------------------------- */
 
 /* One number at the start of `text`; *end is what follows it. */
-static struct error *real_prefix(const char *what, const char *text, const char **end, double *value)
+static struct error *real_prefix(const char *what, const char *text, const char **end,
+                                 double *value)
 {
     char *stop;
     const double x = strtod(text, &stop);
@@ -45,11 +46,13 @@ struct error *options_reals(const char *what, const char *text, int count, doubl
     for (int i = 0; i < count; i++) {
         const char *end = at;
         struct error *err = real_prefix(what, at, &end, &values[i]);
-        if (!err && *end != (i + 1 < count ? ',' : '\0')) /* too few, too many, or rubbish between */
+        /* too few, too many, or rubbish between */
+        if (!err && *end != (i + 1 < count ? ',' : '\0'))
             err = error_usage("not a number list");
         if (err) {
             error_destroy(err);
-            return error_usage("%s: expected %d finite numbers separated by commas, got '%s'", what, count, text);
+            return error_usage("%s: expected %d finite numbers separated by commas, got '%s'", what,
+                               count, text);
         }
         at = end + 1;
     }
@@ -70,11 +73,13 @@ static struct error *check_range(const struct option_row *row, const char *what,
         return NULL;
     const char *relation = row->least_open ? "greater than" : "at least";
     if (isinf(row->most))
-        return error_usage("%s: expected a number %s %.15g, got %.15g", what, relation, row->least, value);
+        return error_usage("%s: expected a number %s %.15g, got %.15g", what, relation, row->least,
+                           value);
     if (isinf(row->least))
-        return error_usage("%s: expected a number at most %.15g, got %.15g", what, row->most, value);
-    return error_usage("%s: expected a number %s %.15g and at most %.15g, got %.15g", what, relation, row->least,
-                       row->most, value);
+        return error_usage("%s: expected a number at most %.15g, got %.15g", what, row->most,
+                           value);
+    return error_usage("%s: expected a number %s %.15g and at most %.15g, got %.15g", what,
+                       relation, row->least, row->most, value);
 }
 
 static struct error *parse_integer(const struct option_row *row, const char *what, const char *text)
@@ -112,15 +117,9 @@ static struct error *parse_value(const struct option_row *row, const char *text)
     snprintf(what, sizeof what, "--%s", row->name);
     struct error *err = NULL;
     switch (row->kind) {
-    case OPTION_FLAG:
-        *(bool *)row->value = true;
-        break;
-    case OPTION_SET:
-        *(int *)row->value = row->count;
-        break;
-    case OPTION_INTEGER:
-        err = parse_integer(row, what, text);
-        break;
+    case OPTION_FLAG: *(bool *)row->value = true; break;
+    case OPTION_SET: *(int *)row->value = row->count; break;
+    case OPTION_INTEGER: err = parse_integer(row, what, text); break;
     case OPTION_REAL: {
         double value = 0;
         err = options_real(what, text, &value);
@@ -139,12 +138,8 @@ static struct error *parse_value(const struct option_row *row, const char *text)
             memcpy(row->value, values, (size_t)row->count * sizeof *values);
         break;
     }
-    case OPTION_TEXT:
-        *(const char **)row->value = text;
-        break;
-    case OPTION_CHOICE:
-        err = parse_choice(row, what, text);
-        break;
+    case OPTION_TEXT: *(const char **)row->value = text; break;
+    case OPTION_CHOICE: err = parse_choice(row, what, text); break;
     case OPTION_CALL:
         err = row->parse(row->value, text);
         if (err && error_status(err) == EXIT_BAD_USAGE && strncmp(error_message(err), "--", 2) != 0)
@@ -200,8 +195,7 @@ static void show_default(const struct option_row *row, char *text, size_t size)
         break;
     case OPTION_FLAG:
     case OPTION_SET:
-    case OPTION_CALL:
-        break;
+    case OPTION_CALL: break;
     }
 }
 
@@ -211,8 +205,8 @@ static void print_row(const struct option_row *row)
 {
     char head[128];
     if (row->letter)
-        snprintf(head, sizeof head, "  -%c, --%s%s%s", row->letter, row->name, row->argument ? " " : "",
-                 row->argument ? row->argument : "");
+        snprintf(head, sizeof head, "  -%c, --%s%s%s", row->letter, row->name,
+                 row->argument ? " " : "", row->argument ? row->argument : "");
     else
         snprintf(head, sizeof head, "      --%s%s%s", row->name, row->argument ? " " : "",
                  row->argument ? row->argument : "");
@@ -299,7 +293,8 @@ struct error *options_record(struct program *program, const char *operand)
     return record(program, operand);
 }
 
-static struct error *record_option(struct program *program, const struct option_row *row, const char *text)
+static struct error *record_option(struct program *program, const struct option_row *row,
+                                   const char *text)
 {
     if (row->unrecorded)
         return NULL;
@@ -327,12 +322,14 @@ static void getopt_table_fill(struct getopt_table *table, const struct program *
     *letter++ = ':'; /* a missing argument is told apart from an unknown option */
     *letter++ = 'h';
     for (int g = 0; g < OPTION_GROUPS && program->groups[g]; g++) {
-        for (const struct option_row *row = program->groups[g]; row->name && table->count < ROWS_MOST; row++) {
+        for (const struct option_row *row = program->groups[g];
+             row->name && table->count < ROWS_MOST; row++) {
             const int id = table->count++;
             table->rows[id] = row;
-            table->longs[id] = (struct option){.name = row->name,
-                                               .has_arg = takes_argument(row) ? required_argument : no_argument,
-                                               .val = row->letter ? row->letter : LETTERLESS + id};
+            table->longs[id] =
+                (struct option){.name = row->name,
+                                .has_arg = takes_argument(row) ? required_argument : no_argument,
+                                .val = row->letter ? row->letter : LETTERLESS + id};
             if (row->letter) {
                 *letter++ = row->letter;
                 if (takes_argument(row))
@@ -414,39 +411,71 @@ void program_clear(struct program *program)
 
 struct common common_default(void)
 {
-    return (struct common){
-        .output = "-", .encoding = STREAM_AS_READ, .threads = threads_available(), .progress = isatty(STDERR_FILENO)};
+    return (struct common){.output = "-",
+                           .encoding = STREAM_AS_READ,
+                           .threads = threads_available(),
+                           .progress = isatty(STDERR_FILENO)};
 }
 
 const struct option_row *common_rows(struct common *common, unsigned which, struct option_row *rows)
 {
     size_t n = 0;
     if (which & COMMON_OUTPUT)
-        rows[n++] = (struct option_row){.name = "output", .letter = 'o', .argument = "FILE", .kind = OPTION_TEXT,
-                                        .help = "write to FILE, which appears only when it is whole;\n- is standard output",
-                                        .value = &common->output, .unrecorded = true};
+        rows[n++] =
+            (struct option_row){.name = "output",
+                                .letter = 'o',
+                                .argument = "FILE",
+                                .kind = OPTION_TEXT,
+                                .help = "write to FILE, which appears only when it is whole;\n"
+                                        "- is standard output",
+                                .value = &common->output,
+                                .unrecorded = true};
     if (which & COMMON_ENCODING) {
-        rows[n++] = (struct option_row){.name = "text", .kind = OPTION_SET, .count = STREAM_TEXT,
-                                        .help = "write the stream as text (default: as it was read)",
-                                        .value = &common->encoding, .unrecorded = true};
-        rows[n++] = (struct option_row){.name = "binary", .kind = OPTION_SET, .count = STREAM_BINARY,
-                                        .help = "write the stream as binary (default: as it was read)",
-                                        .value = &common->encoding, .unrecorded = true};
+        rows[n++] =
+            (struct option_row){.name = "text",
+                                .kind = OPTION_SET,
+                                .count = STREAM_TEXT,
+                                .help = "write the stream as text (default: as it was read)",
+                                .value = &common->encoding,
+                                .unrecorded = true};
+        rows[n++] =
+            (struct option_row){.name = "binary",
+                                .kind = OPTION_SET,
+                                .count = STREAM_BINARY,
+                                .help = "write the stream as binary (default: as it was read)",
+                                .value = &common->encoding,
+                                .unrecorded = true};
     }
     if (which & COMMON_SEED)
-        rows[n++] = (struct option_row){.name = "seed", .argument = "N", .kind = OPTION_INTEGER, .most = 0x1p53,
-                                        .help = "another seed gives other random numbers", .value = &common->seed};
+        rows[n++] = (struct option_row){.name = "seed",
+                                        .argument = "N",
+                                        .kind = OPTION_INTEGER,
+                                        .most = 0x1p53,
+                                        .help = "another seed gives other random numbers",
+                                        .value = &common->seed};
     if (which & COMMON_THREADS)
-        rows[n++] = (struct option_row){.name = "threads", .letter = 'j', .argument = "N", .kind = OPTION_INTEGER,
-                                        .least = 1, .most = 1024, .unrecorded = true,
+        rows[n++] = (struct option_row){.name = "threads",
+                                        .letter = 'j',
+                                        .argument = "N",
+                                        .kind = OPTION_INTEGER,
+                                        .least = 1,
+                                        .most = 1024,
+                                        .unrecorded = true,
                                         .help = "use N threads; the output does not depend on it",
                                         .value = &common->threads};
     if (which & COMMON_PROGRESS)
-        rows[n++] = (struct option_row){.name = "progress", .kind = OPTION_FLAG, .unrecorded = true,
-                                        .help = "show progress (default: when standard error is a terminal)",
-                                        .value = &common->progress};
-    rows[n++] = (struct option_row){.name = "quiet", .letter = 'q', .kind = OPTION_FLAG, .unrecorded = true,
-                                    .help = "no warnings and no progress", .value = &common->quiet};
+        rows[n++] = (struct option_row){
+            .name = "progress",
+            .kind = OPTION_FLAG,
+            .unrecorded = true,
+            .help = "show progress (default: when standard error is a terminal)",
+            .value = &common->progress};
+    rows[n++] = (struct option_row){.name = "quiet",
+                                    .letter = 'q',
+                                    .kind = OPTION_FLAG,
+                                    .unrecorded = true,
+                                    .help = "no warnings and no progress",
+                                    .value = &common->quiet};
     rows[n] = (struct option_row){0};
     return rows;
 }

@@ -7,13 +7,11 @@
  *
  *     double spacing = 1;
  *     const struct option_row rows[] = {
- *         {.name = "spacing", .letter = 's', .argument = "LENGTH", .help = "distance between probes",
- *          .kind = OPTION_REAL, .value = &spacing, .least = 0, .least_open = true, .most = INFINITY},
- *         {0}};
- *     struct common common = common_default();
- *     struct program program = {.name = "probe-place", .usage = "grid [OPTION]... SCENE", ...
- *                               .groups = {rows, common_rows(&common, COMMON_STREAM)}};
- *     err = options_parse(&program, argc, argv);
+ *         {.name = "spacing", .letter = 's', .argument = "LENGTH", .help = "distance between
+ * probes", .kind = OPTION_REAL, .value = &spacing, .least = 0, .least_open = true, .most =
+ * INFINITY}, {0}}; struct common common = common_default(); struct program program = {.name =
+ * "probe-place", .usage = "grid [OPTION]... SCENE", ... .groups = {rows, common_rows(&common,
+ * COMMON_STREAM)}}; err = options_parse(&program, argc, argv);
  */
 #ifndef OPTIONS_H
 #define OPTIONS_H
@@ -44,9 +42,9 @@ struct option_row {
     const char *help;     /* one line, or several separated by \n */
     enum option_kind kind;
     void *value;
-    double least, most; /* the range, ends included; both 0: no limit */
-    bool least_open;    /* least itself is not allowed */
-    int count; /* REALS: how many; SET: the value */
+    double least, most;         /* the range, ends included; both 0: no limit */
+    bool least_open;            /* least itself is not allowed */
+    int count;                  /* REALS: how many; SET: the value */
     const char *const *choices; /* NULL-terminated */
     struct error *(*parse)(void *value, const char *text);
     const char *shown; /* the default as --help shows it; NULL: made from *value */
@@ -67,8 +65,9 @@ struct program {
     /* Filled by options_parse: */
     const char **operands; /* point into argv */
     int operand_count;
-    char *recorded; /* the command line for the provenance: options that matter, in order, quoted
-                       for a shell where needed; no operands: options_record adds those that matter */
+    /* the command line for the provenance: options that matter, in order, quoted for a shell where
+     * needed; no operands: options_record adds those that matter */
+    char *recorded;
 };
 
 /* Parses argv by the table. On --help or --version prints to standard output and exits (0, or 1
@@ -109,7 +108,9 @@ enum {
 
 struct common common_default(void);
 
-/* Fills rows (COMMON_ROWS of them) with the options named by `which` (and --quiet) and returns rows. */
-const struct option_row *common_rows(struct common *common, unsigned which, struct option_row *rows);
+/* Fills rows (COMMON_ROWS of them) with the options named by `which` (and --quiet) and returns
+ * rows. */
+const struct option_row *common_rows(struct common *common, unsigned which,
+                                     struct option_row *rows);
 
 #endif

@@ -38,7 +38,8 @@ static void draw(const struct progress *p, double time)
     const double rate = seconds > 0 ? (double)p->done / seconds : 0;
     fprintf(stderr, "\r%s: %zu", p->program, p->done);
     if (p->total)
-        fprintf(stderr, " / %zu %s (%.0f %%)", p->total, p->unit, 100.0 * (double)p->done / (double)p->total);
+        fprintf(stderr, " / %zu %s (%.0f %%)", p->total, p->unit,
+                100.0 * (double)p->done / (double)p->total);
     else
         fprintf(stderr, " %s", p->unit);
     fprintf(stderr, ", %.3g /s", rate);

@@ -10,8 +10,9 @@
 
 struct progress; /* NULL is a progress that shows nothing */
 
-/* Starts showing the progress of `program` through `total` things called `unit` ("probes"; 0 when the total is not known).
- * Returns NULL, which every call here accepts, when `show` is false or memory is short. */
+/* Starts showing the progress of `program` through `total` things called `unit` ("probes"; 0 when
+ * the total is not known). Returns NULL, which every call here accepts, when `show` is false or
+ * memory is short. */
 struct progress *progress_start(bool show, const char *program, const char *unit, size_t total);
 
 /* `count` more things are done. Any thread may call; the line is redrawn a few times a second. */

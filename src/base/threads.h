@@ -11,7 +11,8 @@
 
 struct error;
 
-/* Does item `index` of the loop on thread `thread` (0 .. threads-1, for scratch space of its own). */
+/* Does item `index` of the loop on thread `thread` (0 .. threads-1, for scratch space of its
+ * own). */
 typedef struct error *threads_body(void *context, size_t index, int thread);
 
 /* The cores that this process may use; at least 1. */

@@ -30,8 +30,8 @@ void warnings_add(struct warnings *warnings, const char *kind, const char *forma
         known->count++;
         return;
     }
-    struct error *err =
-        array_reserve(&warnings->list, &warnings->capacity, warnings->count + 1, sizeof *warnings->list);
+    struct error *err = array_reserve(&warnings->list, &warnings->capacity, warnings->count + 1,
+                                      sizeof *warnings->list);
     if (err) {
         error_destroy(err);
         return;
@@ -46,7 +46,8 @@ void warnings_add(struct warnings *warnings, const char *kind, const char *forma
     va_start(args, format);
     vsnprintf(message, (size_t)length + 1, format, args);
     va_end(args);
-    warnings->list[warnings->count++] = (struct warning){.kind = kind, .message = message, .count = 1};
+    warnings->list[warnings->count++] =
+        (struct warning){.kind = kind, .message = message, .count = 1};
 }
 
 size_t warnings_of_kind(const struct warnings *warnings, const char *kind)

@@ -3,7 +3,8 @@
  * A dirty scene can be wrong in the same way ten thousand times, so warnings are counted by
  * kind and the first of each kind is kept whole. A program prints them once:
  *
- *     probe-capture: warning: sponza.mtl:12: texture a.png is missing: its factor alone is used (and 3 more like it)
+ *     probe-capture: warning: sponza.mtl:12: texture a.png is missing: its factor alone is used
+ * (and 3 more like it)
  *
  * A warning says what was done about the thing.
  */
@@ -18,7 +19,8 @@ struct warnings {
 };
 
 /* Adds one warning. `kind` is a short constant ("texture missing") that groups them; it must
- * outlive the list. The rest is printf-formatted. NULL warnings ignore it; so does a shortage of memory. */
+ * outlive the list. The rest is printf-formatted. NULL warnings ignore it; so does a shortage of
+ * memory. */
 void warnings_add(struct warnings *warnings, const char *kind, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

@@ -18,12 +18,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const light_names[] = {[CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect"};
+static const char *const light_names[] = {
+    [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect"};
 
 struct capture_settings capture_settings_default(void)
 {
-    return (struct capture_settings){.order = 3, .rays = 512, .rays_most = 65536, .bounces = 64, .decimate = 1,
-                                     .ao_distance = (double)INFINITY, .columns = CAPTURE_DEFAULT};
+    return (struct capture_settings){.order = 3,
+                                     .rays = 512,
+                                     .rays_most = 65536,
+                                     .bounces = 64,
+                                     .decimate = 1,
+                                     .ao_distance = (double)INFINITY,
+                                     .columns = CAPTURE_DEFAULT};
 }
 
 /* -- header ----------------------------------------------------------------------------------- */
@@ -42,9 +48,11 @@ static struct error *set_real(struct stream_header *header, const char *key, dou
     return header_set_key(header, key, text);
 }
 
-struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header)
+struct error *capture_settings_to_header(const struct capture_settings *settings,
+                                         struct stream_header *header)
 {
-    static const char *const optional[] = {"capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance",
+    static const char *const optional[] = {"capture-error", "capture-error-floor",
+                                           "capture-max-rays", "capture-ao-distance",
                                            "capture-decimate"};
     for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)
         header_remove_key(header, optional[i]);
@@ -75,8 +83,8 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
     return err;
 }
 
-static struct error *get_number(const struct stream_header *header, const char *key, uint64_t least, uint64_t most,
-                                uint64_t *value)
+static struct error *get_number(const struct stream_header *header, const char *key, uint64_t least,
+                                uint64_t most, uint64_t *value)
 {
     const char *text = header_key(header, key);
     if (!text)
@@ -84,7 +92,9 @@ static struct error *get_number(const struct stream_header *header, const char *
     char *end;
     const unsigned long long number = strtoull(text, &end, 10);
     if (*text < '0' || *text > '9' || *end || number < least || number > most)
-        return error_new("header key %s: expected a whole number from %" PRIu64 " to %" PRIu64 ", got '%s'", key, least, most, text);
+        return error_new("header key %s: expected a whole number from %" PRIu64 " to %" PRIu64
+                         ", got '%s'",
+                         key, least, most, text);
     *value = number;
     return NULL;
 }
@@ -111,12 +121,16 @@ static struct error *get_light(const struct stream_header *header, enum capture_
             return NULL;
         }
     }
-    return text ? error_new("header key capture-light: expected all, direct or indirect, got '%s'", text) : NULL;
+    return text ? error_new("header key capture-light: expected all, direct or indirect, got '%s'",
+                            text)
+                : NULL;
 }
 
-struct error *capture_settings_from_header(struct capture_settings *settings, const struct stream_header *header)
+struct error *capture_settings_from_header(struct capture_settings *settings,
+                                           const struct stream_header *header)
 {
-    uint64_t order = (uint64_t)settings->order, rays = (uint64_t)settings->rays, bounces = (uint64_t)settings->bounces;
+    uint64_t order = (uint64_t)settings->order, rays = (uint64_t)settings->rays,
+             bounces = (uint64_t)settings->bounces;
     uint64_t rays_most = (uint64_t)settings->rays_most;
     struct error *err = get_number(header, "sh-order", 1, SH_ORDER_MAX, &order);
     if (!err)
@@ -136,8 +150,9 @@ struct error *capture_settings_from_header(struct capture_settings *settings, co
     if (!err)
         err = get_real(header, "capture-decimate", &settings->decimate);
     if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
-        err = error_new("header key capture-decimate: expected a share above 0 and at most 1, got '%s'",
-                        header_key(header, "capture-decimate"));
+        err = error_new(
+            "header key capture-decimate: expected a share above 0 and at most 1, got '%s'",
+            header_key(header, "capture-decimate"));
     if (!err)
         err = get_light(header, &settings->light);
     if (!err)
@@ -156,11 +171,22 @@ bool capture_header_has_settings(const struct stream_header *header)
     return header_key(header, "capture-rays");
 }
 
-struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now)
+struct error *capture_check_same(const struct stream_header *before,
+                                 const struct stream_header *now)
 {
-    static const char *const keys[] = {"sh-order",      "sh-content",          "sh-dering",        "capture-light",    "capture-rays",
-                                       "capture-error", "capture-error-floor", "capture-max-rays", "capture-ao-distance", "capture-decimate",
-                                       "capture-bounces", "capture-seed",      "scene-key"};
+    static const char *const keys[] = {"sh-order",
+                                       "sh-content",
+                                       "sh-dering",
+                                       "capture-light",
+                                       "capture-rays",
+                                       "capture-error",
+                                       "capture-error-floor",
+                                       "capture-max-rays",
+                                       "capture-ao-distance",
+                                       "capture-decimate",
+                                       "capture-bounces",
+                                       "capture-seed",
+                                       "scene-key"};
     if (!capture_header_has_settings(before) || !capture_header_has_settings(now))
         return NULL;
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
@@ -170,7 +196,8 @@ struct error *capture_check_same(const struct stream_header *before, const struc
         if (!strcmp(was, is))
             continue;
         if (!strcmp(keys[i], "scene-key"))
-            return error_new("the probes were captured in another scene, or with other light in it");
+            return error_new(
+                "the probes were captured in another scene, or with other light in it");
         return error_new("the probes were captured with %s %s, not %s", keys[i], was, is);
     }
     return NULL;
@@ -178,7 +205,8 @@ struct error *capture_check_same(const struct stream_header *before, const struc
 
 struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
                                   const struct capture_settings *settings,
-                                  const struct scene_settings *light, uint64_t scene_key, bool again, const char *recorded)
+                                  const struct scene_settings *light, uint64_t scene_key,
+                                  bool again, const char *recorded)
 {
     char key[32];
     snprintf(key, sizeof key, "%016" PRIx64, scene_key);
@@ -198,8 +226,8 @@ struct error *capture_make_header(struct stream_header *header, const struct str
 
 /* -- tables ----------------------------------------------------------------------------------- */
 
-/* A column that capture may write: its name beside points and beside surfaces (NULL: not there), its width, where a probe's
- * result holds it, and the flag that asks for it (0: always). */
+/* A column that capture may write: its name beside points and beside surfaces (NULL: not there),
+ * its width, where a probe's result holds it, and the flag that asks for it (0: always). */
 struct output {
     const char *point, *surface;
     size_t width, offset;
@@ -210,9 +238,11 @@ enum { OUTPUTS = 10 }; /* without the count of rays, which is no float */
 
 #define AT(member) offsetof(struct capture_probe, member)
 
-static void make_outputs(const struct capture_settings *settings, bool surface, struct output output[OUTPUTS])
+static void make_outputs(const struct capture_settings *settings, bool surface,
+                         struct output output[OUTPUTS])
 {
-    const size_t count = (size_t)(settings->order * settings->order), light = surface ? 3 : 3 * count;
+    const size_t count = (size_t)(settings->order * settings->order),
+                 light = surface ? 3 : 3 * count;
     const struct output all[OUTPUTS] = {
         {"sh", "irradiance", light, AT(sh), 0},
         {"sh_error", "irradiance_error", light, AT(sh_error), CAPTURE_ERROR},
@@ -227,10 +257,13 @@ static void make_outputs(const struct capture_settings *settings, bool surface, 
     memcpy(output, all, sizeof all);
 }
 
-static struct error *add_column(struct table *table, const char *name, enum column_type type, size_t width, bool wanted)
+static struct error *add_column(struct table *table, const char *name, enum column_type type,
+                                size_t width, bool wanted)
 {
     const struct column *there = table_column(table, name);
-    return (there ? there->type != type || there->width != width : wanted) ? table_add_column(table, name, type, width, NULL) : NULL;
+    return (there ? there->type != type || there->width != width : wanted)
+               ? table_add_column(table, name, type, width, NULL)
+               : NULL;
 }
 
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table)
@@ -239,14 +272,17 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
     struct output output[OUTPUTS];
     make_outputs(settings, surface, output);
     struct error *err = NULL;
-    const unsigned columns = settings->columns | (settings->dering.target != DERING_NONE && !surface ? CAPTURE_WINDOW : 0);
+    const unsigned columns =
+        settings->columns |
+        (settings->dering.target != DERING_NONE && !surface ? CAPTURE_WINDOW : 0);
     for (size_t i = 0; i < OUTPUTS && !err; i++) {
         const char *name = surface ? output[i].surface : output[i].point;
         const bool wanted = !output[i].flag || columns & output[i].flag;
         if (name)
             err = add_column(table, name, COLUMN_F32, output[i].width, wanted);
         else if (wanted)
-            err = error_new("%s is known of probes %s a normal alone", output[i].point ? output[i].point : output[i].surface,
+            err = error_new("%s is known of probes %s a normal alone",
+                            output[i].point ? output[i].point : output[i].surface,
                             surface ? "without" : "with");
     }
     return err ? err : add_column(table, "rays", COLUMN_I32, 1, settings->columns & CAPTURE_RAYS);
@@ -280,7 +316,8 @@ struct error *capture_forget(struct table *table)
 
 void capture_shape(const struct capture_settings *settings, struct capture_probe *result)
 {
-    float *error = result->sh_error, *gradient = settings->columns & CAPTURE_GRADIENT ? result->sh_gradient : NULL;
+    float *error = result->sh_error,
+          *gradient = settings->columns & CAPTURE_GRADIENT ? result->sh_gradient : NULL;
     double r = 1;
     if (settings->dering.target != DERING_NONE)
         r = dering_window(&settings->dering, settings->order, false, result->sh);
@@ -315,10 +352,11 @@ static struct error *capture_one(void *context, size_t index, int thread)
     const size_t row = job->row[index];
     const float *normal = job->normal ? job->normal + 3 * row : NULL;
     if (normal && !(vec3f_length((struct vec3f){normal[0], normal[1], normal[2]}) > 0))
-        return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0], (double)normal[1],
-                         (double)normal[2]);
+        return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0],
+                         (double)normal[1], (double)normal[2]);
     struct capture_probe result;
-    struct error *err = capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
+    struct error *err =
+        capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
     if (err)
         return error_wrap(err, "probe %zu", row);
     if (!normal)
@@ -330,8 +368,9 @@ static struct error *capture_one(void *context, size_t index, int thread)
         const float *value = (const float *)((const char *)&result + job->output[i].offset);
         for (size_t k = 0; k < column->width; k++)
             if (!isfinite(value[k]))
-                return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale brings light down", row,
-                                 column->name);
+                return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale "
+                                 "brings light down",
+                                 row, column->name);
         memcpy(column_f32(column) + row * column->width, value, column->width * sizeof *value);
     }
     if (job->rays)
@@ -366,8 +405,9 @@ static struct error *find_columns(struct job *job, const struct table *table)
     return err;
 }
 
-struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
-                           size_t first, size_t count, bool again, const struct capture_slice *slice, int threads,
+struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings,
+                           struct table *table, size_t first, size_t count, bool again,
+                           const struct capture_slice *slice, int threads,
                            struct progress *progress, size_t *captured, size_t *left)
 {
     struct job job = {.path = path, .settings = *settings, .progress = progress};

@@ -1,22 +1,26 @@
 /* capture: the light that reaches a probe, with its error and what the rays learned on the way.
  *
- * A probe is a point, whose light is incident radiance as SH; or, where its table has a column `normal`, a surface, whose light
- * is the irradiance of its half of directions, which are drawn by the cosine (Malley's method). A point may as well be asked
- * for the irradiance of surfaces of several normals there, all from the same rays over the whole sphere: exact where SH is cut
- * off, and cheaper than as many surfaces.
+ * A probe is a point, whose light is incident radiance as SH; or, where its table has a column
+ * `normal`, a surface, whose light is the irradiance of its half of directions, which are drawn by
+ * the cosine (Malley's method). A point may as well be asked for the irradiance of surfaces of
+ * several normals there, all from the same rays over the whole sphere: exact where SH is cut off,
+ * and cheaper than as many surfaces.
  *
- * The directions are cut into cells of equal probability, with one independent sample in each: no other stratification has less
- * error, but none of the cells knows its own variance. It is estimated from every four neighbours, 2 by 2, by the difference
- * between their diagonals, (a + d) - (b + c), to which linear change across the cells adds nothing: four times a cell's
- * variance and what mixed change is left, so the error is a little too large rather than too small (collapsed strata: Cochran,
- * "Sampling Techniques", 1977, sec. 5A.12). The largest of these differences counts twice: light that few rays find is missed
- * by most probes, and what a probe has not seen is about as large as the largest that it has. Emissive surfaces are asked in
- * cells of their own (path_lights), and so is an uneven sky. Point, spot and sun lights enter as deltas in their direction.
- * Sums are in double.
+ * The directions are cut into cells of equal probability, with one independent sample in each: no
+ * other stratification has less error, but none of the cells knows its own variance. It is
+ * estimated from every four neighbours, 2 by 2, by the difference between their diagonals, (a + d)
+ * - (b + c), to which linear change across the cells adds nothing: four times a cell's variance and
+ * what mixed change is left, so the error is a little too large rather than too small (collapsed
+ * strata: Cochran, "Sampling Techniques", 1977, sec. 5A.12). The largest of these differences
+ * counts twice: light that few rays find is missed by most probes, and what a probe has not seen is
+ * about as large as the largest that it has. Emissive surfaces are asked in cells of their own
+ * (path_lights), and so is an uneven sky. Point, spot and sun lights enter as deltas in their
+ * direction. Sums are in double.
  *
- * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds of rays add up; none is
- * thrown away. N rays make at least N cells: about sqrt(N / 3) rows in z, 3 times as many columns in phi, both even. A probe's
- * result depends on the scene, the settings and its position alone.
+ * A number of rays is fixed, or spent until the error is small enough: see capture_settings. Rounds
+ * of rays add up; none is thrown away. N rays make at least N cells: about sqrt(N / 3) rows in z, 3
+ * times as many columns in phi, both even. A probe's result depends on the scene, the settings and
+ * its position alone.
  */
 #ifndef CAPTURE_H
 #define CAPTURE_H
@@ -34,35 +38,40 @@ struct scene_settings;
 struct stream_header;
 struct table;
 
-/* What light is captured. ALL = DIRECT + INDIRECT; emitters and sky seen straight from the probe count as direct, and so do
- * point, spot and sun light. */
+/* What light is captured. ALL = DIRECT + INDIRECT; emitters and sky seen straight from the probe
+ * count as direct, and so do point, spot and sun light. */
 enum capture_light { CAPTURE_ALL, CAPTURE_DIRECT, CAPTURE_INDIRECT };
 
 enum { CAPTURE_RAYS_MOST = 1 << 24, CAPTURE_BOUNCES_MOST = 1 << 16 };
 
 struct capture_settings {
-    int order;      /* 1 .. SH_ORDER_MAX */
-    int rays;       /* of each probe; rounded up to what the grid of cells needs. Where error is set: of the first round */
-    /* 0: rays alone count. Else rays are spent until the probe's relative standard error is at most this, or there are
-     * rays_most of them. For a point the relative standard error is that of irradiance, in luminance, in the mean over
-     * directions: sqrt(mean over n of Var E(n)) / mean over n of E(n) = sqrt(sum A_l^2 Var L_lm / 4 pi) / (A_0 L_00 Y_00);
-     * for a surface that of its irradiance. */
+    int order; /* 1 .. SH_ORDER_MAX */
+    /* of each probe; rounded up to what the grid of cells needs. Where error is set: of the first
+     * round */
+    int rays;
+    /* 0: rays alone count. Else rays are spent until the probe's relative standard error is at most
+     * this, or there are rays_most of them. For a point the relative standard error is that of
+     * irradiance, in luminance, in the mean over directions: sqrt(mean over n of Var E(n)) / mean
+     * over n of E(n) = sqrt(sum A_l^2 Var L_lm / 4 pi) / (A_0 L_00 Y_00); for a surface that of its
+     * irradiance. */
     double error;
-    /* irradiance below which a probe counts as this bright, so that the dark costs no more than it is worth */
+    /* irradiance below which a probe counts as this bright, so that the dark costs no more than it
+     * is worth */
     double error_floor;
     int rays_most;
     int bounces;
     enum capture_light light;
     uint64_t seed;
-    /* share of the scene's triangles that was kept (scene_decimate), by who reads the scene; 1: it is whole */
+    /* share of the scene's triangles that was kept (scene_decimate), by who reads the scene; 1: it
+     * is whole */
     double decimate;
     double ao_distance; /* scene units: surfaces beyond do not occlude; INFINITY: all do */
     unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
     bool convolved;     /* sh, its error and gradient are written as irradiance (content.h) */
     struct dering_settings dering; /* what is done to sh before that; of surfaces, nothing */
-    /* For capture_probe at points: instead of SH, the irradiance of surfaces with these unit normals (3 * normal_count, at most
-     * SH_COUNT_MAX of them), in sh and sh_error, 3 values each; error is then that of their mean. 0: SH. Gradients and
-     * visibility are not to be had. */
+    /* For capture_probe at points: instead of SH, the irradiance of surfaces with these unit
+     * normals (3 * normal_count, at most SH_COUNT_MAX of them), in sh and sh_error, 3 values each;
+     * error is then that of their mean. 0: SH. Gradients and visibility are not to be had. */
     const double *normal;
     int normal_count;
 };
@@ -81,50 +90,63 @@ enum {
     CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
 };
 
-/* What one probe learned. Of a surface: its irradiance and the error of that stand first in sh and sh_error. */
+/* What one probe learned. Of a surface: its irradiance and the error of that stand first in sh and
+ * sh_error. */
 struct capture_probe {
     float sh[3 * SH_COUNT_MAX];
-    float sh_error[3 * SH_COUNT_MAX];    /* standard error of each value */
-    float sh_gradient[9 * SH_COUNT_MAX]; /* per scene unit: d/dx, d/dy, d/dz of sh (gradient.h); points alone, where asked for */
-    float visibility[SH_COUNT_MAX];      /* projection of V(w): 1 where a ray escapes, else 0; points alone, where asked for */
-    float validity;       /* share of the rays that met a front side, of those that met any; 1 when none did */
-    /* harmonic mean distance of the hits, scene units; a ray that escapes counts as 1/inf = 0. 0: nothing was hit */
+    float sh_error[3 * SH_COUNT_MAX]; /* standard error of each value */
+    /* per scene unit: d/dx, d/dy, d/dz of sh (gradient.h); points alone, where asked for */
+    float sh_gradient[9 * SH_COUNT_MAX];
+    /* projection of V(w): 1 where a ray escapes, else 0; points alone, where asked for */
+    float visibility[SH_COUNT_MAX];
+    /* share of the rays that met a front side, of those that met any; 1 when none did */
+    float validity;
+    /* harmonic mean distance of the hits, scene units; a ray that escapes counts as 1/inf = 0. 0:
+     * nothing was hit */
     float depth;
-    float sky;            /* share of the rays that escaped */
-    float ao;             /* share of the rays that met nothing within ao_distance: of a surface, k_A of Akenine-Moeller et al.,
-                             "Real-time rendering", 4th ed., eq. 11.8; of a point, the same without the cosine */
-    float bent_normal[3]; /* unit mean of their directions (the same, eq. 11.10); 0 when there were none. Surfaces alone */
-    int rays;             /* that were spent on its directions */
-    float sh_window;      /* r of the window that dering put on it; 1: none. Set by capture_shape */
+    float sky; /* share of the rays that escaped */
+    /* share of the rays that met nothing within ao_distance: of a surface, k_A of Akenine-Moeller
+     * et al., "Real-time rendering", 4th ed., eq. 11.8; of a point, the same without the cosine */
+    float ao;
+    /* unit mean of their directions (the same, eq. 11.10); 0 when there were none. Surfaces
+     * alone */
+    float bent_normal[3];
+    int rays;        /* that were spent on its directions */
+    float sh_window; /* r of the window that dering put on it; 1: none. Set by capture_shape */
 };
 
-/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao distance, the whole scene,
- * default columns, radiance as it is. */
+/* Order 3, 512 rays, no error asked for, at most 65536 rays, 64 bounces, all light, seed 0, no ao
+ * distance, the whole scene, default columns, radiance as it is. */
 struct capture_settings capture_settings_default(void);
 
-/* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed; capture-error,
- * capture-error-floor, capture-max-rays where an error is asked for; capture-ao-distance where there is one; capture-decimate
- * below 1; sh-dering where that is asked for), and back. */
-struct error *capture_settings_to_header(const struct capture_settings *settings, struct stream_header *header);
+/* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed;
+ * capture-error, capture-error-floor, capture-max-rays where an error is asked for;
+ * capture-ao-distance where there is one; capture-decimate below 1; sh-dering where that is asked
+ * for), and back. */
+struct error *capture_settings_to_header(const struct capture_settings *settings,
+                                         struct stream_header *header);
 /* An error when keys make no sense. Missing keys leave the setting as it is. */
-struct error *capture_settings_from_header(struct capture_settings *settings, const struct stream_header *header);
+struct error *capture_settings_from_header(struct capture_settings *settings,
+                                           const struct stream_header *header);
 
 /* Whether the header says that probes were captured. */
 bool capture_header_has_settings(const struct stream_header *header);
 
-/* The header of a captured stream: `before` with its command line, the settings of capture and of light, and the scene's key.
- * An error where probes that are not captured again (again: all are) had other settings or another scene. */
+/* The header of a captured stream: `before` with its command line, the settings of capture and of
+ * light, and the scene's key. An error where probes that are not captured again (again: all are)
+ * had other settings or another scene. */
 struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
                                   const struct capture_settings *settings,
-                                  const struct scene_settings *light, uint64_t scene_key, bool again, const char *recorded);
+                                  const struct scene_settings *light, uint64_t scene_key,
+                                  bool again, const char *recorded);
 
 /* How many rays a round of this many has. */
 int capture_ray_count(int rays);
 
-/* Captures one probe at p (world, finite): radiance as it is; normal: NULL, or the unit normal of a surface. Refused: p farther
- * out than 1e15 times the scene's size. Any thread. */
-struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
-                            const float *normal, struct capture_probe *result);
+/* Captures one probe at p (world, finite): radiance as it is; normal: NULL, or the unit normal of a
+ * surface. Refused: p farther out than 1e15 times the scene's size. Any thread. */
+struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings,
+                            const double p[3], const float *normal, struct capture_probe *result);
 
 /* De-rings and convolves what was captured of a point, as the settings say. */
 void capture_shape(const struct capture_settings *settings, struct capture_probe *result);
@@ -132,15 +154,17 @@ void capture_shape(const struct capture_settings *settings, struct capture_probe
 /* Adds the columns that the settings ask for to a probe table, where they are missing. */
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table);
 
-/* For capturing anew. Removes columns that no capture fills unless it is asked to, and those made of the light that was. */
+/* For capturing anew. Removes columns that no capture fills unless it is asked to, and those made
+ * of the light that was. */
 void capture_drop_stale(struct table *table);
-/* Makes the light of all rows missing, and what was learned with it: rows that are not captured again must not keep light that
- * the header's settings did not make. */
+/* Makes the light of all rows missing, and what was learned with it: rows that are not captured
+ * again must not keep light that the header's settings did not make. */
 struct error *capture_forget(struct table *table);
 
-/* An error when probes captured so far had other settings or another scene (key scene-key) than `now`, which says what
- * differs. */
-struct error *capture_check_same(const struct stream_header *before, const struct stream_header *now);
+/* An error when probes captured so far had other settings or another scene (key scene-key) than
+ * `now`, which says what differs. */
+struct error *capture_check_same(const struct stream_header *before,
+                                 const struct stream_header *now);
 
 /* The rows whose turn it is: those whose number, divided by `parts`, leaves `part`. */
 struct capture_slice {
@@ -148,18 +172,22 @@ struct capture_slice {
     size_t number;      /* of the first row that capture_rows is given */
 };
 
-/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) and which are in the slice (NULL: all)
- * on `threads` threads, into those of its columns that the table has. *captured: how many were. *left (may be NULL): how many
- * were to be, and stay as they are, since a signal came (interrupt.h). */
-struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings, struct table *table,
-                           size_t first, size_t count, bool again, const struct capture_slice *slice, int threads,
+/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) and which
+ * are in the slice (NULL: all) on `threads` threads, into those of its columns that the table has.
+ * *captured: how many were. *left (may be NULL): how many were to be, and stay as they are, since a
+ * signal came (interrupt.h). */
+struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings,
+                           struct table *table, size_t first, size_t count, bool again,
+                           const struct capture_slice *slice, int threads,
                            struct progress *progress, size_t *captured, size_t *left);
 
-/* Captures a whole table of points, as capture_rows does, to settings->order, the highest, and keeps the least order that loses
- * no more than `loss` of its irradiance (order.h), which becomes settings->order; *lost: what it loses. Where a signal came,
- * the order stays: a part of the probes does not tell what all need. De-ringing follows the choice. */
-struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings, struct table *table,
-                                  bool again, double loss, int threads, struct progress *progress, size_t *captured,
-                                  size_t *left, double *lost);
+/* Captures a whole table of points, as capture_rows does, to settings->order, the highest, and
+ * keeps the least order that loses no more than `loss` of its irradiance (order.h), which becomes
+ * settings->order; *lost: what it loses. Where a signal came, the order stays: a part of the probes
+ * does not tell what all need. De-ringing follows the choice. */
+struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings,
+                                  struct table *table, bool again, double loss, int threads,
+                                  struct progress *progress, size_t *captured, size_t *left,
+                                  double *lost);
 
 #endif

@@ -4,9 +4,10 @@
 #include "light/order.h"
 #include "stream/stream.h"
 
-struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings, struct table *table,
-                                  bool again, double loss, int threads, struct progress *progress, size_t *captured,
-                                  size_t *left, double *lost)
+struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings,
+                                  struct table *table, bool again, double loss, int threads,
+                                  struct progress *progress, size_t *captured, size_t *left,
+                                  double *lost)
 {
     const struct dering_settings dering = settings->dering;
     struct capture_settings first = *settings;
@@ -15,7 +16,8 @@ struct error *capture_least_order(const struct path_tracer *path, struct capture
     first.columns |= CAPTURE_ERROR;
     struct error *err = capture_add_columns(&first, table);
     if (!err)
-        err = capture_rows(path, &first, table, 0, table->rows, again, NULL, threads, progress, captured, left);
+        err = capture_rows(path, &first, table, 0, table->rows, again, NULL, threads, progress,
+                           captured, left);
     if (!err && !*left)
         err = order_least(table, settings->convolved, loss, &settings->order, lost);
     if (!err && !*left)

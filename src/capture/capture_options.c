@@ -9,9 +9,16 @@
 struct capture_options capture_options_default(void)
 {
     const struct capture_settings c = capture_settings_default();
-    return (struct capture_options){.capture = c, .order = c.order, .order_loss = 0.01, .rays = 0, .max_rays = c.rays_most,
-                                    .bounces = c.bounces, .light = (int)c.light, .slice = {.parts = 1},
-                                    .scene = scene_settings_default(), .common = common_default()};
+    return (struct capture_options){.capture = c,
+                                    .order = c.order,
+                                    .order_loss = 0.01,
+                                    .rays = 0,
+                                    .max_rays = c.rays_most,
+                                    .bounces = c.bounces,
+                                    .light = (int)c.light,
+                                    .slice = {.parts = 1},
+                                    .scene = scene_settings_default(),
+                                    .common = common_default()};
 }
 
 void capture_options_clear(struct capture_options *o)
@@ -23,11 +30,17 @@ void capture_options_clear(struct capture_options *o)
 static const struct {
     const char *name;
     unsigned flag;
-} columns_known[] = {{"sh_error", CAPTURE_ERROR},          {"irradiance_error", CAPTURE_ERROR}, {"validity", CAPTURE_VALIDITY},
-                     {"depth", CAPTURE_DEPTH},             {"sky", CAPTURE_SKY},                {"sh_gradient", CAPTURE_GRADIENT},
-                     {"visibility", CAPTURE_VISIBILITY},   {"ao", CAPTURE_AO},
+} columns_known[] = {{"sh_error", CAPTURE_ERROR},
+                     {"irradiance_error", CAPTURE_ERROR},
+                     {"validity", CAPTURE_VALIDITY},
+                     {"depth", CAPTURE_DEPTH},
+                     {"sky", CAPTURE_SKY},
+                     {"sh_gradient", CAPTURE_GRADIENT},
+                     {"visibility", CAPTURE_VISIBILITY},
+                     {"ao", CAPTURE_AO},
                      {"bent_normal", CAPTURE_BENT_NORMAL},
-                     {"rays", CAPTURE_RAYS},               {"none", 0}};
+                     {"rays", CAPTURE_RAYS},
+                     {"none", 0}};
 
 /* "sh_error,depth" or "none". */
 static struct error *parse_columns(void *value, const char *text)
@@ -37,11 +50,14 @@ static struct error *parse_columns(void *value, const char *text)
     for (const char *at = text;;) {
         const size_t length = strcspn(at, ",");
         size_t i = 0;
-        while (i < count && (strlen(columns_known[i].name) != length || strncmp(columns_known[i].name, at, length)))
+        while (i < count && (strlen(columns_known[i].name) != length ||
+                             strncmp(columns_known[i].name, at, length)))
             i++;
         if (i == count)
-            return error_usage("expected some of sh_error, irradiance_error, validity, depth, sky, sh_gradient, visibility, ao, "
-                               "bent_normal, rays, separated by commas, or none, got '%s'", text);
+            return error_usage("expected some of sh_error, irradiance_error, validity, depth, sky, "
+                               "sh_gradient, visibility, ao, "
+                               "bent_normal, rays, separated by commas, or none, got '%s'",
+                               text);
         columns |= columns_known[i].flag;
         if (!at[length])
             break;
@@ -55,7 +71,8 @@ static struct error *parse_columns(void *value, const char *text)
 static struct error *parse_order(void *value, const char *text)
 {
     if (strcmp(text, "auto") && !(text[0] >= '1' && text[0] <= '0' + SH_ORDER_MAX && !text[1]))
-        return error_usage("expected a whole number from 1 to %d, or auto, got '%s'", SH_ORDER_MAX, text);
+        return error_usage("expected a whole number from 1 to %d, or auto, got '%s'", SH_ORDER_MAX,
+                           text);
     *(int *)value = text[0] == 'a' ? 0 : text[0] - '0';
     return NULL;
 }
@@ -75,82 +92,166 @@ static struct error *parse_slice(void *value, const char *text)
     return NULL;
 }
 
-/* Rays of the first round where an error is asked for: a share of what it will take at the least, and enough to meet what is
- * bright and seldom seen. (Rounds of 128 that were to tell of 1 % took a sun's patch in the distance for nothing.) */
+/* Rays of the first round where an error is asked for: a share of what it will take at the least,
+ * and enough to meet what is bright and seldom seen. (Rounds of 128 that were to tell of 1 % took a
+ * sun's patch in the distance for nothing.) */
 static int first_round(const struct capture_settings *c)
 {
     return (int)fmin(fmax(0.1 / (c->error * c->error), 128), c->rays_most);
 }
 
-struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc, char **argv)
+struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc,
+                                    char **argv)
 {
     static const char *const lights[] = {"all", "direct", "indirect", NULL};
     static const char *const contents[] = {"radiance", "irradiance", NULL};
     static const char *const targets[] = {"none", "irradiance", "radiance", NULL};
     const struct option_row rows[] = {
-        {.name = "order", .argument = "N|auto", .kind = OPTION_CALL, .value = &o->order, .parse = parse_order, .shown = "3",
+        {.name = "order",
+         .argument = "N|auto",
+         .kind = OPTION_CALL,
+         .value = &o->order,
+         .parse = parse_order,
+         .shown = "3",
          .help = "SH order: N * N coefficients a colour; auto: as few\nas --order-loss allows"},
-        {.name = "order-loss", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->order_loss, .most = 1,
+        {.name = "order-loss",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &o->order_loss,
+         .most = 1,
          .help = "share of irradiance that --order auto may lose"},
-        {.name = "rays", .letter = 'r', .argument = "N", .kind = OPTION_INTEGER, .value = &o->rays, .least = 1,
-         .most = CAPTURE_RAYS_MOST, .shown = "512; with --error 0.1 / SHARE^2, at least 128",
+        {.name = "rays",
+         .letter = 'r',
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &o->rays,
+         .least = 1,
+         .most = CAPTURE_RAYS_MOST,
+         .shown = "512; with --error 0.1 / SHARE^2, at least 128",
          .help = "rays a probe; the error falls faster than the root of\ntheir number"},
-        {.name = "error", .letter = 'e', .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.error,
-         .least_open = true, .most = 1, .shown = "none",
-         .help = "after the first --rays, more of them until the standard\nerror of irradiance is below this share of it"},
-        {.name = "error-floor", .argument = "E", .kind = OPTION_REAL, .value = &o->capture.error_floor, .most = (double)INFINITY,
+        {.name = "error",
+         .letter = 'e',
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &o->capture.error,
+         .least_open = true,
+         .most = 1,
+         .shown = "none",
+         .help = "after the first --rays, more of them until the standard\n"
+                 "error of irradiance is below this share of it"},
+        {.name = "error-floor",
+         .argument = "E",
+         .kind = OPTION_REAL,
+         .value = &o->capture.error_floor,
+         .most = (double)INFINITY,
          .help = "irradiance below which --error is a share of this"},
-        {.name = "max-rays", .argument = "N", .kind = OPTION_INTEGER, .value = &o->max_rays, .least = 1,
-         .most = CAPTURE_RAYS_MOST, .help = "rays a probe that --error may spend"},
-        {.name = "bounces", .argument = "N", .kind = OPTION_INTEGER, .value = &o->bounces, .most = CAPTURE_BOUNCES_MOST,
+        {.name = "max-rays",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &o->max_rays,
+         .least = 1,
+         .most = CAPTURE_RAYS_MOST,
+         .help = "rays a probe that --error may spend"},
+        {.name = "bounces",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &o->bounces,
+         .most = CAPTURE_BOUNCES_MOST,
          .help = "how often light may scatter on its way"},
-        {.name = "light", .argument = "WHICH", .kind = OPTION_CHOICE, .choices = lights, .value = &o->light,
+        {.name = "light",
+         .argument = "WHICH",
+         .kind = OPTION_CHOICE,
+         .choices = lights,
+         .value = &o->light,
          .help = "capture all light, direct or indirect alone"},
-        {.name = "content", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = contents, .value = &o->content,
-         .help = "what the SH are of: incident radiance, or irradiance,\nwhich is convolved with the cosine"},
-        {.name = "dering", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = targets, .value = &o->dering,
-         .help = "window each probe as little as keeps its irradiance, or\nits radiance, above --dering-floor in all directions"},
-        {.name = "dering-floor", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.dering.floor,
-         .most = DERING_FLOOR_MOST, .help = "of its mean over directions"},
-        {.name = "columns", .argument = "LIST", .kind = OPTION_CALL, .value = &o->capture.columns, .parse = parse_columns,
+        {.name = "content",
+         .argument = "WHAT",
+         .kind = OPTION_CHOICE,
+         .choices = contents,
+         .value = &o->content,
+         .help = "what the SH are of: incident radiance, or irradiance,\n"
+                 "which is convolved with the cosine"},
+        {.name = "dering",
+         .argument = "WHAT",
+         .kind = OPTION_CHOICE,
+         .choices = targets,
+         .value = &o->dering,
+         .help = "window each probe as little as keeps its irradiance, or\n"
+                 "its radiance, above --dering-floor in all directions"},
+        {.name = "dering-floor",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &o->capture.dering.floor,
+         .most = DERING_FLOOR_MOST,
+         .help = "of its mean over directions"},
+        {.name = "columns",
+         .argument = "LIST",
+         .kind = OPTION_CALL,
+         .value = &o->capture.columns,
+         .parse = parse_columns,
          .shown = "sh_error,validity,depth,sky",
-         .help = "what to write beside light: of these, sh_gradient,\nvisibility, ao, bent_normal, rays; none: nothing"},
-        {.name = "ao-distance", .argument = "D", .kind = OPTION_REAL, .value = &o->capture.ao_distance, .least_open = true,
-         .most = (double)INFINITY, .shown = "none", .help = "surfaces beyond do not occlude, for ao and bent_normal"},
-        {.name = "decimate", .argument = "SHARE", .kind = OPTION_REAL, .value = &o->capture.decimate, .least_open = true,
-         .most = 1, .help = "trace in a scene of this share of the triangles: those\nthat change its surface least are taken away"},
-        {.name = "again", .kind = OPTION_FLAG, .value = &o->again,
+         .help = "what to write beside light: of these, sh_gradient,\n"
+                 "visibility, ao, bent_normal, rays; none: nothing"},
+        {.name = "ao-distance",
+         .argument = "D",
+         .kind = OPTION_REAL,
+         .value = &o->capture.ao_distance,
+         .least_open = true,
+         .most = (double)INFINITY,
+         .shown = "none",
+         .help = "surfaces beyond do not occlude, for ao and bent_normal"},
+        {.name = "decimate",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &o->capture.decimate,
+         .least_open = true,
+         .most = 1,
+         .help = "trace in a scene of this share of the triangles: those\n"
+                 "that change its surface least are taken away"},
+        {.name = "again",
+         .kind = OPTION_FLAG,
+         .value = &o->again,
          .help = "capture all probes, not only those that have no light yet"},
-        {.name = "slice", .argument = "I/N", .kind = OPTION_CALL, .value = &o->slice, .parse = parse_slice, .shown = "1/1",
+        {.name = "slice",
+         .argument = "I/N",
+         .kind = OPTION_CALL,
+         .value = &o->slice,
+         .parse = parse_slice,
+         .shown = "1/1",
          .help = "capture the I-th of N parts of the probes: every N-th from\n"
                  "the I-th on (probe-cat --fill puts slices together)"},
         {0}};
     struct option_row scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     program->groups[0] = rows;
     program->groups[1] = scene_settings_rows(&o->scene, scene);
-    program->groups[2] = common_rows(&o->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
+    program->groups[2] = common_rows(
+        &o->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
     struct error *err = options_parse(program, argc, argv);
     memset(program->groups, 0, sizeof program->groups); /* they end with this function */
     o->order_auto = !o->order;
     o->capture.order = o->order ? o->order : SH_ORDER_MAX;
     o->capture.rays_most = (int)o->max_rays;
-    o->capture.rays = o->rays ? (int)o->rays : o->capture.error > 0 ? first_round(&o->capture) : capture_settings_default().rays;
+    o->capture.rays = o->rays                ? (int)o->rays
+                      : o->capture.error > 0 ? first_round(&o->capture)
+                                             : capture_settings_default().rays;
     o->capture.bounces = (int)o->bounces;
     o->capture.light = (enum capture_light)o->light;
     o->capture.convolved = o->content;
     o->capture.dering.target = (enum dering_target)o->dering;
     o->capture.seed = (uint64_t)o->common.seed;
     if (!err && !o->order && o->slice.parts > 1)
-        err = error_usage("--slice needs a fixed --order: with auto every slice would choose its own");
+        err = error_usage(
+            "--slice needs a fixed --order: with auto every slice would choose its own");
     if (!err && o->capture.dering.floor > 0 && !o->dering)
         err = error_usage("--dering-floor needs --dering");
     if (!err && !o->order && o->content && o->dering == DERING_RADIANCE)
-        err = error_usage("--order auto de-rings after its choice, when --content irradiance has left no radiance: --order N does both");
+        err = error_usage("--order auto de-rings after its choice, when --content irradiance has "
+                          "left no radiance: --order N does both");
     return err;
 }
 
-struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header,
-                                        int argc, char **argv)
+struct error *capture_options_take_over(struct capture_options *o, struct program *program,
+                                        const struct stream_header *header, int argc, char **argv)
 {
     const bool again = o->again;
     if (!capture_header_has_settings(header))

@@ -2,7 +2,8 @@
  *
  *     struct capture_options o = capture_options_default();
  *     err = capture_options_parse(&o, &program, argc, argv);
- *     err = capture_options_take_over(&o, &program, header, argc, argv);   the header's settings, and the command line over them
+ *     err = capture_options_take_over(&o, &program, header, argc, argv);   the header's settings,
+ * and the command line over them
  *     ... o.capture, o.scene, o.common ...
  *     capture_options_clear(&o);
  */
@@ -29,12 +30,14 @@ struct capture_options {
 struct capture_options capture_options_default(void);
 
 /* Parses the command line over what stands in `o`. */
-struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc, char **argv);
+struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc,
+                                    char **argv);
 
-/* Where probes were captured before, the light and what they were captured with take the place of the defaults, and the command
- * line is read over that; where they are captured again, the light alone. */
-struct error *capture_options_take_over(struct capture_options *o, struct program *program, const struct stream_header *header,
-                                        int argc, char **argv);
+/* Where probes were captured before, the light and what they were captured with take the place of
+ * the defaults, and the command line is read over that; where they are captured again, the light
+ * alone. */
+struct error *capture_options_take_over(struct capture_options *o, struct program *program,
+                                        const struct stream_header *header, int argc, char **argv);
 
 void capture_options_clear(struct capture_options *o);
 

@@ -13,11 +13,13 @@
 /* Which of a probe's samples a random number belongs to: the upper two bits of its index. */
 enum kind { OWN, LIGHTS, SKY };
 
-/* For each ray of its own that a probe traces, it asks so many times for emissive surfaces and for an uneven sky. Cells make
- * these smooth questions converge faster than the paths behind the rays, so fewer are as good. */
+/* For each ray of its own that a probe traces, it asks so many times for emissive surfaces and for
+ * an uneven sky. Cells make these smooth questions converge faster than the paths behind the rays,
+ * so fewer are as good. */
 #define ASK_SHARE 0.5
 
-/* One sample in each of rows * columns cells of the unit square; both even, since cells are judged by four. */
+/* One sample in each of rows * columns cells of the unit square; both even, since cells are judged
+ * by four. */
 struct grid {
     int rows, columns;
 };
@@ -25,7 +27,8 @@ struct grid {
 static struct grid grid_for(int samples, double columns_per_row)
 {
     const double cells = samples > 4 ? samples : 4;
-    const int pairs = (int)(sqrt(cells / columns_per_row) / 2 + 0.5), rows = 2 * (pairs > 1 ? pairs : 1);
+    const int pairs = (int)(sqrt(cells / columns_per_row) / 2 + 0.5),
+              rows = 2 * (pairs > 1 ? pairs : 1);
     return (struct grid){.rows = rows, .columns = 2 * (int)ceil(cells / rows / 2)};
 }
 
@@ -53,8 +56,9 @@ struct work {
     bool surface;
     struct path_receiver receiver;
     struct strata light;
-    double gradient[9 * SH_COUNT_MAX];       /* times rays */
-    double certain[3 * SH_COUNT_MAX];        /* light of point, spot and sun lights, which needs no rays; and its gradient */
+    double gradient[9 * SH_COUNT_MAX]; /* times rays */
+    /* light of point, spot and sun lights, which needs no rays; and its gradient */
+    double certain[3 * SH_COUNT_MAX];
     double certain_gradient[9 * SH_COUNT_MAX];
     double visibility[SH_COUNT_MAX], open[3];
     double nearness; /* sum of 1 / distance */
@@ -64,7 +68,8 @@ struct work {
 
 /* -- samples ----------------------------------------------------------------------------------- */
 
-/* A direction of the receiver: uniform over the sphere, by equal steps of z (Archimedes); or by the cosine about the normal. */
+/* A direction of the receiver: uniform over the sphere, by equal steps of z (Archimedes); or by the
+ * cosine about the normal. */
 static struct vec3f own_direction(const struct work *w, float x, double y)
 {
     if (w->surface)
@@ -100,9 +105,10 @@ struct draw {
     struct random random[PATH_WAVE];
 };
 
-/* Draws a point in each cell of the grid's fours from `four` on; `first` is the number of the first sample of this kind. */
-static void draw_points(const struct work *w, enum kind kind, uint32_t first, const struct grid *grid, int four,
-                        struct draw *draw)
+/* Draws a point in each cell of the grid's fours from `four` on; `first` is the number of the first
+ * sample of this kind. */
+static void draw_points(const struct work *w, enum kind kind, uint32_t first,
+                        const struct grid *grid, int four, struct draw *draw)
 {
     const int across = grid->columns / 2, left = grid->rows / 2 * across - four;
     draw->fours = left < STRATA_FOURS ? (size_t)left : STRATA_FOURS;
@@ -110,7 +116,9 @@ static void draw_points(const struct work *w, enum kind kind, uint32_t first, co
         int row = four / across * 2 + (corner >> 1), column = four % across * 2 + (corner & 1);
         for (size_t f = 0; f < draw->fours; f++, i++) {
             draw->cell[i] = row * grid->columns + column;
-            struct random r = random_start(w->settings->seed, w->name, (uint32_t)kind << 30 | (first + (uint32_t)draw->cell[i]));
+            struct random r =
+                random_start(w->settings->seed, w->name,
+                             (uint32_t)kind << 30 | (first + (uint32_t)draw->cell[i]));
             draw->x[i] = (float)(((double)column + (double)random_float(&r)) / grid->columns);
             draw->y[i] = ((double)row + (double)random_float(&r)) / grid->rows;
             draw->random[i] = r;
@@ -124,7 +132,8 @@ static void draw_points(const struct work *w, enum kind kind, uint32_t first, co
 }
 
 /* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
-static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave, struct gradient_cells *cells)
+static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave,
+                     struct gradient_cells *cells)
 {
     const enum capture_light which = w->settings->light;
     const size_t count = 4 * draw->fours;
@@ -132,20 +141,24 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
     struct path_sample met[PATH_WAVE];
     for (size_t i = 0; i < count; i++)
         direction[i] = own_direction(w, draw->x[i], draw->y[i]);
-    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, draw->random, met);
+    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, draw->random,
+                 met);
     for (size_t i = 0; i < count; i++) {
         const struct path_sample *m = &met[i];
         const struct vec3f straight = which != CAPTURE_INDIRECT ? m->straight : (struct vec3f){0};
         float solid_angle = 4 * (float)ANGLE_PI; /* 1 / density */
         if (w->surface)
-            solid_angle = (float)ANGLE_PI / float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+            solid_angle = (float)ANGLE_PI /
+                          float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
         light[i] = vec3f_scale(solid_angle, vec3f_fma(m->scattered, m->weight, straight));
         note(w, m, direction[i]);
         if (cells->cell) {
             struct gradient_cell *cell = &cells->cell[draw->cell[i]];
-            *cell = (struct gradient_cell){.radiance = vec3f_add(m->scattered, straight), .direction = direction[i]};
+            *cell = (struct gradient_cell){.radiance = vec3f_add(m->scattered, straight),
+                                           .direction = direction[i]};
             if (m->hit)
-                cell->plane = vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
+                cell->plane =
+                    vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
         }
     }
     strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
@@ -160,7 +173,8 @@ static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata
     const size_t count = 4 * draw->fours;
     struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
     struct path_found found[PATH_WAVE];
-    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, draw->x, draw->y, draw->random, found);
+    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, draw->x, draw->y,
+                                                draw->random, found);
     for (size_t i = 0; i < count; i++) {
         direction[i] = found[i].direction;
         light[i] = found[i].light;
@@ -171,7 +185,8 @@ static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata
 /* -- rounds ------------------------------------------------------------------------------------ */
 
 /* A sample in every cell of a grid, by fours, as many fours at once as make a wave. */
-static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid, struct gradient_cells *cells)
+static void sample_cells(struct work *w, enum kind kind, uint32_t first, const struct grid *grid,
+                         struct gradient_cells *cells)
 {
     const int fours = grid->rows / 2 * (grid->columns / 2);
     struct draw draw;
@@ -212,19 +227,23 @@ static struct error *take_round(struct work *w, int rays)
             ask_cells(w, SKY, &asks);
     }
     if (!err && cells.cell) /* distances are local: a world unit is `scale` of them */
-        gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale, w->gradient);
+        gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale,
+                           w->gradient);
     free(cells.cell);
     return err;
 }
 
-/* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio capture_settings.error bounds. */
+/* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio
+ * capture_settings.error bounds. */
 static void irradiance_error(const struct work *w, double *mean, double *error)
 {
     const int count = w->light.functions;
     double luminance = 0, variance = 0;
-    for (int i = 0; i < (w->light.order ? 1 : count); i++) { /* of a surface, or of several in the mean */
+    /* of a surface, or of several in the mean */
+    for (int i = 0; i < (w->light.order ? 1 : count); i++) {
         luminance += strata_sum(&w->light, 3, i) +
-                     w->rays * (0.2126 * w->certain[3 * i] + 0.7152 * w->certain[3 * i + 1] + 0.0722 * w->certain[3 * i + 2]);
+                     w->rays * (0.2126 * w->certain[3 * i] + 0.7152 * w->certain[3 * i + 1] +
+                                0.0722 * w->certain[3 * i + 2]);
         variance += strata_variance(&w->light, 3, i);
     }
     if (!w->light.order) {
@@ -255,12 +274,13 @@ static int rays_wanted(const struct work *w)
     const double ratio = error / fmax(mean, s->error_floor * w->rays) / s->error;
     if (ratio <= 1)
         return 0;
-    /* By the root of their number; not too far ahead of what so few rays know, nor in steps too small for their cells. */
+    /* By the root of their number; not too far ahead of what so few rays know, nor in steps too
+     * small for their cells. */
     const double wanted = w->rays * fmin(fmax(1.1 * ratio * ratio - 1, 0.5), 8);
     return (int)fmin(wanted, room);
 }
 
-/* -- lights without a surface ------------------------------------------------------------------- */
+/* -- lights without a surface ----------------------------------------------------------------- */
 
 static void delta_of(const void *context, const double p[3], double direction[3], double rgb[3])
 {
@@ -271,7 +291,8 @@ static void delta_of(const void *context, const double p[3], double direction[3]
 static void add_to_normals(struct work *w, const double d[3], const double rgb[3], double visible)
 {
     for (int i = 0; i < w->settings->normal_count; i++) {
-        const double *n = w->settings->normal + 3 * i, cosine = fmax(d[0] * n[0] + d[1] * n[1] + d[2] * n[2], 0);
+        const double *n = w->settings->normal + 3 * i,
+                     cosine = fmax(d[0] * n[0] + d[1] * n[1] + d[2] * n[2], 0);
         for (int k = 0; k < 3; k++)
             w->certain[3 * i + k] += visible * cosine * rgb[k];
     }
@@ -290,11 +311,13 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
         if (!(rgb[0] > 0 || rgb[1] > 0 || rgb[2] > 0))
             continue;
         const double at[3] = {light->position.x, light->position.y, light->position.z};
-        const float visible =
-            light->kind == SCENE_SUN ? trace_visibility_sky(path->tracer, start, d) : trace_visibility(path->tracer, start, at);
+        const float visible = light->kind == SCENE_SUN
+                                  ? trace_visibility_sky(path->tracer, start, d)
+                                  : trace_visibility(path->tracer, start, at);
         if (w->surface) {
             const struct vec3f n = w->receiver.at.normal;
-            const double cosine = fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
+            const double cosine =
+                fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
             for (int k = 0; k < 3; k++)
                 w->certain[k] += (double)visible * cosine * rgb[k];
             continue;
@@ -307,7 +330,8 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
         sh_basis(w->settings->order, d, y);
         sh_project(w->settings->order, y, rgb, (double)visible, w->certain);
         if (w->settings->columns & CAPTURE_GRADIENT && light->kind != SCENE_SUN && visible > 0)
-            gradient_add_delta(delta_of, light, p, distance, w->settings->order, (double)visible, w->certain_gradient);
+            gradient_add_delta(delta_of, light, p, distance, w->settings->order, (double)visible,
+                               w->certain_gradient);
     }
 }
 
@@ -329,26 +353,31 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->depth = w->hits ? (float)(w->rays / w->nearness / w->path->tracer->scale) : 0;
     result->ao = (float)(w->rays - w->near) / (float)w->rays;
     const struct vec3 bent = vec3_normalize(vec3_load(w->open));
-    result->bent_normal[0] = (float)bent.x, result->bent_normal[1] = (float)bent.y, result->bent_normal[2] = (float)bent.z;
+    result->bent_normal[0] = (float)bent.x, result->bent_normal[1] = (float)bent.y,
+    result->bent_normal[2] = (float)bent.z;
     result->rays = w->rays;
 }
 
-/* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares of distances. */
+/* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares
+ * of distances. */
 static const float farthest = 1e15f;
 
-struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings, const double p[3],
-                            const float *normal, struct capture_probe *result)
+struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings,
+                            const double p[3], const float *normal, struct capture_probe *result)
 {
-    struct work w = {.path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
+    struct work w = {
+        .path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
     if (settings->normal_count && !normal)
-        strata_start_normals(&w.light, settings->normal, settings->normal_count, settings->error > 0);
+        strata_start_normals(&w.light, settings->normal, settings->normal_count,
+                             settings->error > 0);
     else
         strata_start(&w.light, normal ? 0 : settings->order, settings->error > 0);
     if (normal)
         w.receiver.at.normal = vec3f_normalize((struct vec3f){normal[0], normal[1], normal[2]});
     const struct vec3f local = trace_to_local(path->tracer, p);
     if (!(fabsf(local.x) < farthest && fabsf(local.y) < farthest && fabsf(local.z) < farthest))
-        return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1], p[2], (double)farthest);
+        return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1],
+                         p[2], (double)farthest);
     w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);

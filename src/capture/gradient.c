@@ -4,14 +4,16 @@
 
 #include <stdbool.h>
 
-/* The integral of Y along part of a wall that is short enough for one point of it: its direction, length and normal. */
+/* The integral of Y along part of a wall that is short enough for one point of it: its direction,
+ * length and normal. */
 struct wall {
     double direction[3], normal[3];
     double length;
 };
 
 /* 1 / distance to what moves at the wall. */
-static float wall_nearness(const struct gradient_cell *a, const struct gradient_cell *b, struct vec3f wall)
+static float wall_nearness(const struct gradient_cell *a, const struct gradient_cell *b,
+                           struct vec3f wall)
 {
     const float near_a = vec3f_dot(a->plane, wall), near_b = vec3f_dot(b->plane, wall);
     const bool bulges = vec3f_dot(a->plane, b->direction) > vec3f_dot(b->plane, b->direction) &&
@@ -19,11 +21,12 @@ static float wall_nearness(const struct gradient_cell *a, const struct gradient_
     return bulges ? float_least(near_a, near_b) : float_most(near_a, near_b);
 }
 
-static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int a, int b, int order, double weight,
-                     double *d)
+static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int a, int b,
+                     int order, double weight, double *d)
 {
     const struct gradient_cell *cell_a = &cells->cell[a], *cell_b = &cells->cell[b];
-    const struct vec3f direction = {(float)wall->direction[0], (float)wall->direction[1], (float)wall->direction[2]};
+    const struct vec3f direction = {(float)wall->direction[0], (float)wall->direction[1],
+                                    (float)wall->direction[2]};
     const struct vec3f gain = vec3f_sub(cell_b->radiance, cell_a->radiance);
     const double speed = weight * wall->length * (double)wall_nearness(cell_a, cell_b, direction);
     if (!(speed > 0) || (gain.x == 0 && gain.y == 0 && gain.z == 0))
@@ -41,15 +44,18 @@ static void add_parallels(const struct gradient_cells *cells, int order, double 
     for (int row = 1; row < cells->rows; row++) {
         const double z = 2.0 * row / cells->rows - 1, r = sqrt(1 - z * z);
         for (int column = 0; column < cells->columns; column++) {
-            const double phi = 2 * ANGLE_PI * (column + 0.5) / cells->columns, c = angle_cos(phi), s = angle_sin(phi);
-            const struct wall wall = {{r * c, r * s, z}, {-z * c, -z * s, r}, 2 * ANGLE_PI * r / cells->columns};
+            const double phi = 2 * ANGLE_PI * (column + 0.5) / cells->columns, c = angle_cos(phi),
+                         s = angle_sin(phi);
+            const struct wall wall = {
+                {r * c, r * s, z}, {-z * c, -z * s, r}, 2 * ANGLE_PI * r / cells->columns};
             const int above = row * cells->columns + column;
             add_wall(cells, &wall, above - cells->columns, above, order, weight, d);
         }
     }
 }
 
-/* The walls between columns: arcs of equal phi, in PARTS since those at the poles are long, from a cell to the next one round. */
+/* The walls between columns: arcs of equal phi, in PARTS since those at the poles are long, from a
+ * cell to the next one round. */
 static void add_meridians(const struct gradient_cells *cells, int order, double weight, double *d)
 {
     enum { PARTS = 2 };
@@ -60,12 +66,15 @@ static void add_meridians(const struct gradient_cells *cells, int order, double 
                 const double end = 2.0 * (row + i) / cells->rows - 1;
                 theta[i] = angle_atan2(end, sqrt(fmax(1 - end * end, 0)));
             }
-            const double length = (theta[1] - theta[0]) / PARTS, middle = theta[0] + (part + 0.5) * length;
+            const double length = (theta[1] - theta[0]) / PARTS,
+                         middle = theta[0] + (part + 0.5) * length;
             const double z = angle_sin(middle), r = angle_cos(middle);
             for (int column = 0; column < cells->columns; column++) {
-                const double phi = 2 * ANGLE_PI * (column + 1) / cells->columns, c = angle_cos(phi), s = angle_sin(phi);
+                const double phi = 2 * ANGLE_PI * (column + 1) / cells->columns, c = angle_cos(phi),
+                             s = angle_sin(phi);
                 const struct wall wall = {{r * c, r * s, z}, {-s, c, 0}, length};
-                const int a = row * cells->columns + column, b = row * cells->columns + (column + 1) % cells->columns;
+                const int a = row * cells->columns + column,
+                          b = row * cells->columns + (column + 1) % cells->columns;
                 add_wall(cells, &wall, a, b, order, weight, d);
             }
         }
@@ -78,8 +87,8 @@ void gradient_add_cells(const struct gradient_cells *cells, int order, double we
     add_meridians(cells, order, weight, d);
 }
 
-void gradient_add_delta(gradient_delta *delta, const void *context, const double p[3], double distance, int order, double weight,
-                        double *d)
+void gradient_add_delta(gradient_delta *delta, const void *context, const double p[3],
+                        double distance, int order, double weight, double *d)
 {
     const double step = 1e-4 * distance; /* the difference errs by its square, 1e-8 */
     for (int axis = 0; axis < 3; axis++) {

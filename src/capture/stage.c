@@ -7,9 +7,11 @@
 #include <stdio.h>
 #include <string.h>
 
-struct error *stage_create(struct stage *stage, const char *path, const struct stream_header *header, struct warnings *warnings)
+struct error *stage_create(struct stage *stage, const char *path,
+                           const struct stream_header *header, struct warnings *warnings)
 {
-    *stage = (struct stage){.scene_settings = scene_settings_default(), .capture_settings = capture_settings_default(),
+    *stage = (struct stage){.scene_settings = scene_settings_default(),
+                            .capture_settings = capture_settings_default(),
                             .captured = capture_header_has_settings(header)};
     struct error *err = scene_settings_from_header(&stage->scene_settings, header);
     if (!err)

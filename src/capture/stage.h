@@ -1,4 +1,5 @@
-/* stage: the scene that a stream was captured in, with the light and the settings that its header names.
+/* stage: the scene that a stream was captured in, with the light and the settings that its header
+ * names.
  *
  * What comes after probe-capture and sees the scene again starts here.
  */
@@ -19,17 +20,20 @@ struct stage {
     struct capture_settings capture_settings;
     bool captured; /* the header names settings: probes have light */
     bool other;    /* they have it from another scene than this */
-    char key[24], captured_key[24]; /* of this scene, of the one that they were captured in ("": not known) */
+    /* of this scene, of the one that they were captured in ("": not known) */
+    char key[24], captured_key[24];
     struct scene *scene;
     struct tracer *tracer;
     struct path_tracer path;
 };
 
-/* Reads the scene at `path` as the header says. stage_destroy is legal, and needed, on error too. */
-struct error *stage_create(struct stage *stage, const char *path, const struct stream_header *header, struct warnings *warnings);
+/* Reads the scene at `path` as the header says. stage_destroy is legal, and needed, on error
+ * too. */
+struct error *stage_create(struct stage *stage, const char *path,
+                           const struct stream_header *header, struct warnings *warnings);
 
-/* The scene is the whole one, until this makes it the one that probes were captured in, where that was decimated: for who is to
- * capture as they were. */
+/* The scene is the whole one, until this makes it the one that probes were captured in, where that
+ * was decimated: for who is to capture as they were. */
 struct error *stage_decimate(struct stage *stage, struct warnings *warnings);
 void stage_destroy(struct stage *stage);
 

@@ -31,7 +31,8 @@ static size_t whole_lanes(size_t fours)
     return (fours + STRATA_LANES - 1) / STRATA_LANES * STRATA_LANES;
 }
 
-static void set_samples(struct strata_wave *wave, size_t fours, const struct vec3f *direction, const struct vec3f *light)
+static void set_samples(struct strata_wave *wave, size_t fours, const struct vec3f *direction,
+                        const struct vec3f *light)
 {
     for (size_t k = 0; k < 4; k++) {
         for (size_t f = 0; f < whole_lanes(fours); f++) {
@@ -57,7 +58,8 @@ static void set_cosines(const struct strata_wave *wave, size_t fours, const doub
     }
 }
 
-static void set_functions(const struct strata *s, struct strata_wave *wave, size_t fours, struct vec3f normal)
+static void set_functions(const struct strata *s, struct strata_wave *wave, size_t fours,
+                          struct vec3f normal)
 {
     if (s->order) {
         sh_basis_wave(s->order, wave->direction, wave->function);
@@ -69,11 +71,13 @@ static void set_functions(const struct strata *s, struct strata_wave *wave, size
         return;
     for (size_t k = 0; k < 4; k++)
         for (size_t f = 0; f < whole_lanes(fours); f++)
-            wave->function[0][k * STRATA_FOURS + f] = fmax((double)vec3f_dot(wave->direction[k * STRATA_FOURS + f], normal), 0);
+            wave->function[0][k * STRATA_FOURS + f] =
+                fmax((double)vec3f_dot(wave->direction[k * STRATA_FOURS + f], normal), 0);
 }
 
 /* Adds the light of one channel times one function. */
-static void add_product(struct strata_sum *to, size_t fours, const double (*light)[STRATA_FOURS], const double (*y)[STRATA_FOURS])
+static void add_product(struct strata_sum *to, size_t fours, const double (*light)[STRATA_FOURS],
+                        const double (*y)[STRATA_FOURS])
 {
     struct strata_sum sum = *to;
     for (size_t f = 0; f < fours; f += STRATA_LANES) {
@@ -89,8 +93,8 @@ static void add_product(struct strata_sum *to, size_t fours, const double (*ligh
     *to = sum;
 }
 
-void strata_add(struct strata *s, struct strata_wave *wave, size_t fours, const struct vec3f *direction,
-                const struct vec3f *light, struct vec3f normal)
+void strata_add(struct strata *s, struct strata_wave *wave, size_t fours,
+                const struct vec3f *direction, const struct vec3f *light, struct vec3f normal)
 {
     set_samples(wave, fours, direction, light);
     set_functions(s, wave, fours, normal);

@@ -13,7 +13,8 @@
 #include <stb_easy_font.h>
 #pragma GCC diagnostic pop
 
-enum { TEXT_MOST = 96, QUAD_FLOATS = 16 }; /* letters of a text; floats of a quad: 4 corners of x, y, z and a colour */
+/* letters of a text; floats of a quad: 4 corners of x, y, z and a colour */
+enum { TEXT_MOST = 96, QUAD_FLOATS = 16 };
 
 static double letter_scale(const struct picture *p)
 {
@@ -21,7 +22,8 @@ static double letter_scale(const struct picture *p)
     return scale > 1 ? (double)scale : 1;
 }
 
-static void fill(const struct picture *p, double left, double top, double right, double bottom, struct vec3f colour)
+static void fill(const struct picture *p, double left, double top, double right, double bottom,
+                 struct vec3f colour)
 {
     for (double y = top < 0 ? 0 : top; y < bottom && y < (double)p->height; y++)
         for (double x = left < 0 ? 0 : left; x < right && x < (double)p->width; x++)
@@ -48,7 +50,8 @@ double annotate_height(const struct picture *p)
 }
 
 /* Each letter is made of rectangles; all of them grown by `grow` pixels. */
-static void draw(const struct picture *p, double x, double y, const char *text, double grow, struct vec3f colour)
+static void draw(const struct picture *p, double x, double y, const char *text, double grow,
+                 struct vec3f colour)
 {
     char copy[TEXT_MOST];
     float quad[TEXT_MOST * 24][QUAD_FLOATS]; /* no letter has more than 24 */
@@ -68,12 +71,14 @@ void annotate_text(const struct picture *p, double x, double y, const char *text
     draw(p, x, y, text, 0, (struct vec3f){1, 1, 1});
 }
 
-void annotate_scale(const struct picture *p, enum colour_map map, const char *title, const char *const label[3])
+void annotate_scale(const struct picture *p, enum colour_map map, const char *title,
+                    const char *const label[3])
 {
     const double line = annotate_height(p), left = line, width = (double)p->width - 2 * line,
-        bottom = (double)p->height - line / 2;
+                 bottom = (double)p->height - line / 2;
     const double bar_bottom = bottom - line, bar_top = bar_bottom - line, edge = letter_scale(p);
-    fill(p, left - edge, bar_top - edge, left + width + edge, bar_bottom + edge, (struct vec3f){0, 0, 0});
+    fill(p, left - edge, bar_top - edge, left + width + edge, bar_bottom + edge,
+         (struct vec3f){0, 0, 0});
     for (double x = 0; x < width; x++)
         fill(p, left + x, bar_top, left + x + 1, bar_bottom, colour_map_at(map, (x + 0.5) / width));
     for (int i = 0; i < 3; i++) {

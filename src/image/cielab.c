@@ -1,4 +1,5 @@
-/* Based on: IEC 61966-2-1 (primaries and white of Rec. 709), as whole fractions; CIE 15:2004, 8.2.1. */
+/* Based on: IEC 61966-2-1 (primaries and white of Rec. 709), as whole fractions; CIE 15:2004,
+ * 8.2.1. */
 #include "image/cielab.h"
 #include "math/power.h"
 
@@ -10,7 +11,8 @@ static const double to_xyz[3][3] = {
 
 static double determinant(const double m[3][3])
 {
-    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+           m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
@@ -56,6 +58,7 @@ void cielab_of(const double rgb[3], double lab[3])
 
 void cielab_to(const double lab[3], double rgb[3])
 {
-    const double y = (lab[0] + 16) / 116, xyz[3] = {backward(y + lab[1] / 500), backward(y), backward(y - lab[2] / 200)};
+    const double y = (lab[0] + 16) / 116,
+                 xyz[3] = {backward(y + lab[1] / 500), backward(y), backward(y - lab[2] / 200)};
     cielab_rgb(xyz, rgb);
 }

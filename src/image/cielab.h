@@ -1,5 +1,5 @@
-/* cielab: CIE 1976 L*a*b* (ISO/CIE 11664-4) of linear Rec. 709 light, under its own white (D65): white is L* = 100, a* = b* = 0.
- * The same bytes on every machine (power.h).
+/* cielab: CIE 1976 L*a*b* (ISO/CIE 11664-4) of linear Rec. 709 light, under its own white (D65):
+ * white is L* = 100, a* = b* = 0. The same bytes on every machine (power.h).
  */
 #ifndef CIELAB_H
 #define CIELAB_H

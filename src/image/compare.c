@@ -6,11 +6,13 @@
 #include <math.h>
 #include <stdlib.h>
 
-struct error *compare_show(const struct picture *picture, const struct compare_screen *screen, struct picture *shown)
+struct error *compare_show(const struct picture *picture, const struct compare_screen *screen,
+                           struct picture *shown)
 {
     struct error *err = picture_create(shown, picture->width, picture->height);
     for (size_t i = 0; !err && i < 3 * picture->width * picture->height; i++)
-        shown->rgb[i] = (float)display_tone(screen->tone, screen->exposure * (double)picture->rgb[i]);
+        shown->rgb[i] =
+            (float)display_tone(screen->tone, screen->exposure * (double)picture->rgb[i]);
     return err;
 }
 
@@ -20,15 +22,16 @@ struct error *compare_exposure(const struct picture *picture, double *exposure)
     const size_t count = picture->width * picture->height;
     struct error *err = array_create(&luminance, count, sizeof *luminance);
     for (size_t i = 0; i < count && !err; i++)
-        luminance[i] = vec3f_luminance(picture_get(picture, i % picture->width, i / picture->width));
+        luminance[i] =
+            vec3f_luminance(picture_get(picture, i % picture->width, i / picture->width));
     if (!err)
         err = display_exposure(count, luminance, exposure);
     free(luminance);
     return err;
 }
 
-static void compare_linear(const struct picture *truth, const struct picture *variance, const struct picture *test,
-                           struct compare *result)
+static void compare_linear(const struct picture *truth, const struct picture *variance,
+                           const struct picture *test, struct compare *result)
 {
     const size_t count = 3 * truth->width * truth->height;
     double mean = 0, difference = 0, square = 0, noise = 0;
@@ -40,23 +43,28 @@ static void compare_linear(const struct picture *truth, const struct picture *va
         noise += variance ? (double)variance->rgb[i] : NAN;
     }
     const double n = (double)count;
-    *result = (struct compare){.mean = mean / n, .bias = mean > 0 ? difference / mean : 0, .rmse = sqrt(square / n),
-                               .relative = mean > 0 ? sqrt(square / n) / (mean / n) : 0, .noise = sqrt(noise / n)};
+    *result = (struct compare){.mean = mean / n,
+                               .bias = mean > 0 ? difference / mean : 0,
+                               .rmse = sqrt(square / n),
+                               .relative = mean > 0 ? sqrt(square / n) / (mean / n) : 0,
+                               .noise = sqrt(noise / n)};
 }
 
-struct error *compare_pictures(const struct picture *truth, const struct picture *variance, const struct picture *test,
-                               const struct compare_screen *screen, int threads, float *map, struct compare *result)
+struct error *compare_pictures(const struct picture *truth, const struct picture *variance,
+                               const struct picture *test, const struct compare_screen *screen,
+                               int threads, float *map, struct compare *result)
 {
     struct picture shown[2] = {{0}, {0}};
     if (truth->width != test->width || truth->height != test->height)
-        return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels", truth->width, truth->height, test->width,
-                         test->height);
+        return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels",
+                         truth->width, truth->height, test->width, test->height);
     compare_linear(truth, variance, test, result);
     struct error *err = compare_show(truth, screen, &shown[0]);
     if (!err)
         err = compare_show(test, screen, &shown[1]);
     if (!err)
-        err = flip_compare(&shown[0], &shown[1], flip_pixels_per_degree, threads, map, &result->flip);
+        err =
+            flip_compare(&shown[0], &shown[1], flip_pixels_per_degree, threads, map, &result->flip);
     picture_clear(&shown[0]);
     picture_clear(&shown[1]);
     return err;

@@ -1,6 +1,7 @@
 /* compare: how far one picture is from another, in numbers.
  *
- * Linear figures are over all pixels and channels of the pictures as they are; FLIP (flip.h) is of what a screen shows of them.
+ * Linear figures are over all pixels and channels of the pictures as they are; FLIP (flip.h) is of
+ * what a screen shows of them.
  */
 #ifndef COMPARE_H
 #define COMPARE_H
@@ -11,13 +12,15 @@
 struct error;
 
 struct compare {
-    double mean;     /* of the truth */
-    /* mean of the difference over the mean of the truth: too bright above 0, too dark below; 0 where all is black */
+    double mean; /* of the truth */
+    /* mean of the difference over the mean of the truth: too bright above 0, too dark below; 0
+     * where all is black */
     double bias;
     double rmse;     /* root mean square difference */
     double relative; /* that over the mean of the truth; 0 where all is black */
-    double noise;    /* the truth's own root mean square error, which is part of rmse; NaN: not known */
-    double flip;     /* mean */
+    /* the truth's own root mean square error, which is part of rmse; NaN: not known */
+    double noise;
+    double flip; /* mean */
 };
 
 /* How light becomes what a screen shows. */
@@ -26,12 +29,15 @@ struct compare_screen {
     enum display_tone tone;
 };
 
-/* variance: of the truth's pixels, or NULL. map: width * height FLIP values, the caller's room. Errors: sizes differ. */
-struct error *compare_pictures(const struct picture *truth, const struct picture *variance, const struct picture *test,
-                               const struct compare_screen *screen, int threads, float *map, struct compare *result);
+/* variance: of the truth's pixels, or NULL. map: width * height FLIP values, the caller's room.
+ * Errors: sizes differ. */
+struct error *compare_pictures(const struct picture *truth, const struct picture *variance,
+                               const struct picture *test, const struct compare_screen *screen,
+                               int threads, float *map, struct compare *result);
 
 /* The screen's light of a picture, a new one. */
-struct error *compare_show(const struct picture *picture, const struct compare_screen *screen, struct picture *shown);
+struct error *compare_show(const struct picture *picture, const struct compare_screen *screen,
+                           struct picture *shown);
 
 /* The exposure that suits a picture (display_exposure). */
 struct error *compare_exposure(const struct picture *picture, double *exposure);

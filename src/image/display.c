@@ -48,7 +48,8 @@ uint8_t display_code(double light)
         else
             low = middle;
     }
-    return (uint8_t)(2 * light < (double)image_linear[low] + (double)image_linear[high] ? low : high);
+    return (uint8_t)(2 * light < (double)image_linear[low] + (double)image_linear[high] ? low
+                                                                                        : high);
 }
 
 void display_codes(size_t count, const float *rgb, double exposure, uint8_t *code)

@@ -1,6 +1,7 @@
 /* display: from linear light to what a screen shows.
  *
- * Light is multiplied by an exposure, tone-mapped where that is asked for, and encoded as sRGB (IEC 61966-2-1).
+ * Light is multiplied by an exposure, tone-mapped where that is asked for, and encoded as sRGB (IEC
+ * 61966-2-1).
  */
 #ifndef DISPLAY_H
 #define DISPLAY_H
@@ -11,11 +12,14 @@
 struct error;
 
 enum display_tone {
-    DISPLAY_CLIP,   /* what is brighter than white is white */
-    DISPLAY_FILMIC, /* the ACES curve as fitted by K. Narkowicz, "ACES filmic tone mapping curve", 2016, of 0.6 times the light */
+    DISPLAY_CLIP, /* what is brighter than white is white */
+    /* the ACES curve as fitted by K. Narkowicz, "ACES filmic tone mapping curve", 2016, of 0.6
+     * times the light */
+    DISPLAY_FILMIC,
 };
 
-/* The factor that brings the 95th percentile of the luminances above 0 to 0.7; 1 where there are none. */
+/* The factor that brings the 95th percentile of the luminances above 0 to 0.7; 1 where there are
+ * none. */
 struct error *display_exposure(size_t count, const float *luminance, double *exposure);
 
 /* Exposed light as the screen's, 0 .. 1. */

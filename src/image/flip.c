@@ -1,5 +1,6 @@
-/* Based on: Andersson et al., "FLIP: A difference evaluator for alternating images", HPG 2020. Equations and tables are theirs.
- * Every filter of theirs is a product of one across and one down, or a sum of two such; so it is done here. */
+/* Based on: Andersson et al., "FLIP: A difference evaluator for alternating images", HPG 2020.
+ * Equations and tables are theirs. Every filter of theirs is a product of one across and one down,
+ * or a sum of two such; so it is done here. */
 #include "image/flip.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -33,13 +34,15 @@ static void gaussian(struct kernel *k, int radius, double factor)
         k->weight[i] /= sum;
 }
 
-/* First (edges) or second (points) derivative of a Gaussian, its weights of each sign summing to 1 (sec. 4.2.1). */
+/* First (edges) or second (points) derivative of a Gaussian, its weights of each sign summing to 1
+ * (sec. 4.2.1). */
 static void derivative(struct kernel *k, int radius, double deviation, int order)
 {
     double positive = 0, negative = 0;
     k->radius = radius;
     for (int x = -radius; x <= radius; x++) {
-        const double square = x * x / (deviation * deviation), g = power_exp(-fmin(square / 2, 690));
+        const double square = x * x / (deviation * deviation),
+                     g = power_exp(-fmin(square / 2, 690));
         const double w = order == 1 ? -x * g : (square - 1) * g;
         k->weight[x + radius] = w;
         positive += w > 0 ? w : 0;
@@ -75,7 +78,8 @@ static struct error *filter_across(void *context, size_t row, int thread)
     for (size_t x = 0; x < f->width; x++) {
         double sum = 0;
         for (int i = -f->across->radius; i <= f->across->radius; i++)
-            sum += f->across->weight[i + f->across->radius] * from[clamp((ptrdiff_t)x + i, f->width)];
+            sum += f->across->weight[i + f->across->radius] *
+                   from[clamp((ptrdiff_t)x + i, f->width)];
         f->between[row * f->width + x] = sum;
     }
     return NULL;
@@ -108,19 +112,29 @@ struct work {
 };
 
 /* A plane through a filter that is the product of these two. */
-static struct error *pass(const struct work *w, const double *from, double *to, const struct kernel *across,
-                          const struct kernel *down, double share, bool add)
+static struct error *pass(const struct work *w, const double *from, double *to,
+                          const struct kernel *across, const struct kernel *down, double share,
+                          bool add)
 {
-    struct filter f = {.from = from, .to = to, .between = w->between, .width = w->width, .height = w->height,
-                       .across = across, .down = down, .share = share, .add = add};
+    struct filter f = {.from = from,
+                       .to = to,
+                       .between = w->between,
+                       .width = w->width,
+                       .height = w->height,
+                       .across = across,
+                       .down = down,
+                       .share = share,
+                       .add = add};
     struct error *err = threads_for(w->threads, w->height, filter_across, &f);
     return err ? err : threads_for(w->threads, w->height, filter_down, &f);
 }
 
-/* Contrast sensitivity (table 1): sums of a sqrt(pi / b) exp(-pi^2 x^2 / b), x in degrees, made to sum to 1. */
+/* Contrast sensitivity (table 1): sums of a sqrt(pi / b) exp(-pi^2 x^2 / b), x in degrees, made to
+ * sum to 1. */
 static struct error *filter_eye(const struct work *w, double ppd)
 {
-    static const double a[PLANES][2] = {{1, 0}, {1, 0}, {34.1, 13.5}}, b[PLANES][2] = {{0.0047, 1}, {0.0053, 1}, {0.04, 0.025}};
+    static const double a[PLANES][2] = {{1, 0}, {1, 0}, {34.1, 13.5}},
+                        b[PLANES][2] = {{0.0047, 1}, {0.0053, 1}, {0.04, 0.025}};
     const int radius = (int)ceil(3 * sqrt(0.04 / (2 * ANGLE_PI * ANGLE_PI)) * ppd);
     struct error *err = NULL;
     for (int plane = 0; plane < PLANES; plane++) {
@@ -137,9 +151,11 @@ static struct error *filter_eye(const struct work *w, double ppd)
         for (int picture = 0; picture < 2 && !err; picture++) {
             const double *from = w->plane[picture][plane];
             double *to = w->filtered[picture][plane];
-            err = pass(w, from, to, &kernel[0], &kernel[0], whole[0] / (whole[0] + whole[1]), false);
+            err =
+                pass(w, from, to, &kernel[0], &kernel[0], whole[0] / (whole[0] + whole[1]), false);
             if (!err && whole[1] > 0)
-                err = pass(w, from, to, &kernel[1], &kernel[1], whole[1] / (whole[0] + whole[1]), true);
+                err = pass(w, from, to, &kernel[1], &kernel[1], whole[1] / (whole[0] + whole[1]),
+                           true);
         }
     }
     return err;
@@ -157,9 +173,11 @@ static struct error *find_features(const struct work *w, double ppd)
         derivative(&sharp[kind], radius, deviation, kind + 1);
     for (int picture = 0; picture < 2; picture++)
         for (int kind = 0; kind < 2 && !err; kind++) {
-            err = pass(w, w->plane[picture][0], w->feature[picture][kind][0], &sharp[kind], &smooth, 1, false);
+            err = pass(w, w->plane[picture][0], w->feature[picture][kind][0], &sharp[kind], &smooth,
+                       1, false);
             if (!err)
-                err = pass(w, w->plane[picture][0], w->feature[picture][kind][1], &smooth, &sharp[kind], 1, false);
+                err = pass(w, w->plane[picture][0], w->feature[picture][kind][1], &smooth,
+                           &sharp[kind], 1, false);
         }
     return err;
 }
@@ -203,7 +221,8 @@ static double colour_difference(const struct work *w, size_t i, double largest)
         hunt(rgb, lab[picture]);
     }
     const double difference = power_of(hyab(lab[0], lab[1]), 0.7), knee = 0.4 * largest;
-    return difference < knee ? 0.95 / knee * difference : 0.95 + (difference - knee) / (largest - knee) * 0.05;
+    return difference < knee ? 0.95 / knee * difference
+                             : 0.95 + (difference - knee) / (largest - knee) * 0.05;
 }
 
 /* Feature difference 0 .. 1 (eq. 5, q_f = 0.5): that of edges or of points, whichever is larger. */
@@ -214,7 +233,8 @@ static double feature_difference(const struct work *w, size_t i)
         double size[2];
         for (int picture = 0; picture < 2; picture++) {
             const double x = w->feature[picture][kind][0][i], y = w->feature[picture][kind][1][i];
-            size[picture] = sqrt(x * x + y * y) / 116; /* of (Y + 16) / 116, whose filters sum to 0 */
+            /* of (Y + 16) / 116, whose filters sum to 0 */
+            size[picture] = sqrt(x * x + y * y) / 116;
         }
         most = fmax(most, fabs(size[0] - size[1]));
     }
@@ -226,7 +246,8 @@ static double feature_difference(const struct work *w, size_t i)
 static struct error *work_create(struct work *w, const struct picture *p, int threads)
 {
     enum { ARRAYS = 1 + 4 * PLANES + 8 };
-    *w = (struct work){.width = p->width, .height = p->height, .count = p->width * p->height, .threads = threads};
+    *w = (struct work){
+        .width = p->width, .height = p->height, .count = p->width * p->height, .threads = threads};
     struct error *err = array_create(&w->memory, ARRAYS * w->count, sizeof *w->memory);
     double *next = w->memory;
     if (err)
@@ -247,7 +268,8 @@ static struct error *work_create(struct work *w, const struct picture *p, int th
 static void fill_planes(const struct work *w, const struct picture *p, double *const plane[PLANES])
 {
     for (size_t i = 0; i < w->count; i++) {
-        const double rgb[3] = {(double)p->rgb[3 * i], (double)p->rgb[3 * i + 1], (double)p->rgb[3 * i + 2]};
+        const double rgb[3] = {(double)p->rgb[3 * i], (double)p->rgb[3 * i + 1],
+                               (double)p->rgb[3 * i + 2]};
         double xyz[3];
         cielab_xyz(rgb, xyz);
         plane[0][i] = 116 * xyz[1] - 16;
@@ -256,14 +278,14 @@ static void fill_planes(const struct work *w, const struct picture *p, double *c
     }
 }
 
-struct error *flip_compare(const struct picture *reference, const struct picture *test, double ppd, int threads, float *map,
-                           double *mean)
+struct error *flip_compare(const struct picture *reference, const struct picture *test, double ppd,
+                           int threads, float *map, double *mean)
 {
     struct work w;
     *mean = 0;
     if (reference->width != test->width || reference->height != test->height)
-        return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels", reference->width, reference->height,
-                         test->width, test->height);
+        return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels",
+                         reference->width, reference->height, test->width, test->height);
     if (!(ppd > 0 && ppd * 0.135077 < RADIUS_MOST))
         return error_new("%g pixels a degree, expected above 0 and below 1895", ppd);
     struct error *err = work_create(&w, reference, threads);
@@ -276,7 +298,8 @@ struct error *flip_compare(const struct picture *reference, const struct picture
         err = find_features(&w, ppd);
     const double largest = largest_difference();
     for (size_t i = 0; i < w.count && !err; i++) {
-        const double difference = power_of(colour_difference(&w, i, largest), 1 - feature_difference(&w, i));
+        const double difference =
+            power_of(colour_difference(&w, i, largest), 1 - feature_difference(&w, i));
         map[i] = (float)difference;
         *mean += difference / (double)w.count;
     }

@@ -1,9 +1,9 @@
 /* image: pictures in memory, decoded and made ready to be sampled as textures.
  *
- * PNG, JPEG and Radiance .hdr through stb_image, WebP through libwebp; the content decides, not the name.
- * 8-bit pictures keep their codes (a quarter of the memory of floats); image_linear turns a code of a
- * colour channel into linear light. Alpha and masks are linear: code / 255. Pictures of 16 bits a channel
- * are reduced to 8. .hdr pictures are linear floats.
+ * PNG, JPEG and Radiance .hdr through stb_image, WebP through libwebp; the content decides, not the
+ * name. 8-bit pictures keep their codes (a quarter of the memory of floats); image_linear turns a
+ * code of a colour channel into linear light. Alpha and masks are linear: code / 255. Pictures of
+ * 16 bits a channel are reduced to 8. .hdr pictures are linear floats.
  */
 #ifndef IMAGE_H
 #define IMAGE_H
@@ -16,15 +16,19 @@ struct error;
 
 enum image_use {
     IMAGE_COLOUR, /* 3 channels, or 4 where some texel is not opaque */
-    IMAGE_MASK,   /* 1 channel: the alpha of a picture in which some texel is not opaque, else its luminance's code */
+    /* 1 channel: the alpha of a picture in which some texel is not opaque, else its luminance's
+     * code */
+    IMAGE_MASK,
 };
 
-/* Linear light of an 8-bit sRGB code (IEC 61966-2-1), correctly rounded. Literal numbers, so that they are
- * the same on every machine. */
+/* Linear light of an 8-bit sRGB code (IEC 61966-2-1), correctly rounded. Literal numbers, so that
+ * they are the same on every machine. */
 extern const float image_linear[256];
 
-/* Decodes the picture in data[0..size): fills width, height, channels, bytes and texels, and leaves the rest of
- * *texture as it is. The caller frees texels. Errors: not a picture, damaged, larger than 16384 texels a side. */
-struct error *image_decode(struct scene_texture *texture, const void *data, size_t size, enum image_use use);
+/* Decodes the picture in data[0..size): fills width, height, channels, bytes and texels, and leaves
+ * the rest of *texture as it is. The caller frees texels. Errors: not a picture, damaged, larger
+ * than 16384 texels a side. */
+struct error *image_decode(struct scene_texture *texture, const void *data, size_t size,
+                           enum image_use use);
 
 #endif

@@ -18,7 +18,8 @@ struct error *picture_create(struct picture *p, size_t width, size_t height)
 {
     *p = (struct picture){.width = width, .height = height};
     if (width < 1 || height < 1 || width > PICTURE_SIDE_MOST || height > PICTURE_SIDE_MOST)
-        return error_new("a picture of %zu x %zu pixels, expected 1 to %d a side", width, height, PICTURE_SIDE_MOST);
+        return error_new("a picture of %zu x %zu pixels, expected 1 to %d a side", width, height,
+                         PICTURE_SIDE_MOST);
     return array_create(&p->rgb, 3 * width * height, sizeof *p->rgb);
 }
 
@@ -70,7 +71,8 @@ static struct error *write_png(const struct picture *p, struct stream_output *ou
     if (err)
         return err;
     display_codes(count, p->rgb, 1, code);
-    const int done = stbi_write_png_to_func(put_png, &target, (int)p->width, (int)p->height, 3, code, 3 * (int)p->width);
+    const int done = stbi_write_png_to_func(put_png, &target, (int)p->width, (int)p->height, 3,
+                                            code, 3 * (int)p->width);
     free(code);
     return target.err || done ? target.err : error_memory();
 }
@@ -89,7 +91,8 @@ struct error *picture_try(const char *path)
 {
     struct stream_output out;
     struct stat status;
-    if (!strcmp(path, "-") || (!stat(path, &status) && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
+    if (!strcmp(path, "-") ||
+        (!stat(path, &status) && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
         return NULL;
     struct error *err = output_open(&out, path, false);
     if (!err)
@@ -105,7 +108,8 @@ struct error *picture_write(const struct picture *p, const char *path, bool png)
         return err;
     if (isatty(out.fd)) {
         output_abandon(&out);
-        return error_new("%s is a terminal, and a picture is binary: give a file with --output", strcmp(path, "-") ? path : "stdout");
+        return error_new("%s is a terminal, and a picture is binary: give a file with --output",
+                         strcmp(path, "-") ? path : "stdout");
     }
     err = png ? write_png(p, &out) : write_pfm(p, &out);
     if (!err)
@@ -131,20 +135,26 @@ static struct error *read_pfm(struct picture *p, const char *data, size_t size)
     size_t width = 0, height = 0;
     double scale = 0;
     int at = 0;
-    if (sscanf(data, "PF %5zu %5zu %lf%n", &width, &height, &scale, &at) != 3 || !(scale < 0 || scale > 0))
-        return error_new("expected a colour PFM: PF, width, height, and -1 or 1 for the order of bytes");
+    if (sscanf(data, "PF %5zu %5zu %lf%n", &width, &height, &scale, &at) != 3 ||
+        !(scale < 0 || scale > 0))
+        return error_new(
+            "expected a colour PFM: PF, width, height, and -1 or 1 for the order of bytes");
     struct error *err = picture_create(p, width, height);
     if (err)
         return err;
-    const size_t start = (size_t)at + 1, bytes = 12 * width * height; /* one blank behind the scale */
+    /* one blank behind the scale */
+    const size_t start = (size_t)at + 1, bytes = 12 * width * height;
     if (size < start || size - start != bytes)
-        return error_new("expected %zu bytes of pixels, got %zu", bytes, size < start ? 0 : size - start);
+        return error_new("expected %zu bytes of pixels, got %zu", bytes,
+                         size < start ? 0 : size - start);
     for (size_t row = 0; row < height; row++) {
-        const unsigned char *from = (const unsigned char *)data + start + 12 * (height - 1 - row) * width;
+        const unsigned char *from = (const unsigned char *)data + start +
+                                    12 * (height - 1 - row) * width;
         for (size_t i = 0; i < 3 * width; i++) {
             const float value = float_at(from + 4 * i, scale < 0);
             if (!isfinite(value))
-                return error_new("pixel (%zu, %zu): expected finite numbers, got %g", i / 3, row, (double)value);
+                return error_new("pixel (%zu, %zu): expected finite numbers, got %g", i / 3, row,
+                                 (double)value);
             p->rgb[3 * row * width + i] = value;
         }
     }
@@ -160,8 +170,9 @@ static struct error *read_image(struct picture *p, const char *data, size_t size
     for (size_t i = 0; !err && i < p->width * p->height; i++)
         for (size_t k = 0; k < 3; k++) {
             const size_t from = texture.channels * i + k;
-            p->rgb[3 * i + k] = texture.bytes ? image_linear[((const uint8_t *)texture.texels)[from]]
-                                              : ((const float *)texture.texels)[from];
+            p->rgb[3 * i + k] = texture.bytes
+                                    ? image_linear[((const uint8_t *)texture.texels)[from]]
+                                    : ((const float *)texture.texels)[from];
         }
     free(texture.texels);
     return err;
@@ -193,7 +204,8 @@ struct error *picture_read(struct picture *p, const char *path)
     struct error *err = read_file(path, &data, &size);
     if (err)
         return err;
-    err = size >= 2 && data[0] == 'P' && data[1] == 'F' ? read_pfm(p, data, size) : read_image(p, data, size);
+    err = size >= 2 && data[0] == 'P' && data[1] == 'F' ? read_pfm(p, data, size)
+                                                        : read_image(p, data, size);
     free(data);
     if (err)
         picture_clear(p);

@@ -1,7 +1,8 @@
 /* picture: pictures of linear RGB in memory, and as files.
  *
- * PFM holds the numbers as they are: "PF", width and height, -1 (little-endian), then rows of float RGB, the bottom one first
- * (P. Debevec's HDRShop). PNG holds sRGB codes of 8 bits (display.h). Files appear only when they are whole.
+ * PFM holds the numbers as they are: "PF", width and height, -1 (little-endian), then rows of float
+ * RGB, the bottom one first (P. Debevec's HDRShop). PNG holds sRGB codes of 8 bits (display.h).
+ * Files appear only when they are whole.
  */
 #ifndef PICTURE_H
 #define PICTURE_H
@@ -44,10 +45,12 @@ void picture_paste(const struct picture *to, size_t x, size_t y, const struct pi
 /* path "-": standard output. png: light of 0 .. 1, sRGB; else PFM. */
 struct error *picture_write(const struct picture *picture, const char *path, bool png);
 
-/* Whether a file of this name can be written, before there is a picture; says nothing of pipes and devices. */
+/* Whether a file of this name can be written, before there is a picture; says nothing of pipes and
+ * devices. */
 struct error *picture_try(const char *path);
 
-/* Reads a PFM, or a PNG, JPEG, WebP or Radiance .hdr picture, whose light is made linear. Errors name the file. */
+/* Reads a PFM, or a PNG, JPEG, WebP or Radiance .hdr picture, whose light is made linear. Errors
+ * name the file. */
 struct error *picture_read(struct picture *picture, const char *path);
 
 #endif

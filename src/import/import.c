@@ -20,8 +20,10 @@ struct error *scene_file_read(const char *path, char **data, size_t *size)
         return error_new("%s", strerror(errno));
     size_t capacity = 0;
     struct stat status;
-    const bool known = fstat(fileno(file), &status) == 0 && S_ISREG(status.st_mode) && status.st_size >= 0;
-    struct error *err = array_reserve(data, &capacity, known ? (size_t)status.st_size + 2 : 65536, 1);
+    const bool known = fstat(fileno(file), &status) == 0 && S_ISREG(status.st_mode) &&
+                       status.st_size >= 0;
+    struct error *err =
+        array_reserve(data, &capacity, known ? (size_t)status.st_size + 2 : 65536, 1);
     while (!err && !feof(file)) {
         *size += fread(*data + *size, 1, capacity - 1 - *size, file);
         if (ferror(file))
@@ -47,7 +49,8 @@ static bool is_file(const char *path)
     return stat(path, &status) == 0 && S_ISREG(status.st_mode);
 }
 
-/* Writes to found[0..length) the entry of a directory that is `name` but for the case of its letters, if any is. */
+/* Writes to found[0..length) the entry of a directory that is `name` but for the case of its
+ * letters, if any is. */
 static void match_entry(const char *directory, const char *name, size_t length, char *found)
 {
     DIR *entries = opendir(*directory ? directory : ".");
@@ -83,7 +86,8 @@ static struct error *match_case(char *path, size_t start)
     return NULL;
 }
 
-/* Tries `name` in `directory`, in any case of its letters when `loose`; sets *path when it is there. */
+/* Tries `name` in `directory`, in any case of its letters when `loose`; sets *path when it is
+ * there. */
 static struct error *try_name(const char *directory, const char *name, bool loose, char **path)
 {
     char *whole;
@@ -126,22 +130,24 @@ struct texture_entry {
     int32_t texture;
 };
 
-static const struct texture_entry *find_entry(const struct scene_import *import, const char *name, enum image_use use,
-                                              struct scene_sampler sampler)
+static const struct texture_entry *find_entry(const struct scene_import *import, const char *name,
+                                              enum image_use use, struct scene_sampler sampler)
 {
     for (size_t i = 0; i < import->entry_count; i++) {
         const struct texture_entry *e = &import->entries[i];
-        if (e->use == use && e->sampler.wrap_u == sampler.wrap_u && e->sampler.wrap_v == sampler.wrap_v &&
-            e->sampler.nearest == sampler.nearest && !strcmp(e->name, name))
+        if (e->use == use && e->sampler.wrap_u == sampler.wrap_u &&
+            e->sampler.wrap_v == sampler.wrap_v && e->sampler.nearest == sampler.nearest &&
+            !strcmp(e->name, name))
             return e;
     }
     return NULL;
 }
 
-static struct error *add_entry(struct scene_import *import, struct texture_entry entry, const char *name)
+static struct error *add_entry(struct scene_import *import, struct texture_entry entry,
+                               const char *name)
 {
-    struct error *err =
-        array_reserve(&import->entries, &import->entry_capacity, import->entry_count + 1, sizeof *import->entries);
+    struct error *err = array_reserve(&import->entries, &import->entry_capacity,
+                                      import->entry_count + 1, sizeof *import->entries);
     if (err)
         return err;
     entry.name = strdup(name);
@@ -151,32 +157,38 @@ static struct error *add_entry(struct scene_import *import, struct texture_entry
     return NULL;
 }
 
-struct error *scene_import_picture(struct scene_import *import, const char *name, const void *data, size_t size,
-                                   enum image_use use, struct scene_sampler sampler, int32_t *texture)
+struct error *scene_import_picture(struct scene_import *import, const char *name, const void *data,
+                                   size_t size, enum image_use use, struct scene_sampler sampler,
+                                   int32_t *texture)
 {
     const struct texture_entry *known = find_entry(import, name, use, sampler);
     *texture = known ? known->texture : SCENE_NONE;
     if (known)
         return NULL;
-    struct scene_texture picture = {.wrap_u = sampler.wrap_u, .wrap_v = sampler.wrap_v, .nearest = sampler.nearest};
+    struct scene_texture picture = {
+        .wrap_u = sampler.wrap_u, .wrap_v = sampler.wrap_v, .nearest = sampler.nearest};
     struct error *err = image_decode(&picture, data, size, use);
     if (err == error_memory())
         return err;
     if (err) {
-        warnings_add(import->warnings, "texture damaged", "%s: texture %s: %s: the material's factor alone is used",
-                     import->path, name, error_message(err));
+        warnings_add(import->warnings, "texture damaged",
+                     "%s: texture %s: %s: the material's factor alone is used", import->path, name,
+                     error_message(err));
         error_destroy(err);
         err = NULL;
     } else {
         err = scene_push_texture(import->scene, picture, texture);
     }
     if (!err)
-        err = add_entry(import, (struct texture_entry){.use = use, .sampler = sampler, .texture = *texture}, name);
+        err = add_entry(import,
+                        (struct texture_entry){.use = use, .sampler = sampler, .texture = *texture},
+                        name);
     return err;
 }
 
-struct error *scene_import_texture(struct scene_import *import, const char *name, enum image_use use,
-                                   struct scene_sampler sampler, int32_t *texture)
+struct error *scene_import_texture(struct scene_import *import, const char *name,
+                                   enum image_use use, struct scene_sampler sampler,
+                                   int32_t *texture)
 {
     const struct texture_entry *known = find_entry(import, name, use, sampler);
     *texture = known ? known->texture : SCENE_NONE;
@@ -185,15 +197,20 @@ struct error *scene_import_texture(struct scene_import *import, const char *name
     char *path = NULL, *data = NULL;
     size_t size = 0;
     struct error *err = scene_import_find(import, name, &path);
-    struct error *unread = err ? NULL : path ? scene_file_read(path, &data, &size) : error_new("missing");
+    struct error *unread = err    ? NULL
+                           : path ? scene_file_read(path, &data, &size)
+                                  : error_new("missing");
     if (unread == error_memory()) {
         err = unread;
     } else if (!err && !unread) {
         err = scene_import_picture(import, name, data, size, use, sampler, texture);
     } else if (!err) {
-        warnings_add(import->warnings, "texture missing", "%s: texture %s: %s: the material's factor alone is used",
-                     import->path, name, error_message(unread));
-        err = add_entry(import, (struct texture_entry){.use = use, .sampler = sampler, .texture = SCENE_NONE}, name);
+        warnings_add(import->warnings, "texture missing",
+                     "%s: texture %s: %s: the material's factor alone is used", import->path, name,
+                     error_message(unread));
+        err = add_entry(
+            import, (struct texture_entry){.use = use, .sampler = sampler, .texture = SCENE_NONE},
+            name);
     }
     error_destroy(unread);
     free(data);
@@ -241,7 +258,8 @@ static const char *guess(const char *data, size_t size)
         return ".gltf";
     if (!strncmp(words + strspn(words, "STCN4n"), "OFF", 3))
         return ".off";
-    static const char *const statements[] = {"v ", "v\t", "vn ", "vt ", "o ", "g ", "mtllib ", "usemtl ", "s "};
+    static const char *const statements[] = {"v ", "v\t",     "vn ",     "vt ", "o ",
+                                             "g ", "mtllib ", "usemtl ", "s "};
     for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
         if (!strncmp(words, statements[i], strlen(statements[i])))
             return ".obj";
@@ -283,18 +301,21 @@ static struct error *check_empty(const struct scene *scene)
     if (scene_triangle_count(scene) > 0)
         return NULL;
     if (scene->degenerate_count > 0)
-        return error_new("%s: no triangle with an area among %zu", scene->path, scene->degenerate_count);
+        return error_new("%s: no triangle with an area among %zu", scene->path,
+                         scene->degenerate_count);
     return error_new("%s: no triangle", scene->path);
 }
 
-struct error *scene_read(struct scene **scene, const char *path, const struct scene_settings *settings,
-                         bool empty_allowed, struct warnings *warnings)
+struct error *scene_read(struct scene **scene, const char *path,
+                         const struct scene_settings *settings, bool empty_allowed,
+                         struct warnings *warnings)
 {
     const struct format *format = NULL;
     const char *slash = strrchr(path, '/');
     char *directory = strndup(path, slash ? (size_t)(slash - path) + 1 : 0);
     struct scene_import import = {.path = path, .directory = directory, .warnings = warnings};
-    struct error *err = directory ? error_wrap(find_format(path, &format), "%s", path) : error_memory();
+    struct error *err = directory ? error_wrap(find_format(path, &format), "%s", path)
+                                  : error_memory();
     *scene = NULL;
     if (!err)
         err = scene_create(&import.scene);

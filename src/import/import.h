@@ -1,9 +1,9 @@
 /* import: what the importers share.
  *
- * An importer is one function, scene_read_FORMAT(import): it reads import->path and pushes meshes, instances,
- * materials, textures and lights onto import->scene, as the file has them. scene_read then calls scene_finish,
- * which leaves out degenerate triangles, checks every index and number, and applies the settings: importers
- * need not. A half-filled scene is freed by scene_read.
+ * An importer is one function, scene_read_FORMAT(import): it reads import->path and pushes meshes,
+ * instances, materials, textures and lights onto import->scene, as the file has them. scene_read
+ * then calls scene_finish, which leaves out degenerate triangles, checks every index and number,
+ * and applies the settings: importers need not. A half-filled scene is freed by scene_read.
  *
  * Errors say what is wrong; scene_read puts the path in front. Includes from C and from C++.
  */
@@ -55,11 +55,12 @@ struct error *scene_read_stl(struct scene_import *import);
 
 /* -- what they push --------------------------------------------------------------------------- */
 
-/* Each takes over what its argument owns (mesh arrays, a material's name, a texture's texels), on errors too.
- * *index, where it is not NULL, is the place in the scene's list. */
+/* Each takes over what its argument owns (mesh arrays, a material's name, a texture's texels), on
+ * errors too. *index, where it is not NULL, is the place in the scene's list. */
 struct error *scene_push_mesh(struct scene *scene, struct scene_mesh mesh, size_t *index);
 struct error *scene_push_instance(struct scene *scene, size_t mesh, const double transform[12]);
-struct error *scene_push_material(struct scene *scene, struct scene_material material, int32_t *index);
+struct error *scene_push_material(struct scene *scene, struct scene_material material,
+                                  int32_t *index);
 struct error *scene_push_texture(struct scene *scene, struct scene_texture texture, int32_t *index);
 struct error *scene_push_light(struct scene *scene, struct scene_light light);
 
@@ -75,11 +76,13 @@ struct scene_polygons {
     const int32_t *material; /* one a face */
 };
 
-/* Pushes a mesh of these faces, split into triangles, placed as it stands. Faces of fewer than 3 corners and
- * those with a corner out of range are left out with a warning. */
-struct error *scene_import_polygons(struct scene_import *import, const struct scene_polygons *polygons);
+/* Pushes a mesh of these faces, split into triangles, placed as it stands. Faces of fewer than 3
+ * corners and those with a corner out of range are left out with a warning. */
+struct error *scene_import_polygons(struct scene_import *import,
+                                    const struct scene_polygons *polygons);
 
-/* Faces gathered one by one, all of one grey material (0.8). Start with {0}, free with scene_faces_clear. */
+/* Faces gathered one by one, all of one grey material (0.8). Start with {0}, free with
+ * scene_faces_clear. */
 struct scene_faces {
     double *position;
     size_t vertex_count, vertex_capacity;
@@ -90,8 +93,10 @@ struct scene_faces {
 };
 
 struct error *scene_faces_vertex(struct scene_faces *faces, double x, double y, double z);
-struct error *scene_faces_begin(struct scene_faces *faces);                   /* a face without corners as yet */
-struct error *scene_faces_corner(struct scene_faces *faces, uint32_t vertex); /* adds a corner to the newest face */
+/* a face without corners as yet */
+struct error *scene_faces_begin(struct scene_faces *faces);
+/* adds a corner to the newest face */
+struct error *scene_faces_corner(struct scene_faces *faces, uint32_t vertex);
 struct error *scene_import_faces(struct scene_import *import, const struct scene_faces *faces);
 void scene_faces_clear(struct scene_faces *faces);
 
@@ -101,7 +106,8 @@ struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnin
 /* Frees a mesh that was not pushed. */
 void scene_mesh_clear(struct scene_mesh *mesh);
 
-/* White, opaque (opacity 1, cutoff 0.5), black emission, no maps; name NULL, which push makes "". */
+/* White, opaque (opacity 1, cutoff 0.5), black emission, no maps; name NULL, which push makes
+ * "". */
 struct scene_material scene_material_default(void);
 
 /* A map of this texture that leaves (u, v) alone. */
@@ -115,9 +121,10 @@ extern const double scene_identity[12];
 /* The whole of a file in memory, one zero byte behind it. Errors do not name the file. */
 struct error *scene_file_read(const char *path, char **data, size_t *size);
 
-/* The path of a file that the scene names: absolute names as they are, others from import->directory; backslashes
- * are slashes where the name as written does not exist; letters may differ in case from the file's on disk. When
- * nothing is found *path is NULL. The caller frees it. */
+/* The path of a file that the scene names: absolute names as they are, others from
+ * import->directory; backslashes are slashes where the name as written does not exist; letters may
+ * differ in case from the file's on disk. When nothing is found *path is NULL. The caller frees
+ * it. */
 struct error *scene_import_find(const struct scene_import *import, const char *name, char **path);
 
 /* How a texture is read between and beyond its texels. */
@@ -126,20 +133,25 @@ struct scene_sampler {
     bool nearest;
 };
 
-/* The texture in the file called `name` (found by scene_import_find), read once for each use and sampler. One that is
- * missing or damaged is a warning, and *texture SCENE_NONE; only a shortage of memory is an error. */
-struct error *scene_import_texture(struct scene_import *import, const char *name, enum image_use use,
-                                   struct scene_sampler sampler, int32_t *texture);
+/* The texture in the file called `name` (found by scene_import_find), read once for each use and
+ * sampler. One that is missing or damaged is a warning, and *texture SCENE_NONE; only a shortage of
+ * memory is an error. */
+struct error *scene_import_texture(struct scene_import *import, const char *name,
+                                   enum image_use use, struct scene_sampler sampler,
+                                   int32_t *texture);
 
-/* The same for a picture in memory; `name` ("image 3") tells it apart from others, and names it in a warning. */
-struct error *scene_import_picture(struct scene_import *import, const char *name, const void *data, size_t size,
-                                   enum image_use use, struct scene_sampler sampler, int32_t *texture);
+/* The same for a picture in memory; `name` ("image 3") tells it apart from others, and names it in
+ * a warning. */
+struct error *scene_import_picture(struct scene_import *import, const char *name, const void *data,
+                                   size_t size, enum image_use use, struct scene_sampler sampler,
+                                   int32_t *texture);
 
 #ifdef __cplusplus
 #pragma GCC diagnostic pop
 } /* extern "C" */
 
-/* Runs f, which returns a struct error *, and turns whatever it throws into an error: no exception crosses into C. */
+/* Runs f, which returns a struct error *, and turns whatever it throws into an error: no exception
+ * crosses into C. */
 template <class Function> struct error *scene_guard(const Function &f) noexcept
 {
     try {

@@ -6,28 +6,30 @@
 #include <string.h>
 
 /* Whether a face can be used; a warning says why not. */
-static bool check_face(struct scene_import *import, const struct scene_polygons *polygons, size_t face, size_t first)
+static bool check_face(struct scene_import *import, const struct scene_polygons *polygons,
+                       size_t face, size_t first)
 {
     const uint32_t size = polygons->size[face];
     if (size < 3) {
-        warnings_add(import->warnings, "faces of fewer than 3 corners", "%s: face %zu has %u corners: left out",
-                     import->path, face + 1, (unsigned)size);
+        warnings_add(import->warnings, "faces of fewer than 3 corners",
+                     "%s: face %zu has %u corners: left out", import->path, face + 1,
+                     (unsigned)size);
         return false;
     }
     for (size_t k = first; k < first + size; k++) {
         if (polygons->corner[k] < polygons->vertex_count)
             continue;
         warnings_add(import->warnings, "index out of range",
-                     "%s: face %zu has a corner that is not among the %zu vertices: left out", import->path, face + 1,
-                     polygons->vertex_count);
+                     "%s: face %zu has a corner that is not among the %zu vertices: left out",
+                     import->path, face + 1, polygons->vertex_count);
         return false;
     }
     return true;
 }
 
 /* Adds the triangles of one face to a mesh that has room for them. */
-static void split_face(struct scene_mesh *mesh, struct polygon_room *room, const struct scene_polygons *polygons,
-                     size_t face, size_t first)
+static void split_face(struct scene_mesh *mesh, struct polygon_room *room,
+                       const struct scene_polygons *polygons, size_t face, size_t first)
 {
     const uint32_t size = polygons->size[face];
     for (size_t k = 0; k < size; k++)
@@ -44,7 +46,8 @@ static void split_face(struct scene_mesh *mesh, struct polygon_room *room, const
         mesh->material[mesh->triangle_count++] = polygons->material[face];
 }
 
-struct error *scene_import_polygons(struct scene_import *import, const struct scene_polygons *polygons)
+struct error *scene_import_polygons(struct scene_import *import,
+                                    const struct scene_polygons *polygons)
 {
     size_t most = 0;
     for (size_t f = 0; f < polygons->count; f++)
@@ -80,8 +83,8 @@ struct error *scene_import_polygons(struct scene_import *import, const struct sc
 
 struct error *scene_faces_vertex(struct scene_faces *faces, double x, double y, double z)
 {
-    struct error *err = array_reserve(&faces->position, &faces->vertex_capacity, faces->vertex_count + 1,
-                                      3 * sizeof *faces->position);
+    struct error *err = array_reserve(&faces->position, &faces->vertex_capacity,
+                                      faces->vertex_count + 1, 3 * sizeof *faces->position);
     if (err)
         return err;
     double *to = faces->position + 3 * faces->vertex_count++;
@@ -93,7 +96,8 @@ struct error *scene_faces_vertex(struct scene_faces *faces, double x, double y, 
 
 struct error *scene_faces_begin(struct scene_faces *faces)
 {
-    struct error *err = array_reserve(&faces->size, &faces->capacity, faces->count + 1, sizeof *faces->size);
+    struct error *err =
+        array_reserve(&faces->size, &faces->capacity, faces->count + 1, sizeof *faces->size);
     if (!err)
         faces->size[faces->count++] = 0;
     return err;
@@ -101,8 +105,8 @@ struct error *scene_faces_begin(struct scene_faces *faces)
 
 struct error *scene_faces_corner(struct scene_faces *faces, uint32_t vertex)
 {
-    struct error *err =
-        array_reserve(&faces->corner, &faces->corner_capacity, faces->corner_count + 1, sizeof *faces->corner);
+    struct error *err = array_reserve(&faces->corner, &faces->corner_capacity,
+                                      faces->corner_count + 1, sizeof *faces->corner);
     if (err)
         return err;
     faces->corner[faces->corner_count++] = vertex;
@@ -121,12 +125,13 @@ struct error *scene_import_faces(struct scene_import *import, const struct scene
     for (size_t f = 0; f < faces->count && !err; f++)
         material[f] = number;
     if (!err)
-        err = scene_import_polygons(import, &(struct scene_polygons){.position = faces->position,
-                                                                     .vertex_count = faces->vertex_count,
-                                                                     .size = faces->size,
-                                                                     .count = faces->count,
-                                                                     .corner = faces->corner,
-                                                                     .material = material});
+        err = scene_import_polygons(import,
+                                    &(struct scene_polygons){.position = faces->position,
+                                                             .vertex_count = faces->vertex_count,
+                                                             .size = faces->size,
+                                                             .count = faces->count,
+                                                             .corner = faces->corner,
+                                                             .material = material});
     free(material);
     return err;
 }

@@ -1,9 +1,9 @@
-/* glTF 2.0 and GLB: from the structures that tinygltf made of the file (import_gltf_file.cc) to the scene, with every
- * bound checked.
+/* glTF 2.0 and GLB: from the structures that tinygltf made of the file (import_gltf_file.cc) to the
+ * scene, with every bound checked.
  *
- * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake does not use
- * (metalness, normal maps, cameras, animations) is left alone; what it would use and cannot (skins, morph targets,
- * vertex colours) is left alone with a warning.
+ * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake
+ * does not use (metalness, normal maps, cameras, animations) is left alone; what it would use and
+ * cannot (skins, morph targets, vertex colours) is left alone with a warning.
  */
 #include "import/import_gltf.h"
 
@@ -12,7 +12,8 @@
 #include <cstdint>
 #include <limits>
 
-namespace {
+namespace
+{
 
 using std::string;
 using std::vector;
@@ -21,7 +22,8 @@ using tinygltf::Value;
 struct importer {
     struct scene_import *import;
     gltf_file file;
-    vector<int> uv_set;                    /* by material: the texture coordinates that it reads, or -1 */
+    /* by material: the texture coordinates that it reads, or -1 */
+    vector<int> uv_set;
     int32_t default_material = SCENE_NONE; /* for primitives without one */
     vector<long> mesh_index;               /* by glTF mesh: the scene's, no_triangles or not_read */
 };
@@ -79,19 +81,22 @@ gltf_bytes view_of(const gltf_file &file, int index)
         gltf_fail(error_new("buffer view %d: buffer %d does not exist", index, view.buffer));
     const gltf_bytes &buffer = file.buffers[static_cast<size_t>(view.buffer)];
     if (view.byteOffset > buffer.size || view.byteLength > buffer.size - view.byteOffset)
-        gltf_fail(error_new("buffer view %d reaches beyond its buffer of %zu bytes", index, buffer.size));
+        gltf_fail(
+            error_new("buffer view %d reaches beyond its buffer of %zu bytes", index, buffer.size));
     return {buffer.owner, buffer.data + view.byteOffset, view.byteLength};
 }
 
 /* The first of `count` elements of `size` bytes, each `stride` bytes behind the one before. */
-const unsigned char *elements_of(const gltf_file &file, int view, size_t offset, size_t stride, size_t size,
-                                 size_t count)
+const unsigned char *elements_of(const gltf_file &file, int view, size_t offset, size_t stride,
+                                 size_t size, size_t count)
 {
     const gltf_bytes bytes = view_of(file, view);
-    const bool fits = count == 0 || (offset <= bytes.size && size <= bytes.size - offset &&
-                                     (count == 1 || stride <= (bytes.size - offset - size) / (count - 1)));
+    const bool fits = count == 0 ||
+                      (offset <= bytes.size && size <= bytes.size - offset &&
+                       (count == 1 || stride <= (bytes.size - offset - size) / (count - 1)));
     if (!fits)
-        gltf_fail(error_new("%zu elements do not fit into buffer view %d of %zu bytes", count, view, bytes.size));
+        gltf_fail(error_new("%zu elements do not fit into buffer view %d of %zu bytes", count, view,
+                            bytes.size));
     return count == 0 ? bytes.data : bytes.data + offset;
 }
 
@@ -110,10 +115,8 @@ double read_component(const unsigned char *from, int type, bool normalized)
         return normalized ? std::max(get(int16_t{}) / 32767, -1.0) : get(int16_t{});
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
         return normalized ? get(uint16_t{}) / 65535 : get(uint16_t{});
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return get(uint32_t{});
-    default:
-        return get(float{});
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return get(uint32_t{});
+    default: return get(float{});
     }
 }
 
@@ -121,44 +124,44 @@ size_t component_size(int type)
 {
     switch (type) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return 1;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return 1;
     case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return 2;
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT:
-        return 4;
-    default:
-        gltf_fail(error_new("component type %d is not known", type));
+    case TINYGLTF_COMPONENT_TYPE_FLOAT: return 4;
+    default: gltf_fail(error_new("component type %d is not known", type));
     }
 }
 
 /* Puts in the elements that a sparse accessor replaces. */
-void read_sparse(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components, vector<double> &values)
+void read_sparse(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components,
+                 vector<double> &values)
 {
     const auto &sparse = accessor.sparse;
     if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
         gltf_fail(error_new("a sparse accessor with negative numbers"));
     const int index_type = sparse.indices.componentType;
     const size_t count = static_cast<size_t>(sparse.count);
-    const size_t size = component_size(accessor.componentType), index_size = component_size(index_type);
-    const unsigned char *const index = elements_of(
-        file, sparse.indices.bufferView, static_cast<size_t>(sparse.indices.byteOffset), index_size, index_size, count);
-    const unsigned char *const value =
-        elements_of(file, sparse.values.bufferView, static_cast<size_t>(sparse.values.byteOffset), size * components,
-                    size * components, count);
+    const size_t size = component_size(accessor.componentType),
+                 index_size = component_size(index_type);
+    const unsigned char *const index = elements_of(file, sparse.indices.bufferView,
+                                                   static_cast<size_t>(sparse.indices.byteOffset),
+                                                   index_size, index_size, count);
+    const unsigned char *const value = elements_of(file, sparse.values.bufferView,
+                                                   static_cast<size_t>(sparse.values.byteOffset),
+                                                   size * components, size * components, count);
     for (size_t i = 0; i < count; i++) {
         const double element = read_component(index + i * index_size, index_type, false);
         if (!(element >= 0 && element < static_cast<double>(accessor.count)))
             gltf_fail(error_new("sparse index %.0f is out of range", element));
         for (size_t k = 0; k < components; k++)
-            values[static_cast<size_t>(element) * components + k] =
-                read_component(value + (i * components + k) * size, accessor.componentType, accessor.normalized);
+            values[static_cast<size_t>(element) * components + k] = read_component(
+                value + (i * components + k) * size, accessor.componentType, accessor.normalized);
     }
 }
 
-vector<double> read_accessor(const gltf_file &file, const tinygltf::Accessor &accessor, size_t components)
+vector<double> read_accessor(const gltf_file &file, const tinygltf::Accessor &accessor,
+                             size_t components)
 {
     /* What an accessor without data claims is bounded by nothing else. */
     const size_t most_zeros = size_t{1} << 22;
@@ -169,15 +172,16 @@ vector<double> read_accessor(const gltf_file &file, const tinygltf::Accessor &ac
     vector<double> values;
     if (accessor.bufferView >= 0) {
         const size_t view = static_cast<size_t>(accessor.bufferView);
-        const size_t stated = view < file.model.bufferViews.size() ? file.model.bufferViews[view].byteStride : 0;
+        const size_t stated =
+            view < file.model.bufferViews.size() ? file.model.bufferViews[view].byteStride : 0;
         const size_t stride = stated ? stated : whole;
-        const unsigned char *from =
-            elements_of(file, accessor.bufferView, accessor.byteOffset, stride, whole, accessor.count);
+        const unsigned char *from = elements_of(file, accessor.bufferView, accessor.byteOffset,
+                                                stride, whole, accessor.count);
         values.reserve(accessor.count * components);
         for (size_t i = 0; i < accessor.count; i++)
             for (size_t k = 0; k < components; k++)
-                values.push_back(
-                    read_component(from + i * stride + k * size, accessor.componentType, accessor.normalized));
+                values.push_back(read_component(from + i * stride + k * size,
+                                                accessor.componentType, accessor.normalized));
     } else if (accessor.count > most_zeros) {
         gltf_fail(error_new("%zu elements without data", accessor.count));
     } else {
@@ -220,9 +224,10 @@ int32_t read_picture(const importer &g, size_t index, struct scene_sampler sampl
     }
     const string name = "image " + std::to_string(index);
     try {
-        const gltf_bytes bytes = picture.uri.empty() ? view_of(g.file, picture.view) : gltf_data(picture.uri);
-        gltf_check(scene_import_picture(g.import, name.c_str(), bytes.data, bytes.size, IMAGE_COLOUR, sampler,
-                                        &result));
+        const gltf_bytes bytes = picture.uri.empty() ? view_of(g.file, picture.view)
+                                                     : gltf_data(picture.uri);
+        gltf_check(scene_import_picture(g.import, name.c_str(), bytes.data, bytes.size,
+                                        IMAGE_COLOUR, sampler, &result));
         return result;
     } catch (const gltf_error &e) {
         gltf_fail(error_wrap(e.err, "%s", name.c_str()));
@@ -232,18 +237,23 @@ int32_t read_picture(const importer &g, size_t index, struct scene_sampler sampl
 int32_t read_texture(const importer &g, int index)
 {
     const bool there = index >= 0 && static_cast<size_t>(index) < g.file.model.textures.size();
-    const tinygltf::Texture texture = there ? g.file.model.textures[static_cast<size_t>(index)] : tinygltf::Texture();
-    const int source = index_of(extension(texture.extensions, "EXT_texture_webp"), "source", texture.source);
+    const tinygltf::Texture texture = there ? g.file.model.textures[static_cast<size_t>(index)]
+                                            : tinygltf::Texture();
+    const int source =
+        index_of(extension(texture.extensions, "EXT_texture_webp"), "source", texture.source);
     if (source < 0 || static_cast<size_t>(source) >= g.file.pictures.size()) {
-        warnings_add(g.import->warnings, "texture missing",
-                     "%s: texture %d has no picture that is understood: the material's factor alone is used",
-                     g.import->path, index);
+        warnings_add(
+            g.import->warnings, "texture missing",
+            "%s: texture %d has no picture that is understood: the material's factor alone is used",
+            g.import->path, index);
         return SCENE_NONE;
     }
     struct scene_sampler sampler = {SCENE_REPEAT, SCENE_REPEAT, false};
-    if (texture.sampler >= 0 && static_cast<size_t>(texture.sampler) < g.file.model.samplers.size()) {
+    if (texture.sampler >= 0 &&
+        static_cast<size_t>(texture.sampler) < g.file.model.samplers.size()) {
         const tinygltf::Sampler &s = g.file.model.samplers[static_cast<size_t>(texture.sampler)];
-        sampler = {wrap_of(s.wrapS), wrap_of(s.wrapT), s.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST};
+        sampler = {wrap_of(s.wrapS), wrap_of(s.wrapT),
+                   s.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST};
     }
     return read_picture(g, static_cast<size_t>(source), sampler);
 }
@@ -270,24 +280,31 @@ slot slot_of(const Value *info) /* of an extension */
                    member(member(info, "extensions"), "KHR_texture_transform"));
 }
 
-/* KHR_texture_transform maps (u, v) with v down, by T; a scene's map has v up: F T F, where F turns v over. */
+/* KHR_texture_transform maps (u, v) with v down, by T; a scene's map has v up: F T F, where F turns
+ * v over. */
 struct scene_map read_map(const importer &g, const slot &from)
 {
-    struct scene_map map = scene_map_of(from.texture < 0 ? SCENE_NONE : read_texture(g, from.texture));
+    struct scene_map map =
+        scene_map_of(from.texture < 0 ? SCENE_NONE : read_texture(g, from.texture));
     const double rotation = number_of(from.transform, "rotation", 0);
     if (map.texture == SCENE_NONE || !from.transform)
         return map;
     if (!(std::fabs(rotation) < 1e4)) { /* as far as angle_sin goes */
-        warnings_add(g.import->warnings, "texture transform", "%s: a texture is rotated by %g radians: left as it is",
-                     g.import->path, rotation);
+        warnings_add(g.import->warnings, "texture transform",
+                     "%s: a texture is rotated by %g radians: left as it is", g.import->path,
+                     rotation);
         return map;
     }
     const double c = angle_cos(rotation), s = angle_sin(rotation);
-    const double scale_u = number_of(from.transform, "scale", 0, 1), scale_v = number_of(from.transform, "scale", 1, 1);
-    const double u_u = c * scale_u, u_v = s * scale_v, u_1 = number_of(from.transform, "offset", 0, 0);
-    const double v_u = -s * scale_u, v_v = c * scale_v, v_1 = number_of(from.transform, "offset", 1, 0);
+    const double scale_u = number_of(from.transform, "scale", 0, 1),
+                 scale_v = number_of(from.transform, "scale", 1, 1);
+    const double u_u = c * scale_u, u_v = s * scale_v,
+                 u_1 = number_of(from.transform, "offset", 0, 0);
+    const double v_u = -s * scale_u, v_v = c * scale_v,
+                 v_1 = number_of(from.transform, "offset", 1, 0);
     const double turned[6] = {u_u, -u_v, u_1 + u_v, -v_u, v_v, 1 - v_1 - v_v};
-    std::transform(turned, turned + 6, map.transform, [](double x) { return static_cast<float>(x); });
+    std::transform(turned, turned + 6, map.transform,
+                   [](double x) { return static_cast<float>(x); });
     return map;
 }
 
@@ -297,21 +314,27 @@ void warn_material(const importer &g, const tinygltf::Material &from)
 {
     const Value *const transmission = extension(from.extensions, "KHR_materials_transmission");
     if (number_of(transmission, "transmissionFactor", 0) > 0)
-        warnings_add(g.import->warnings, "transmission", "%s: material '%.60s' lets light through: it is opaque here",
-                     g.import->path, from.name.c_str());
+        warnings_add(g.import->warnings, "transmission",
+                     "%s: material '%.60s' lets light through: it is opaque here", g.import->path,
+                     from.name.c_str());
     if (extension(from.extensions, "KHR_materials_unlit"))
-        warnings_add(g.import->warnings, "unlit", "%s: material '%.60s' is unlit: its colour is used as its albedo",
+        warnings_add(g.import->warnings, "unlit",
+                     "%s: material '%.60s' is unlit: its colour is used as its albedo",
                      g.import->path, from.name.c_str());
 }
 
 /* The texture coordinates that a material reads; both its maps must read the same. */
-int uv_set_of(const importer &g, const struct scene_material &m, const slot &base, const slot &glow, const string &name)
+int uv_set_of(const importer &g, const struct scene_material &m, const slot &base, const slot &glow,
+              const string &name)
 {
-    const bool reads_base = m.albedo_map.texture != SCENE_NONE, reads_glow = m.emission_map.texture != SCENE_NONE;
+    const bool reads_base = m.albedo_map.texture != SCENE_NONE,
+               reads_glow = m.emission_map.texture != SCENE_NONE;
     if (reads_base && reads_glow && base.uv_set != glow.uv_set)
         warnings_add(g.import->warnings, "texture coordinates",
-                     "%s: material '%.60s' reads its textures with different texture coordinates: those of its colour "
-                     "are used for both", g.import->path, name.c_str());
+                     "%s: material '%.60s' reads its textures with different texture coordinates: "
+                     "those of its colour "
+                     "are used for both",
+                     g.import->path, name.c_str());
     return reads_base ? base.uv_set : reads_glow ? glow.uv_set : -1;
 }
 
@@ -323,7 +346,8 @@ void read_material(importer &g, const tinygltf::Material &from)
         factor[k] = at(from.pbrMetallicRoughness.baseColorFactor, k, 1);
     slot base = slot_of(from.pbrMetallicRoughness.baseColorTexture);
     const slot glow = slot_of(from.emissiveTexture);
-    if (const Value *const glossy = extension(from.extensions, "KHR_materials_pbrSpecularGlossiness")) {
+    if (const Value *const glossy =
+            extension(from.extensions, "KHR_materials_pbrSpecularGlossiness")) {
         for (size_t k = 0; k < 4; k++)
             factor[k] = number_of(glossy, "diffuseFactor", k, 1);
         base = slot_of(member(glossy, "diffuseTexture"));
@@ -331,7 +355,8 @@ void read_material(importer &g, const tinygltf::Material &from)
     const Value *const strong = extension(from.extensions, "KHR_materials_emissive_strength");
     for (size_t k = 0; k < 3; k++)
         glow_factor[k] = at(from.emissiveFactor, k, 0) * number_of(strong, "emissiveStrength", 1);
-    m.albedo = {static_cast<float>(factor[0]), static_cast<float>(factor[1]), static_cast<float>(factor[2])};
+    m.albedo = {static_cast<float>(factor[0]), static_cast<float>(factor[1]),
+                static_cast<float>(factor[2])};
     m.albedo_map = read_map(g, base);
     m.emission = {static_cast<float>(glow_factor[0]), static_cast<float>(glow_factor[1]),
                   static_cast<float>(glow_factor[2])};
@@ -354,11 +379,12 @@ int32_t material_of(importer &g, int index)
     if (index >= 0 && static_cast<size_t>(index) < g.file.model.materials.size())
         return index;
     if (index >= 0)
-        warnings_add(g.import->warnings, "material missing", "%s: material %d does not exist: white is used",
-                     g.import->path, index);
+        warnings_add(g.import->warnings, "material missing",
+                     "%s: material %d does not exist: white is used", g.import->path, index);
     if (g.default_material == SCENE_NONE) {
         g.uv_set.push_back(-1);
-        gltf_check(scene_push_material(g.import->scene, scene_material_default(), &g.default_material));
+        gltf_check(
+            scene_push_material(g.import->scene, scene_material_default(), &g.default_material));
     }
     return g.default_material;
 }
@@ -375,7 +401,8 @@ struct triangles {
 const uint32_t no_vertex = std::numeric_limits<uint32_t>::max();
 
 /* The vertices that a primitive names one after the other; without indices, all. */
-vector<uint32_t> indices_of(const gltf_file &file, const tinygltf::Primitive &primitive, uint32_t vertices)
+vector<uint32_t> indices_of(const gltf_file &file, const tinygltf::Primitive &primitive,
+                            uint32_t vertices)
 {
     vector<uint32_t> index;
     if (primitive.indices < 0) {
@@ -390,8 +417,8 @@ vector<uint32_t> indices_of(const gltf_file &file, const tinygltf::Primitive &pr
     return index;
 }
 
-/* The corners of the triangles of a list, a strip or a fan (glTF 2.0, 3.7.2.1), without the triangles of which a corner
- * is no vertex. */
+/* The corners of the triangles of a list, a strip or a fan (glTF 2.0, 3.7.2.1), without the
+ * triangles of which a corner is no vertex. */
 vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, int mode)
 {
     const bool list = mode == TINYGLTF_MODE_TRIANGLES, strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
@@ -404,14 +431,16 @@ vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, in
         if (three[0] != no_vertex && three[1] != no_vertex && three[2] != no_vertex)
             corner.insert(corner.end(), three, three + 3);
         else
-            warnings_add(g.import->warnings, "index out of range",
-                         "%s: a triangle has a corner that is not among its primitive's vertices: left out",
-                         g.import->path);
+            warnings_add(
+                g.import->warnings, "index out of range",
+                "%s: a triangle has a corner that is not among its primitive's vertices: left out",
+                g.import->path);
     }
     return corner;
 }
 
-/* Adds the triangles and, in order, the vertices that are their corners: primitives may share one long list. */
+/* Adds the triangles and, in order, the vertices that are their corners: primitives may share one
+ * long list. */
 void add_corners(const vector<double> &vertex, const vector<uint32_t> &corner, triangles &to)
 {
     vector<uint32_t> place(vertex.size() / 3, no_vertex); /* in to.position */
@@ -429,9 +458,10 @@ void add_corners(const vector<double> &vertex, const vector<uint32_t> &corner, t
         to.index.push_back(place[c]);
 }
 
-/* Adds the texture coordinates of the newest corners, if any; zeros for those before that have none. */
-void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set, const vector<uint32_t> &corner,
-            size_t vertices, triangles &to)
+/* Adds the texture coordinates of the newest corners, if any; zeros for those before that have
+ * none. */
+void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set,
+            const vector<uint32_t> &corner, size_t vertices, triangles &to)
 {
     const auto attribute = primitive.attributes.find("TEXCOORD_" + std::to_string(set));
     if (attribute == primitive.attributes.end())
@@ -441,22 +471,27 @@ void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set
         gltf_fail(error_new("%zu texture coordinates for %zu vertices", uv.size() / 2, vertices));
     to.uv.resize(2 * (to.index.size() - corner.size()));
     for (const size_t c : corner)
-        to.uv.insert(to.uv.end(), {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
+        to.uv.insert(to.uv.end(),
+                     {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
 }
 
 void warn_primitive(const importer &g, const tinygltf::Primitive &primitive)
 {
     if (!primitive.targets.empty())
-        warnings_add(g.import->warnings, "morph targets", "%s: morph targets are left out", g.import->path);
+        warnings_add(g.import->warnings, "morph targets", "%s: morph targets are left out",
+                     g.import->path);
     if (primitive.attributes.count("COLOR_0"))
-        warnings_add(g.import->warnings, "vertex colours", "%s: colours of vertices are left out", g.import->path);
+        warnings_add(g.import->warnings, "vertex colours", "%s: colours of vertices are left out",
+                     g.import->path);
 }
 
 void add_primitive(importer &g, const tinygltf::Primitive &primitive, triangles &to)
 {
     const int mode = primitive.mode;
-    if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP && mode != TINYGLTF_MODE_TRIANGLE_FAN) {
-        warnings_add(g.import->warnings, "points and lines", "%s: points and lines are left out", g.import->path);
+    if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
+        mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+        warnings_add(g.import->warnings, "points and lines", "%s: points and lines are left out",
+                     g.import->path);
         return;
     }
     const auto position = primitive.attributes.find("POSITION");
@@ -543,14 +578,17 @@ matrix multiply(const matrix &a, const matrix &b)
     return c;
 }
 
-/* Translation times rotation (a quaternion x, y, z, w of any length) times scale; glTF 2.0, 3.5.3. */
+/* Translation times rotation (a quaternion x, y, z, w of any length) times scale; glTF 2.0,
+ * 3.5.3. */
 matrix place(const double t[3], const double q[4], const double scale[3])
 {
-    const double norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], s = norm > 0 ? 2 / norm : 0;
+    const double norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3],
+                 s = norm > 0 ? 2 / norm : 0;
     const double x = q[0], y = q[1], z = q[2], w = q[3];
-    const double rotation[9] = {1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w),
-                                s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w),
-                                s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)};
+    const double rotation[9] = {
+        1 - s * (y * y + z * z), s * (x * y - z * w),     s * (x * z + y * w),
+        s * (x * y + z * w),     1 - s * (x * x + z * z), s * (y * z - x * w),
+        s * (x * z - y * w),     s * (y * z + x * w),     1 - s * (x * x + y * y)};
     matrix m;
     for (size_t row = 0; row < 3; row++) {
         for (size_t k = 0; k < 3; k++)
@@ -581,7 +619,8 @@ matrix matrix_of(const tinygltf::Node &node)
     return place(t, q, s);
 }
 
-/* KHR_lights_punctual: the light shines along the node's -Z; its intensity is not scaled by the node. */
+/* KHR_lights_punctual: the light shines along the node's -Z; its intensity is not scaled by the
+ * node. */
 void add_light(const importer &g, int index, const matrix &m)
 {
     if (static_cast<size_t>(index) >= g.file.model.lights.size())
@@ -595,19 +634,23 @@ void add_light(const importer &g, int index, const matrix &m)
     else if (from.type == "directional")
         light.kind = SCENE_SUN;
     else
-        gltf_fail(error_new("light %d: expected point, spot or directional, got '%.40s'", index, from.type.c_str()));
+        gltf_fail(error_new("light %d: expected point, spot or directional, got '%.40s'", index,
+                            from.type.c_str()));
     light.position = {m[3], m[7], m[11]};
     light.direction = vec3_normalize({-m[2], -m[6], -m[10]});
     for (size_t k = 0; k < 3; k++)
         light.intensity[k] = at(from.color, k, 1) * from.intensity;
     light.range = from.range;
     light.cos_inner = angle_cos(std::clamp(from.spot.innerConeAngle, 0.0, ANGLE_PI));
-    light.cos_outer = std::min(angle_cos(std::clamp(from.spot.outerConeAngle, 0.0, ANGLE_PI)), light.cos_inner);
+    light.cos_outer =
+        std::min(angle_cos(std::clamp(from.spot.outerConeAngle, 0.0, ANGLE_PI)), light.cos_inner);
     gltf_check(scene_push_light(g.import->scene, light));
 }
 
-/* The numbers of an attribute of EXT_mesh_gpu_instancing, `components` an instance; none where it is not stated. */
-vector<double> instance_numbers(const importer &g, const Value *attributes, const char *name, size_t components)
+/* The numbers of an attribute of EXT_mesh_gpu_instancing, `components` an instance; none where it
+ * is not stated. */
+vector<double> instance_numbers(const importer &g, const Value *attributes, const char *name,
+                                size_t components)
 {
     const int accessor = index_of(attributes, name);
     return accessor < 0 ? vector<double>() : read_accessor(g.file, accessor, components);
@@ -625,8 +668,9 @@ void add_instances(const importer &g, size_t mesh, const Value *attributes, cons
         gltf_fail(error_new("the attributes of its instances differ in number"));
     const double no_t[3] = {0, 0, 0}, no_q[4] = {0, 0, 0, 1}, no_s[3] = {1, 1, 1};
     for (size_t i = 0; i < count; i++) {
-        const matrix here = multiply(m, place(t.empty() ? no_t : &t[3 * i], q.empty() ? no_q : &q[4 * i],
-                                              s.empty() ? no_s : &s[3 * i]));
+        const matrix here =
+            multiply(m, place(t.empty() ? no_t : &t[3 * i], q.empty() ? no_q : &q[4 * i],
+                              s.empty() ? no_s : &s[3 * i]));
         gltf_check(scene_push_instance(g.import->scene, mesh, here.data()));
     }
 }
@@ -634,10 +678,12 @@ void add_instances(const importer &g, size_t mesh, const Value *attributes, cons
 void add_node(importer &g, const tinygltf::Node &node, const matrix &m)
 {
     if (node.skin >= 0)
-        warnings_add(g.import->warnings, "skins", "%s: skins are left out: skinned meshes stand as they were modelled",
+        warnings_add(g.import->warnings, "skins",
+                     "%s: skins are left out: skinned meshes stand as they were modelled",
                      g.import->path);
     const long mesh = node.mesh >= 0 ? mesh_of(g, node.mesh) : no_triangles;
-    const Value *const many = member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
+    const Value *const many =
+        member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
     if (mesh >= 0 && many)
         add_instances(g, static_cast<size_t>(mesh), many, m);
     else if (mesh >= 0)
@@ -650,11 +696,13 @@ void add_node(importer &g, const tinygltf::Node &node, const matrix &m)
 /* KHR_node_visibility: what is not visible is not there, nor what hangs below it. */
 bool is_visible(const tinygltf::Node &node)
 {
-    const Value *const visible = member(extension(node.extensions, "KHR_node_visibility"), "visible");
+    const Value *const visible =
+        member(extension(node.extensions, "KHR_node_visibility"), "visible");
     return !visible || !visible->IsBool() || visible->Get<bool>();
 }
 
-/* The nodes of the default scene, or of the first; where there is no scene, the nodes that nobody has as a child. */
+/* The nodes of the default scene, or of the first; where there is no scene, the nodes that nobody
+ * has as a child. */
 vector<int> roots_of(const tinygltf::Model &model)
 {
     if (!model.scenes.empty()) {
@@ -675,8 +723,8 @@ vector<int> roots_of(const tinygltf::Model &model)
     return roots;
 }
 
-/* Walks the nodes without recursion, so that no depth is too deep. Each node has one place, as glTF demands: a second
- * is an error, which ends cycles too. */
+/* Walks the nodes without recursion, so that no depth is too deep. Each node has one place, as glTF
+ * demands: a second is an error, which ends cycles too. */
 void add_nodes(importer &g)
 {
     struct placed {
@@ -705,7 +753,8 @@ void add_nodes(importer &g)
         try {
             const matrix m = multiply(next.m, matrix_of(nodes[i]));
             add_node(g, nodes[i], m);
-            for (auto child = nodes[i].children.rbegin(); child != nodes[i].children.rend(); ++child)
+            for (auto child = nodes[i].children.rbegin(); child != nodes[i].children.rend();
+                 ++child)
                 left.push_back({*child, m});
         } catch (const gltf_error &e) {
             gltf_fail(error_wrap(e.err, "node %zu", i));

@@ -1,5 +1,5 @@
-/* import_gltf: what the two halves of the glTF importer share. import_gltf_file.cc opens the file and fetches what it
- * names; import_gltf.cc makes a scene of it. C++ only.
+/* import_gltf: what the two halves of the glTF importer share. import_gltf_file.cc opens the file
+ * and fetches what it names; import_gltf.cc makes a scene of it. C++ only.
  */
 #ifndef IMPORT_GLTF_H
 #define IMPORT_GLTF_H
@@ -47,16 +47,19 @@ struct gltf_picture {
 };
 
 struct gltf_file {
-    tinygltf::Model model; /* without buffers, images, and what an importer of light has no use for */
+    /* without buffers, images, and what an importer of light has no use for */
+    tinygltf::Model model;
     std::vector<gltf_bytes> buffers; /* as long as they say they are */
     std::vector<gltf_picture> pictures;
 };
 
-/* Opens import->path. Throws a gltf_error when a buffer is missing or short, or an unknown extension is required. */
+/* Opens import->path. Throws a gltf_error when a buffer is missing or short, or an unknown
+ * extension is required. */
 gltf_file gltf_open(const struct scene_import *import);
 
-bool gltf_is_data(const std::string &uri);         /* whether it is a data: URI */
-gltf_bytes gltf_data(const std::string &uri);      /* what that holds; nothing where it is damaged */
+bool gltf_is_data(const std::string &uri); /* whether it is a data: URI */
+/* what that holds; nothing where it is damaged */
+gltf_bytes gltf_data(const std::string &uri);
 /* The name of the file at a URI, for scene_import_find. */
 std::string gltf_file_name(const struct scene_import *import, const std::string &uri);
 

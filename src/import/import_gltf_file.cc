@@ -1,10 +1,12 @@
-/* A glTF or GLB file as it lies on the disk: its container, its JSON, and the buffers and pictures that it names.
+/* A glTF or GLB file as it lies on the disk: its container, its JSON, and the buffers and pictures
+ * that it names.
  *
- * tinygltf (2.7.0) makes structures of the JSON, and no more is asked of it. Where it reads other data it goes past the
- * end of a buffer for a picture, knows few media types of data: URIs, takes "+" in a file's name for a blank, looks
- * into the working directory, and wants a file to be exactly as long as its buffer; and it recurses as deep as the JSON
- * is nested. So the JSON is looked at first: its depth is limited, the data that it names are fetched here, and what is
- * of no use is taken out.
+ * tinygltf (2.7.0) makes structures of the JSON, and no more is asked of it. Where it reads other
+ * data it goes past the end of a buffer for a picture, knows few media types of data: URIs, takes
+ * "+" in a file's name for a blank, looks into the working directory, and wants a file to be
+ * exactly as long as its buffer; and it recurses as deep as the JSON is nested. So the JSON is
+ * looked at first: its depth is limited, the data that it names are fetched here, and what is of no
+ * use is taken out.
  */
 #include "import/import_gltf.h"
 
@@ -20,7 +22,8 @@
 #include <nlohmann/json.hpp>
 #pragma GCC diagnostic pop
 
-namespace {
+namespace
+{
 
 using nlohmann::json;
 using std::string;
@@ -28,13 +31,25 @@ using std::string;
 const int most_depth = 200; /* of the JSON: files that are meant to be read stay below 20 */
 
 /* Extensions that are honoured, or that change nothing that a diffuse bake sees. */
-const char *const known_extensions[] = {
-    "EXT_mesh_gpu_instancing", "EXT_texture_webp", "KHR_animation_pointer", "KHR_lights_punctual",
-    "KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_dispersion",
-    "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_specular", "KHR_materials_unlit",
-    "KHR_materials_variants", "KHR_mesh_quantization", "KHR_node_visibility", "KHR_texture_transform",
-    "KHR_xmp_json_ld"};
+const char *const known_extensions[] = {"EXT_mesh_gpu_instancing",
+                                        "EXT_texture_webp",
+                                        "KHR_animation_pointer",
+                                        "KHR_lights_punctual",
+                                        "KHR_materials_anisotropy",
+                                        "KHR_materials_clearcoat",
+                                        "KHR_materials_dispersion",
+                                        "KHR_materials_emissive_strength",
+                                        "KHR_materials_ior",
+                                        "KHR_materials_iridescence",
+                                        "KHR_materials_pbrSpecularGlossiness",
+                                        "KHR_materials_sheen",
+                                        "KHR_materials_specular",
+                                        "KHR_materials_unlit",
+                                        "KHR_materials_variants",
+                                        "KHR_mesh_quantization",
+                                        "KHR_node_visibility",
+                                        "KHR_texture_transform",
+                                        "KHR_xmp_json_ld"};
 
 /* -- files and URIs --------------------------------------------------------------------------- */
 
@@ -43,12 +58,14 @@ gltf_bytes read_file(const char *path)
     char *data = nullptr;
     size_t size = 0;
     gltf_check(scene_file_read(path, &data, &size));
-    return {std::shared_ptr<const void>(data, std::free), reinterpret_cast<const unsigned char *>(data), size};
+    return {std::shared_ptr<const void>(data, std::free),
+            reinterpret_cast<const unsigned char *>(data), size};
 }
 
 int hex_digit(char c)
 {
-    const char *const digits = "0123456789abcdef", *const found = std::strchr(digits, std::tolower((unsigned char)c));
+    const char *const digits = "0123456789abcdef", *const found = std::strchr(
+                                                       digits, std::tolower((unsigned char)c));
     return c && found ? static_cast<int>(found - digits) : -1;
 }
 
@@ -58,7 +75,8 @@ string decode(const string &text)
     string out;
     for (size_t i = 0; i < text.size(); i++) {
         const bool room = text[i] == '%' && i + 2 < text.size();
-        const int high = room ? hex_digit(text[i + 1]) : -1, low = room ? hex_digit(text[i + 2]) : -1;
+        const int high = room ? hex_digit(text[i + 1]) : -1,
+                  low = room ? hex_digit(text[i + 2]) : -1;
         out += high < 0 || low < 0 ? text[i] : static_cast<char>(16 * high + low);
         i += high < 0 || low < 0 ? 0 : 2;
     }
@@ -94,7 +112,8 @@ void split_glb(const gltf_bytes &file, gltf_bytes &text, gltf_bytes &chunk)
     for (size_t at = 12, number = 0; at + 8 <= length; number++) {
         const size_t size = word_at(file, at), type = word_at(file, at + 4);
         if (size > length - at - 8)
-            gltf_fail(error_new("chunk %zu of %zu bytes reaches beyond the file's end", number, size));
+            gltf_fail(
+                error_new("chunk %zu of %zu bytes reaches beyond the file's end", number, size));
         const gltf_bytes content = {file.owner, file.data + at + 8, size};
         if (number == 0 && type == json_type)
             text = content;
@@ -117,7 +136,8 @@ json parse(const gltf_bytes &text)
     };
     try {
         return json::parse(text.data, text.data + text.size, limit_depth);
-    } catch (const json::exception &e) { /* "[json.exception.parse_error.101] parse error at line 1 ..." */
+    } catch (const json::exception
+                 &e) { /* "[json.exception.parse_error.101] parse error at line 1 ..." */
         const char *const behind = std::strchr(e.what(), ']');
         gltf_fail(error_new("JSON: %.200s", behind && behind[1] ? behind + 2 : e.what()));
     }
@@ -154,7 +174,8 @@ void check_version(const json &document)
     if (version.empty())
         gltf_fail(error_new("not glTF: no asset.version"));
     if (version.compare(0, 2, "2.") != 0 || (!least.empty() && least != "2.0"))
-        gltf_fail(error_new("glTF of version %.20s, expected 2.0", (least.empty() ? version : least).c_str()));
+        gltf_fail(error_new("glTF of version %.20s, expected 2.0",
+                            (least.empty() ? version : least).c_str()));
 }
 
 void check_extensions(const json &document)
@@ -165,7 +186,8 @@ void check_extensions(const json &document)
         for (const char *const extension : known_extensions)
             known = known || name == extension;
         if (!known)
-            gltf_fail(error_new("the file requires the extension %.60s, which is not supported", name.c_str()));
+            gltf_fail(error_new("the file requires the extension %.60s, which is not supported",
+                                name.c_str()));
     }
 }
 
@@ -186,7 +208,8 @@ gltf_bytes fetch_buffer(const struct scene_import *import, const string &uri)
     }
 }
 
-gltf_bytes read_buffer(const struct scene_import *import, const json &buffer, const gltf_bytes &chunk)
+gltf_bytes read_buffer(const struct scene_import *import, const json &buffer,
+                       const gltf_bytes &chunk)
 {
     const json *const length = member(buffer, "byteLength");
     if (!length || !length->is_number_unsigned())
@@ -196,7 +219,9 @@ gltf_bytes read_buffer(const struct scene_import *import, const json &buffer, co
         gltf_fail(error_new("neither a URI nor a GLB file's binary chunk holds its bytes"));
     gltf_bytes bytes = uri.empty() ? chunk : fetch_buffer(import, uri);
     const uint64_t stated = length->get<uint64_t>();
-    const string name = uri.empty() ? "the binary chunk" : gltf_is_data(uri) ? "its data: URI" : decode(uri);
+    const string name = uri.empty()         ? "the binary chunk"
+                        : gltf_is_data(uri) ? "its data: URI"
+                                            : decode(uri);
     if (bytes.size < stated)
         gltf_fail(error_new("%.200s has %zu bytes, expected %llu", name.c_str(), bytes.size,
                             (unsigned long long)stated));
@@ -204,7 +229,8 @@ gltf_bytes read_buffer(const struct scene_import *import, const json &buffer, co
     return bytes;
 }
 
-void read_buffers(const struct scene_import *import, const json &document, const gltf_bytes &chunk, gltf_file &file)
+void read_buffers(const struct scene_import *import, const json &document, const gltf_bytes &chunk,
+                  gltf_file &file)
 {
     for (const json &buffer : list_of(document, "buffers")) {
         const size_t number = file.buffers.size();
@@ -241,7 +267,8 @@ gltf_bytes gltf_data(const string &uri)
     auto bytes = std::make_shared<std::vector<unsigned char>>();
     if (comma >= base64.size() && uri.compare(comma - base64.size(), base64.size(), base64) == 0) {
         string type;
-        tinygltf::DecodeDataURI(bytes.get(), type, "data:application/octet-stream;base64," + content, 0, false);
+        tinygltf::DecodeDataURI(bytes.get(), type,
+                                "data:application/octet-stream;base64," + content, 0, false);
     } else {
         bytes->assign(content.begin(), content.end());
     }
@@ -277,9 +304,11 @@ gltf_file gltf_open(const struct scene_import *import)
                                                  static_cast<unsigned>(rest.size()), "");
     wrong.resize(std::min(wrong.find('\n'), wrong.size()));
     if (!good)
-        gltf_fail(error_new("%.200s", wrong.empty() ? "not a glTF file that can be read" : wrong.c_str()));
+        gltf_fail(error_new("%.200s",
+                            wrong.empty() ? "not a glTF file that can be read" : wrong.c_str()));
     if (!wrong.empty())
-        warnings_add(import->warnings, "glTF", "%s: %.200s: the part that this belongs to is left out", import->path,
+        warnings_add(import->warnings, "glTF",
+                     "%s: %.200s: the part that this belongs to is left out", import->path,
                      wrong.c_str());
     return file;
 }

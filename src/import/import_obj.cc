@@ -1,7 +1,8 @@
 /* OBJ and MTL, read by tinyobjloader.
  *
- * tinyobjloader takes a clean file. What real files hold and it stumbles over is set right line by line before it
- * sees the text (obj_clean, mtl_clean); each case says what the library (2.0.0rc9) would make of it.
+ * tinyobjloader takes a clean file. What real files hold and it stumbles over is set right line by
+ * line before it sees the text (obj_clean, mtl_clean); each case says what the library (2.0.0rc9)
+ * would make of it.
  */
 #include "import/import.h"
 
@@ -20,7 +21,8 @@
 #include <strings.h>
 #include <vector>
 
-namespace {
+namespace
+{
 
 using std::string;
 using std::string_view;
@@ -31,7 +33,10 @@ const float default_albedo = 0.8f;
 
 /* A string as a stream, without a copy. */
 struct string_stream : private std::streambuf, public std::istream {
-    explicit string_stream(string &text) : std::istream(this) { setg(&text[0], &text[0], &text[0] + text.size()); }
+    explicit string_stream(string &text) : std::istream(this)
+    {
+        setg(&text[0], &text[0], &text[0] + text.size());
+    }
 };
 
 /* -- lines and words -------------------------------------------------------------------------- */
@@ -39,7 +44,8 @@ struct string_stream : private std::streambuf, public std::istream {
 string_view trimmed(string_view s)
 {
     const size_t first = s.find_first_not_of(blanks);
-    return first == s.npos ? string_view() : s.substr(first, s.find_last_not_of(blanks) - first + 1);
+    return first == s.npos ? string_view()
+                           : s.substr(first, s.find_last_not_of(blanks) - first + 1);
 }
 
 /* Takes the first word off a line. */
@@ -65,7 +71,8 @@ string_view without_comment(string_view line)
     return line;
 }
 
-/* The same of a line of numbers, where the comment may follow a digit (but 1.#INF is no comment). */
+/* The same of a line of numbers, where the comment may follow a digit (but 1.#INF is no
+ * comment). */
 string_view numbers_without_comment(string_view line)
 {
     const size_t at = line.find('#');
@@ -104,10 +111,12 @@ std::vector<string_view> take_numbers(string_view &line, size_t most)
     return numbers;
 }
 
-/* A text line by line. Lines end with \n, \r or both; a backslash at the end joins the next line, which
- * tinyobjloader takes for a new statement. A byte order mark, which hides the first statement from it, is skipped. */
-class lines {
-public:
+/* A text line by line. Lines end with \n, \r or both; a backslash at the end joins the next line,
+ * which tinyobjloader takes for a new statement. A byte order mark, which hides the first statement
+ * from it, is skipped. */
+class lines
+{
+  public:
     lines(const char *text, size_t size) : rest(text, size)
     {
         if (rest.substr(0, 3) == "\xef\xbb\xbf")
@@ -128,7 +137,7 @@ public:
         return true;
     }
 
-private:
+  private:
     string_view take()
     {
         const size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
@@ -151,11 +160,12 @@ struct materials {
     std::set<string> files;        /* read so far */
 };
 
-/* The options before a texture's name and the name. -s, -o and -t may have one to three numbers: tinyobjloader always
- * takes three words, and the name with them. Quotes around the name are none of it. */
+/* The options before a texture's name and the name. -s, -o and -t may have one to three numbers:
+ * tinyobjloader always takes three words, and the name with them. Quotes around the name are none
+ * of it. */
 void clean_map(string &out, string_view line)
 {
-    static const char *const plain[] = {"-blendu", "-blendv", "-boost",    "-bm",   "-clamp",
+    static const char *const plain[] = {"-blendu",  "-blendv", "-boost",      "-bm",   "-clamp",
                                         "-imfchan", "-texres", "-colorspace", "-type", "-mm"};
     for (;;) {
         string_view rest = line;
@@ -184,13 +194,14 @@ void clean_map(string &out, string_view line)
 }
 
 /* A colour: tinyobjloader reads one number as red alone, and words (spectral, nan) as 0. */
-void clean_colour(string &out, string_view key, string_view line, struct scene_import *import, const string &material)
+void clean_colour(string &out, string_view key, string_view line, struct scene_import *import,
+                  const string &material)
 {
     const std::vector<string_view> n = take_numbers(line, 3);
     if (n.size() != 1 && n.size() != 3) {
         warnings_add(import->warnings, "colour not understood",
-                     "%s: material '%s': %.*s is not one or three numbers: ignored",
-                     import->path, material.c_str(), (int)key.size(), key.data());
+                     "%s: material '%s': %.*s is not one or three numbers: ignored", import->path,
+                     material.c_str(), (int)key.size(), key.data());
         return;
     }
     out.append(key).push_back(' ');
@@ -199,12 +210,13 @@ void clean_colour(string &out, string_view key, string_view line, struct scene_i
     out.append(n[n.size() - 1]).push_back('\n');
 }
 
-/* Keeps the statements that we use, in one spelling. Each material begins with colours that no file means, so that what
- * is not stated can be told apart: tinyobjloader gives 0, or 0.6 with a texture, or neither after a material that had
- * Kd. */
+/* Keeps the statements that we use, in one spelling. Each material begins with colours that no file
+ * means, so that what is not stated can be told apart: tinyobjloader gives 0, or 0.6 with a
+ * texture, or neither after a material that had Kd. */
 string mtl_clean(const char *text, size_t size, struct scene_import *import)
 {
-    static const char *const keys[] = {"newmtl", "Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"};
+    static const char *const keys[] = {"newmtl", "Kd",     "Ke",     "d",
+                                       "Tr",     "map_Kd", "map_Ke", "map_d"};
     string out, material;
     lines reader(text, size);
     for (string_view line; reader.next(line);) {
@@ -254,13 +266,14 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
     const size_t known = all.list.size();
     tinyobj::LoadMtl(&all.by_name, &all.list, &stream, &warning, &error);
     const size_t slash = name.find_last_of("/\\");
-    all.directory.resize(all.list.size(), slash == name.npos ? string() : name.substr(0, slash + 1));
+    all.directory.resize(all.list.size(),
+                         slash == name.npos ? string() : name.substr(0, slash + 1));
     for (size_t i = known; i < all.list.size(); i++) {
         const string &material = all.list[i].name;
         if (all.by_name[material] != (int)i)
             warnings_add(import->warnings, "material defined twice",
-                         "%s: material '%s' is defined twice: the first is used",
-                         import->path, material.c_str());
+                         "%s: material '%s' is defined twice: the first is used", import->path,
+                         material.c_str());
         all.by_name.insert({string(without_comment(material)), (int)i});
     }
     all.files.insert(name);
@@ -268,8 +281,8 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
     return nullptr;
 }
 
-/* Reads what one mtllib statement names: one file whose name may hold blanks and backslashes, or several
- * (tinyobjloader splits at blanks, drops backslashes, and takes the first file alone). */
+/* Reads what one mtllib statement names: one file whose name may hold blanks and backslashes, or
+ * several (tinyobjloader splits at blanks, drops backslashes, and takes the first file alone). */
 struct error *mtl_read_all(struct scene_import *import, string_view names, materials &all)
 {
     string_view line = without_comment(names);
@@ -285,7 +298,8 @@ struct error *mtl_read_all(struct scene_import *import, string_view names, mater
         err = mtl_read(import, name, all, &there);
         if (!err && !there)
             warnings_add(import->warnings, "material file missing",
-                         "%s: material file %s is missing: an albedo of 0.8 is used", import->path, name.c_str());
+                         "%s: material file %s is missing: an albedo of 0.8 is used", import->path,
+                         name.c_str());
     }
     return err;
 }
@@ -302,9 +316,10 @@ struct vec3f to_colour(const double c[3])
     return {(float)c[0], (float)c[1], (float)c[2]};
 }
 
-/* The name under which a texture is found: beside its MTL file, beside the OBJ file, or either without a comment behind
- * it. */
-struct error *find_texture(struct scene_import *import, const string &directory, const string &name, string *found)
+/* The name under which a texture is found: beside its MTL file, beside the OBJ file, or either
+ * without a comment behind it. */
+struct error *find_texture(struct scene_import *import, const string &directory, const string &name,
+                           string *found)
 {
     const string bare(without_comment(name));
     const string tries[] = {directory + name, name, directory + bare, bare};
@@ -325,14 +340,16 @@ struct error *find_texture(struct scene_import *import, const string &directory,
 }
 
 struct error *to_map(struct scene_import *import, const string &directory, const string &name,
-                     const tinyobj::texture_option_t &options, enum image_use use, struct scene_map *map)
+                     const tinyobj::texture_option_t &options, enum image_use use,
+                     struct scene_map *map)
 {
     *map = scene_map_of(SCENE_NONE);
     if (name.empty())
         return nullptr;
-    if (options.brightness != 0 || options.contrast != 1 || options.turbulence[0] != 0 || options.turbulence[1] != 0)
-        warnings_add(import->warnings, "texture option", "%s: texture %s: options -mm and -t are ignored", import->path,
-                     name.c_str());
+    if (options.brightness != 0 || options.contrast != 1 || options.turbulence[0] != 0 ||
+        options.turbulence[1] != 0)
+        warnings_add(import->warnings, "texture option",
+                     "%s: texture %s: options -mm and -t are ignored", import->path, name.c_str());
     const enum scene_wrap wrap = options.clamp ? SCENE_CLAMP : SCENE_REPEAT;
     const struct scene_sampler sampler = {wrap, wrap, false};
     string found;
@@ -346,22 +363,25 @@ struct error *to_map(struct scene_import *import, const string &directory, const
     return err;
 }
 
-struct error *push_material(struct scene_import *import, const tinyobj::material_t &from, const string &directory,
-                            int32_t *index)
+struct error *push_material(struct scene_import *import, const tinyobj::material_t &from,
+                            const string &directory, int32_t *index)
 {
     struct scene_material m = scene_material_default();
-    struct error *err =
-        to_map(import, directory, from.diffuse_texname, from.diffuse_texopt, IMAGE_COLOUR, &m.albedo_map);
+    struct error *err = to_map(import, directory, from.diffuse_texname, from.diffuse_texopt,
+                               IMAGE_COLOUR, &m.albedo_map);
     if (!err)
-        err = to_map(import, directory, from.emissive_texname, from.emissive_texopt, IMAGE_COLOUR, &m.emission_map);
+        err = to_map(import, directory, from.emissive_texname, from.emissive_texopt, IMAGE_COLOUR,
+                     &m.emission_map);
     if (!err)
-        err = to_map(import, directory, from.alpha_texname, from.alpha_texopt, IMAGE_MASK, &m.alpha_map);
+        err = to_map(import, directory, from.alpha_texname, from.alpha_texopt, IMAGE_MASK,
+                     &m.alpha_map);
     if (err)
         return err;
     const float albedo = m.albedo_map.texture == SCENE_NONE ? default_albedo : 1;
     const float emission = m.emission_map.texture == SCENE_NONE ? 0 : 1;
     m.albedo = is_stated(from.diffuse) ? to_colour(from.diffuse) : vec3f{albedo, albedo, albedo};
-    m.emission = is_stated(from.emission) ? to_colour(from.emission) : vec3f{emission, emission, emission};
+    m.emission = is_stated(from.emission) ? to_colour(from.emission)
+                                          : vec3f{emission, emission, emission};
     m.opacity = (float)from.dissolve;
     if (m.opacity < 1)
         m.alpha = SCENE_BLEND;
@@ -403,7 +423,8 @@ uint32_t absolute(int index, size_t count)
 {
     if (index > 0)
         return (uint32_t)index - 1;
-    return index < 0 && (size_t)-(long)index <= count ? (uint32_t)(count - (size_t)-(long)index) : nowhere;
+    return index < 0 && (size_t) - (long)index <= count ? (uint32_t)(count - (size_t) - (long)index)
+                                                        : nowhere;
 }
 
 void add_face(void *data, tinyobj::index_t *indices, int count)
@@ -426,12 +447,13 @@ void use_material(void *data, const char *name, int)
     g.current = at == g.all->by_name.end() ? -1 : at->second;
     if (g.current < 0)
         warnings_add(g.import->warnings, "material missing",
-                     "%s: material '%s' is not defined: an albedo of 0.8 is used",
-                     g.import->path, name);
+                     "%s: material '%s' is not defined: an albedo of 0.8 is used", g.import->path,
+                     name);
 }
 
-/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no vertex. A slash at the
- * end of a corner goes: tinyobjloader takes the next corner for what should follow it. */
+/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no
+ * vertex. A slash at the end of a corner goes: tinyobjloader takes the next corner for what should
+ * follow it. */
 void clean_face(string &out, string_view line)
 {
     out += "f ";
@@ -448,10 +470,11 @@ void clean_face(string &out, string_view line)
     out.push_back('\n');
 }
 
-/* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads the material files.
- * A vertex that is not three numbers, which it would put at 0, goes to infinity: its triangles are left out and
- * counted. */
-struct error *obj_clean(const char *text, size_t size, struct scene_import *import, materials &all, string &out)
+/* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads
+ * the material files. A vertex that is not three numbers, which it would put at 0, goes to
+ * infinity: its triangles are left out and counted. */
+struct error *obj_clean(const char *text, size_t size, struct scene_import *import, materials &all,
+                        string &out)
 {
     struct error *err = nullptr;
     out.reserve(size);
@@ -465,8 +488,8 @@ struct error *obj_clean(const char *text, size_t size, struct scene_import *impo
             } else {
                 out += "v 9e999 0 0\n";
                 warnings_add(import->warnings, "vertex not understood",
-                             "%s: the vertex '%.*s' is not three numbers: its faces are left out", import->path,
-                             (int)std::min<size_t>(whole.size(), 60), whole.data());
+                             "%s: the vertex '%.*s' is not three numbers: its faces are left out",
+                             import->path, (int)std::min<size_t>(whole.size(), 60), whole.data());
             }
         } else if (word == "vt") {
             out.append(whole).push_back('\n');
@@ -477,8 +500,8 @@ struct error *obj_clean(const char *text, size_t size, struct scene_import *impo
         } else if (word == "mtllib") {
             err = mtl_read_all(import, line, all);
         } else if (word == "surf" || word == "curv" || word == "curv2") {
-            warnings_add(import->warnings, "free-form geometry", "%s: free-form curves and surfaces are left out",
-                         import->path);
+            warnings_add(import->warnings, "free-form geometry",
+                         "%s: free-form curves and surfaces are left out", import->path);
         }
     }
     return err;
@@ -502,7 +525,8 @@ struct error *push_materials(geometry &g)
             none.albedo = {default_albedo, default_albedo, default_albedo};
             err = scene_push_material(import->scene, none, &index);
         } else {
-            err = push_material(import, g.all->list[(size_t)material], g.all->directory[(size_t)material], &index);
+            err = push_material(import, g.all->list[(size_t)material],
+                                g.all->directory[(size_t)material], &index);
         }
         if (err)
             return err;
@@ -527,7 +551,8 @@ std::vector<float> corner_uv(const geometry &g)
             uv[2 * i + 1] = g.texture[2 * (size_t)from + 1];
         } else if (from != nowhere) {
             warnings_add(g.import->warnings, "texture coordinate missing",
-                         "%s: a corner names texture coordinate %u of %zu: 0 is used", g.import->path, from + 1, count);
+                         "%s: a corner names texture coordinate %u of %zu: 0 is used",
+                         g.import->path, from + 1, count);
         }
     }
     return uv;

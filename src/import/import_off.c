@@ -1,8 +1,8 @@
-/* OFF in text: Geomview's Object File Format, with or without colours, normals and texture coordinates, which are left
- * alone.
+/* OFF in text: Geomview's Object File Format, with or without colours, normals and texture
+ * coordinates, which are left alone.
  *
- * Read here and not by OpenMesh, whose reader rounds positions to float and knows neither comments nor counts in the
- * first line.
+ * Read here and not by OpenMesh, whose reader rounds positions to float and knows neither comments
+ * nor counts in the first line.
  */
 #include "base/number.h"
 #include "import/import.h"
@@ -54,8 +54,8 @@ static struct error *take_index(struct off *off, uint32_t *index)
     return err;
 }
 
-/* The first word: OFF behind what vertices carry, N normals, C colours, ST texture coordinates; 4 and n are other
- * dimensions. */
+/* The first word: OFF behind what vertices carry, N normals, C colours, ST texture coordinates; 4
+ * and n are other dimensions. */
 static struct error *take_header(struct off *off, uint32_t *vertices, uint32_t *faces)
 {
     uint32_t edges;

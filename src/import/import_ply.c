@@ -1,7 +1,7 @@
 /* PLY, text and binary. After: G. Turk, The PLY Polygon File Format (1994).
  *
- * Read here and not by OpenMesh, whose reader rounds positions to float, runs on without end where a header is cut off,
- * and does not know all types of a list's length.
+ * Read here and not by OpenMesh, whose reader rounds positions to float, runs on without end where
+ * a header is cut off, and does not know all types of a list's length.
  */
 #include "base/number.h"
 #include "import/import.h"
@@ -17,8 +17,9 @@ static const struct {
     const char *names[2];
     size_t size;
 } types[TYPES] = {
-    [INT8] = {{"char", "int8"}, 1},       [UINT8] = {{"uchar", "uint8"}, 1},      [INT16] = {{"short", "int16"}, 2},
-    [UINT16] = {{"ushort", "uint16"}, 2}, [INT32] = {{"int", "int32"}, 4},        [UINT32] = {{"uint", "uint32"}, 4},
+    [INT8] = {{"char", "int8"}, 1},        [UINT8] = {{"uchar", "uint8"}, 1},
+    [INT16] = {{"short", "int16"}, 2},     [UINT16] = {{"ushort", "uint16"}, 2},
+    [INT32] = {{"int", "int32"}, 4},       [UINT32] = {{"uint", "uint32"}, 4},
     [FLOAT32] = {{"float", "float32"}, 4}, [FLOAT64] = {{"double", "float64"}, 8},
 };
 
@@ -89,7 +90,8 @@ static struct error *parse_property(struct ply *ply, const char *line)
     if (element->property_count == PROPERTIES_MOST)
         return error_new("more than %d properties of one element", PROPERTIES_MOST);
     if (!element->properties) {
-        struct error *err = array_create(&element->properties, PROPERTIES_MOST, sizeof *element->properties);
+        struct error *err =
+            array_create(&element->properties, PROPERTIES_MOST, sizeof *element->properties);
         if (err)
             return err;
     }
@@ -152,22 +154,14 @@ static double decode(enum type type, const unsigned char *bytes)
     } value;
     memcpy(&value, bytes, types[type].size);
     switch (type) {
-    case INT8:
-        return value.i8;
-    case UINT8:
-        return value.u8;
-    case INT16:
-        return value.i16;
-    case UINT16:
-        return value.u16;
-    case INT32:
-        return value.i32;
-    case UINT32:
-        return value.u32;
-    case FLOAT32:
-        return (double)value.f32;
-    default:
-        return value.f64;
+    case INT8: return value.i8;
+    case UINT8: return value.u8;
+    case INT16: return value.i16;
+    case UINT16: return value.u16;
+    case INT32: return value.i32;
+    case UINT32: return value.u32;
+    case FLOAT32: return (double)value.f32;
+    default: return value.f64;
     }
 }
 
@@ -211,11 +205,15 @@ static enum role role_of(const struct element *element, const struct property *p
         return coordinate && !strcmp(element->name, "vertex") ? COORDINATE : SKIP;
     if (strcmp(property->name, "vertex_indices") && strcmp(property->name, "vertex_index"))
         return SKIP;
-    return !strcmp(element->name, "face") ? CORNERS : !strcmp(element->name, "tristrips") ? STRIP : SKIP;
+    return !strcmp(element->name, "face")        ? CORNERS
+           : !strcmp(element->name, "tristrips") ? STRIP
+                                                 : SKIP;
 }
 
-/* A triangle of a strip: the newest three vertices, every other one turned; -1 begins a new strip. */
-static struct error *add_to_strip(struct scene_faces *faces, uint32_t vertex, uint32_t last[2], size_t *length)
+/* A triangle of a strip: the newest three vertices, every other one turned; -1 begins a new
+ * strip. */
+static struct error *add_to_strip(struct scene_faces *faces, uint32_t vertex, uint32_t last[2],
+                                  size_t *length)
 {
     struct error *err = NULL;
     if (vertex == UINT32_MAX) {
@@ -255,7 +253,8 @@ static struct error *read_list(struct ply *ply, const struct property *property,
     return err;
 }
 
-static struct error *read_row(struct ply *ply, const struct element *element, struct scene_faces *faces, bool *ended)
+static struct error *read_row(struct ply *ply, const struct element *element,
+                              struct scene_faces *faces, bool *ended)
 {
     double position[3] = {0}, ignored;
     struct error *err = NULL;
@@ -266,14 +265,16 @@ static struct error *read_row(struct ply *ply, const struct element *element, st
         if (property->list)
             err = read_list(ply, property, role, faces, ended);
         else
-            *ended = !take_value(ply, property->type, role == COORDINATE ? &position[axis] : &ignored);
+            *ended =
+                !take_value(ply, property->type, role == COORDINATE ? &position[axis] : &ignored);
     }
     if (!err && !*ended && !strcmp(element->name, "vertex"))
         err = scene_faces_vertex(faces, position[0], position[1], position[2]);
     return err;
 }
 
-static struct error *read_element(struct ply *ply, const struct element *element, struct scene_faces *faces)
+static struct error *read_element(struct ply *ply, const struct element *element,
+                                  struct scene_faces *faces)
 {
     struct error *err = NULL;
     bool ended = false;
@@ -282,7 +283,8 @@ static struct error *read_element(struct ply *ply, const struct element *element
         if (!err && ended)
             err = error_new("%s %llu of %llu: %s", element->name, (unsigned long long)row + 1,
                             (unsigned long long)element->count,
-                            ply->text && ply->at < ply->end ? "expected a number" : "the file ends here");
+                            ply->text && ply->at < ply->end ? "expected a number"
+                                                            : "the file ends here");
     }
     return err;
 }

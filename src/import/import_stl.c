@@ -1,7 +1,7 @@
 /* STL, text and binary.
  *
- * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone, and passes over
- * facets that are cut off.
+ * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone,
+ * and passes over facets that are cut off.
  */
 #include "base/number.h"
 #include "import/import.h"
@@ -42,7 +42,8 @@ static struct error *take_vertex(struct text *text, struct scene_faces *faces)
     for (int axis = 0; axis < 3; axis++) {
         const char *word;
         size_t length;
-        if (!take_word(text, &word, &length) || number_read_f64(word, text->end, &p[axis]) != word + length)
+        if (!take_word(text, &word, &length) ||
+            number_read_f64(word, text->end, &p[axis]) != word + length)
             return error_new("facet %zu: expected 3 coordinates of a vertex", faces->count);
     }
     struct error *err = scene_faces_vertex(faces, p[0], p[1], p[2]);

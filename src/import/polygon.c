@@ -13,7 +13,8 @@ enum pickiness {
     EAR_ANY,     /* of a polygon that crosses itself, or costs too much to look at */
 };
 
-/* Corners looked at before a polygon (of many thousand corners, most of them hollow) is cut as it comes. */
+/* Corners looked at before a polygon (of many thousand corners, most of them hollow) is cut as it
+ * comes. */
 static const size_t looks_most = 1000000000;
 
 struct error *polygon_room_for(struct polygon_room *room, size_t n)
@@ -52,14 +53,16 @@ void polygon_room_clear(struct polygon_room *room)
     *room = (struct polygon_room){0};
 }
 
-/* Projects the corners so that the polygon turns left; false when it has no area. *least is what counts as none. */
+/* Projects the corners so that the polygon turns left; false when it has no area. *least is what
+ * counts as none. */
 static bool project(struct polygon_room *room, size_t n, double *least)
 {
     const double *p = room->corner;
     double area[3] = {0}, size = 0;
     for (size_t i = 1; i + 1 < n; i++) {
         const double *a = p + 3 * i, *b = a + 3;
-        const double e[3] = {a[0] - p[0], a[1] - p[1], a[2] - p[2]}, f[3] = {b[0] - p[0], b[1] - p[1], b[2] - p[2]};
+        const double e[3] = {a[0] - p[0], a[1] - p[1], a[2] - p[2]},
+                     f[3] = {b[0] - p[0], b[1] - p[1], b[2] - p[2]};
         for (int k = 0; k < 3; k++)
             area[k] += e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
     }
@@ -80,7 +83,8 @@ static bool project(struct polygon_room *room, size_t n, double *least)
 /* Twice the signed area of a triangle of corners. */
 static double turn(const struct polygon_room *room, uint32_t a, uint32_t b, uint32_t c)
 {
-    const double *p = room->plane + 2 * (size_t)a, *q = room->plane + 2 * (size_t)b, *r = room->plane + 2 * (size_t)c;
+    const double *p = room->plane + 2 * (size_t)a, *q = room->plane + 2 * (size_t)b,
+                 *r = room->plane + 2 * (size_t)c;
     return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
 }
 
@@ -90,8 +94,10 @@ static bool same_place(const struct polygon_room *room, uint32_t a, uint32_t b)
     return p[0] == q[0] && p[1] == q[1];
 }
 
-/* Whether the corner i can be cut off. Only corners that are straight or hollow (not bent) can stand in the way. */
-static bool is_ear(const struct polygon_room *room, uint32_t i, enum pickiness pickiness, double least, size_t *looks)
+/* Whether the corner i can be cut off. Only corners that are straight or hollow (not bent) can
+ * stand in the way. */
+static bool is_ear(const struct polygon_room *room, uint32_t i, enum pickiness pickiness,
+                   double least, size_t *looks)
 {
     const uint32_t a = room->previous[i], c = room->next[i];
     const double margin = pickiness == EAR_CLEAN ? -least : least;
@@ -103,7 +109,7 @@ static bool is_ear(const struct polygon_room *room, uint32_t i, enum pickiness p
         ++*looks;
         if (!room->bent[j] && turn(room, a, i, j) >= margin && turn(room, i, c, j) >= margin &&
             turn(room, c, a, j) >= margin && !same_place(room, j, a) && !same_place(room, j, i) &&
-                !same_place(room, j, c))
+            !same_place(room, j, c))
             return false;
     }
     return true;

@@ -29,8 +29,12 @@ struct error *baked_open_probes(struct baked *b, const struct stream *stream)
     if (!err)
         err = content_from_header(&stream->header, &convolved);
     if (!err)
-        *b = (struct baked){.probe_count = probes->rows, .position = column_f64(position), .sh = column_f32(sh),
-                            .sh_error = sh_error ? column_f32(sh_error) : NULL, .width = sh->width, .order = sh_order_of(sh->width),
+        *b = (struct baked){.probe_count = probes->rows,
+                            .position = column_f64(position),
+                            .sh = column_f32(sh),
+                            .sh_error = sh_error ? column_f32(sh_error) : NULL,
+                            .width = sh->width,
+                            .order = sh_order_of(sh->width),
                             .convolved = convolved};
     return err;
 }
@@ -45,7 +49,8 @@ static struct error *open_cells(struct baked *b, const struct stream *stream)
     return err || b->cells ? err : mesh_volume(&b->mesh, b->in->settings.outside, &b->cells);
 }
 
-struct error *baked_open(struct baked *b, const struct stream *stream, const struct interpolate_settings *settings)
+struct error *baked_open(struct baked *b, const struct stream *stream,
+                         const struct interpolate_settings *settings)
 {
     struct interpolate_settings of_light = settings ? *settings : (struct interpolate_settings){0};
     of_light.column = "sh";
@@ -90,7 +95,8 @@ void baked_locate(const struct baked *b, const double p[3], struct probe_place *
         interpolate_find(b->in, p, place);
 }
 
-struct error *baked_light(const struct baked *b, const double p[3], const struct probe_place *place, double *sh)
+struct error *baked_light(const struct baked *b, const double p[3], const struct probe_place *place,
+                          double *sh)
 {
     float light[3 * SH_COUNT_MAX];
     struct error *err = interpolate_at(b->in, p, place, light);
@@ -106,7 +112,8 @@ static void irradiance(const struct baked *b, const float *sh, const double n[3]
         rgb[k] = fmax(rgb[k], 0);
 }
 
-void baked_irradiance(const struct baked *b, struct probe_place *place, const double p[3], const double n[3], double rgb[3])
+void baked_irradiance(const struct baked *b, struct probe_place *place, const double p[3],
+                      const double n[3], double rgb[3])
 {
     float sh[3 * SH_COUNT_MAX] = {0};
     baked_locate(b, p, place);
@@ -136,7 +143,8 @@ double baked_noise(const struct baked *b, const struct probe_place *place)
         for (int l = 0; l < b->order && place->weight[k] > 0; l++) {
             const double factor = place->weight[k] * (b->convolved ? 1 : sh_cosine(l));
             for (int i = l * l; i < (l + 1) * (l + 1); i++) {
-                const double e = 0.2126 * (double)error[3 * i] + 0.7152 * (double)error[3 * i + 1] + 0.0722 * (double)error[3 * i + 2];
+                const double e = 0.2126 * (double)error[3 * i] + 0.7152 * (double)error[3 * i + 1] +
+                                 0.0722 * (double)error[3 * i + 2];
                 sum += factor * factor * e * e;
             }
         }

@@ -21,7 +21,8 @@ struct error *mesh_find(const struct stream *stream, struct probe_mesh *mesh)
     for (int i = 0; i < STREAM_CORNERS_MOST; i++) {
         const struct table *t = stream_table(stream, stream_cell_table[i]);
         if (t && cells)
-            return error_new("there are two tables of cells, %s and %s: run probe-tet", cells->name, t->name);
+            return error_new("there are two tables of cells, %s and %s: run probe-tet", cells->name,
+                             t->name);
         if (t) {
             cells = t;
             corners = i + 1;
@@ -33,12 +34,17 @@ struct error *mesh_find(const struct stream *stream, struct probe_mesh *mesh)
     if (!err)
         err = table_require(cells, "neighbour", COLUMN_I32, (size_t)corners, &neighbour);
     if (!err)
-        *mesh = (struct probe_mesh){.probes = probes->rows, .position = column_f64(table_column(probes, "position")), .corners = corners,
-                                    .cells = cells->rows, .vertex = column_i32(vertex), .neighbour = column_i32(neighbour)};
+        *mesh = (struct probe_mesh){.probes = probes->rows,
+                                    .position = column_f64(table_column(probes, "position")),
+                                    .corners = corners,
+                                    .cells = cells->rows,
+                                    .vertex = column_i32(vertex),
+                                    .neighbour = column_i32(neighbour)};
     return err;
 }
 
-struct error *mesh_volume(const struct probe_mesh *mesh, unsigned flags, struct probe_volume **volume)
+struct error *mesh_volume(const struct probe_mesh *mesh, unsigned flags,
+                          struct probe_volume **volume)
 {
     size_t row;
     const enum probe_status status = probe_volume_create(volume, mesh, flags, &row);

@@ -1,8 +1,8 @@
 /* Based on:
- * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: a first-order Taylor expansion from each probe before blending;
- * tricubic interpolation.
- * Farin, "Triangular Bernstein-Bezier patches", Computer Aided Geometric Design 3, 1986: cubics with quadratic precision.
- * Bikker, Reijerse, "A precalculated point set for caching shading information", Eurographics short papers, 2009.
+ * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: a first-order Taylor expansion from
+ * each probe before blending; tricubic interpolation. Farin, "Triangular Bernstein-Bezier patches",
+ * Computer Aided Geometric Design 3, 1986: cubics with quadratic precision. Bikker, Reijerse, "A
+ * precalculated point set for caching shading information", Eurographics short papers, 2009.
  * Shepard, "A two-dimensional interpolation function for irregularly-spaced data", ACM, 1968.
  */
 #include "interpolate/interpolate.h"
@@ -57,7 +57,9 @@ static struct error *open_gradient(struct interpolate *in, const struct stream *
         return error_memory();
     struct error *err = NULL;
     if (!table_column(probes, full) && in->order)
-        err = error_new("the probes have no gradients (no column %s): run probe-capture --columns sh_gradient", full);
+        err = error_new(
+            "the probes have no gradients (no column %s): run probe-capture --columns sh_gradient",
+            full);
     else
         err = table_require(probes, full, COLUMN_F32, 3 * in->width, &column);
     if (!err)
@@ -68,7 +70,8 @@ static struct error *open_gradient(struct interpolate *in, const struct stream *
 
 static struct error *unknown(const struct interpolate *in, int32_t probe)
 {
-    return error_new("probe %d has no %s: run probe-capture", probe, in->order ? "light" : in->settings.column);
+    return error_new("probe %d has no %s: run probe-capture", probe,
+                     in->order ? "light" : in->settings.column);
 }
 
 static bool is_missing(const void *context, size_t probe)
@@ -98,11 +101,14 @@ static struct error *open_nodes(struct interpolate *in, size_t probes)
     error_destroy(no_grid);
     for (size_t i = 0; i < probes && !err; i++)
         err = is_missing(in, i) ? unknown(in, (int32_t)i) : NULL;
-    return err ? err : octree_fill(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width, in->value, &in->data);
+    return err ? err
+               : octree_fill(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width,
+                             in->value, &in->data);
 }
 
 /* What a kind needs beside the column. */
-static struct error *open_kind(struct interpolate *in, const struct stream *stream, const struct probe_mesh *mesh)
+static struct error *open_kind(struct interpolate *in, const struct stream *stream,
+                               const struct probe_mesh *mesh)
 {
     const struct table *probes = stream_table(stream, "probe");
     struct error *err = NULL;
@@ -150,7 +156,8 @@ bool interpolate_is_packed(const char *path)
     char start[8] = {0};
     const int fd = strcmp(path, "-") ? open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
     struct stat status;
-    const bool packed = fd >= 0 && !fstat(fd, &status) && S_ISREG(status.st_mode) && read(fd, start, sizeof start) == sizeof start &&
+    const bool packed = fd >= 0 && !fstat(fd, &status) && S_ISREG(status.st_mode) &&
+                        read(fd, start, sizeof start) == sizeof start &&
                         !memcmp(start, "probepak", sizeof start);
     if (fd >= 0)
         close(fd);
@@ -180,7 +187,8 @@ static struct error *unpack_light(struct interpolate *in)
     const size_t probes = probe_volume_probes(in->volume);
     struct error *err = array_create(&in->owned, probes * in->width, sizeof *in->owned);
     for (size_t i = 0; i < probes && !err; i++) {
-        const struct probe_place at = {.probe = {(int32_t)i, (int32_t)i, (int32_t)i, (int32_t)i}, .weight = {1, 0, 0, 0}};
+        const struct probe_place at = {.probe = {(int32_t)i, (int32_t)i, (int32_t)i, (int32_t)i},
+                                       .weight = {1, 0, 0, 0}};
         probe_volume_light(in->volume, &at, in->owned + i * in->width);
     }
     in->value = in->owned;
@@ -199,7 +207,8 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     in->settings = *settings;
     err = map_file(path, &in->image, &in->image_bytes);
     if (!err) {
-        const enum probe_status status = probe_volume_open(&in->volume, in->image, in->image_bytes, settings->outside, &row);
+        const enum probe_status status =
+            probe_volume_open(&in->volume, in->image, in->image_bytes, settings->outside, &row);
         err = error_wrap(mesh_error(status, row), "%s", path);
     }
     if (!err) {
@@ -208,9 +217,12 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
         in->width = (size_t)(3 * facts.order * facts.order);
         in->convolved = facts.convolved;
         if (settings->kind != INTERPOLATE_BARYCENTRIC)
-            err = error_new("%s: a packed file is interpolated from cells alone: --interpolate barycentric", path);
+            err = error_new(
+                "%s: a packed file is interpolated from cells alone: --interpolate barycentric",
+                path);
         else if (strcmp(settings->column, "sh"))
-            err = error_new("%s: a packed file holds the column sh, and not %s", path, settings->column);
+            err = error_new("%s: a packed file holds the column sh, and not %s", path,
+                            settings->column);
         else if (!facts.order)
             err = error_new("%s: the probes have no light", path);
         else
@@ -246,24 +258,28 @@ static void find_in_box(const struct interpolate *in, const double p[3], struct 
     double square = 0;
     for (int k = 0; k < 3; k++) {
         const double low = in->data ? in->octree.low[k] : in->nodes.at[k][0],
-                     high = in->data ? in->octree.high[k] : in->nodes.at[k][in->nodes.count[k] - 1], off = fmax(fmax(low - p[k], p[k] - high), 0);
+                     high = in->data ? in->octree.high[k] : in->nodes.at[k][in->nodes.count[k] - 1],
+                     off = fmax(fmax(low - p[k], p[k] - high), 0);
         square += off * off;
     }
-    *place = (struct probe_place){.cell = PROBE_COLD, .inside = square == 0, .distance = sqrt(square)};
+    *place =
+        (struct probe_place){.cell = PROBE_COLD, .inside = square == 0, .distance = sqrt(square)};
 }
 
-void interpolate_find(const struct interpolate *in, const double point[3], struct probe_place *place)
+void interpolate_find(const struct interpolate *in, const double point[3],
+                      struct probe_place *place)
 {
     if (in->volume)
         probe_volume_locate(in->volume, point, place);
     else if (in->nodes.probe || in->data)
         find_in_box(in, point, place);
     else
-        *place = (struct probe_place){.cell = PROBE_COLD, .inside = 1}; /* points without cells have no outside */
+        *place = (struct probe_place){.cell = PROBE_COLD,
+                                      .inside = 1}; /* points without cells have no outside */
 }
 
-void interpolate_find_many(const struct interpolate *in, size_t count, const double *point, size_t stride, const uint32_t *order,
-                           struct probe_place *place)
+void interpolate_find_many(const struct interpolate *in, size_t count, const double *point,
+                           size_t stride, const uint32_t *order, struct probe_place *place)
 {
     if (in->volume)
         probe_volume_locate_many(in->volume, count, point, stride, order, place);
@@ -297,8 +313,8 @@ static struct error *missing(const struct interpolate *in, const struct probe_pl
     return NULL;
 }
 
-/* How much of the value of corner i, and of its gradient along which way, a kind takes. u: barycentric; way[i][j]: from corner i
- * to corner j. */
+/* How much of the value of corner i, and of its gradient along which way, a kind takes. u:
+ * barycentric; way[i][j]: from corner i to corner j. */
 static void taylor(const double u[4], double way[4][4][3], int i, double *value, double along[3])
 {
     *value = u[i]; /* u_i (f_i + g_i . (q - p_i)), q - p_i = sum_j u_j way_ij */
@@ -307,9 +323,9 @@ static void taylor(const double u[4], double way[4][4][3], int i, double *value,
             along[k] += u[i] * u[j] * way[i][j][k];
 }
 
-/* Farin 1986: control points on edges from the slopes at corners, b_iij = f_i + g_i . way_ij / 3; in the middle of faces a
- * quarter of the sum of the face's six of these
- * less a sixth of its corners' sum, which keeps quadratics. The Bernstein polynomials of all are gathered by corner. */
+/* Farin 1986: control points on edges from the slopes at corners, b_iij = f_i + g_i . way_ij / 3;
+ * in the middle of faces a quarter of the sum of the face's six of these less a sixth of its
+ * corners' sum, which keeps quadratics. The Bernstein polynomials of all are gathered by corner. */
 static void bezier(const double u[4], double way[4][4][3], int i, double *value, double along[3])
 {
     *value = u[i] * u[i] * (3 - 2 * u[i]);
@@ -326,23 +342,27 @@ static void bezier(const double u[4], double way[4][4][3], int i, double *value,
     }
 }
 
-static struct error *blend_gradients(const struct interpolate *in, const struct probe_place *place, float *out)
+static struct error *blend_gradients(const struct interpolate *in, const struct probe_place *place,
+                                     float *out)
 {
     double way[4][4][3];
     const size_t width = in->width;
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < 4; j++)
             for (size_t k = 0; k < 3; k++)
-                way[i][j][k] = in->position[3 * (size_t)place->probe[j] + k] - in->position[3 * (size_t)place->probe[i] + k];
+                way[i][j][k] = in->position[3 * (size_t)place->probe[j] + k] -
+                               in->position[3 * (size_t)place->probe[i] + k];
     for (size_t k = 0; k < width; k++)
         out[k] = 0;
     for (int i = 0; i < 4; i++) {
         double value = 0, along[3] = {0};
         if (!(place->weight[i] > 0))
             continue;
-        (in->settings.kind == INTERPOLATE_CUBIC ? bezier : taylor)(place->weight, way, i, &value, along);
+        (in->settings.kind == INTERPOLATE_CUBIC ? bezier : taylor)(place->weight, way, i, &value,
+                                                                   along);
         const float v = (float)value, x = (float)along[0], y = (float)along[1], z = (float)along[2];
-        const float *f = in->value + (size_t)place->probe[i] * width, *g = in->gradient + 3 * (size_t)place->probe[i] * width;
+        const float *f = in->value + (size_t)place->probe[i] * width,
+                    *g = in->gradient + 3 * (size_t)place->probe[i] * width;
         for (size_t k = 0; k < width; k++)
             out[k] += v * f[k] + ((x * g[k] + y * g[width + k]) + z * g[2 * width + k]);
     }
@@ -355,7 +375,8 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
     size_t node[3][4];
     double weight[3][4];
     for (int k = 0; k < 3; k++)
-        (in->settings.kind == INTERPOLATE_TRICUBIC ? nodes_cubic : nodes_linear)(&in->nodes, k, p[k], node[k], weight[k]);
+        (in->settings.kind == INTERPOLATE_TRICUBIC ? nodes_cubic : nodes_linear)(
+            &in->nodes, k, p[k], node[k], weight[k]);
     for (size_t k = 0; k < in->width; k++)
         out[k] = 0;
     for (int z = 0; z < 4; z++)
@@ -364,7 +385,10 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
                 const float w = (float)(weight[0][x] * weight[1][y] * weight[2][z]);
                 if (w == 0) /* what has no weight has no say, not even as a missing value */
                     continue;
-                const int32_t probe = in->nodes.probe[(node[2][z] * in->nodes.count[1] + node[1][y]) * in->nodes.count[0] + node[0][x]];
+                const int32_t probe =
+                    in->nodes
+                        .probe[(node[2][z] * in->nodes.count[1] + node[1][y]) * in->nodes.count[0] +
+                               node[0][x]];
                 const float *f = in->value + (size_t)probe * in->width;
                 if (isnan(f[0]))
                     return unknown(in, probe);
@@ -385,15 +409,17 @@ static void add_probe(void *context, int32_t probe, double distance)
     struct shepard *s = context;
     const struct interpolate *in = s->in;
     const double c = 1 - distance / in->settings.radius;
-    const double weight = in->settings.falloff == INTERPOLATE_FALL_LINEAR ? c : in->settings.falloff == INTERPOLATE_FALL_QUADRATIC ? c * c : c * c * c;
+    const double weight = in->settings.falloff == INTERPOLATE_FALL_LINEAR      ? c
+                          : in->settings.falloff == INTERPOLATE_FALL_QUADRATIC ? c * c
+                                                                               : c * c * c;
     const float *f = in->value + (size_t)probe * in->width;
     s->sum += weight;
     for (size_t k = 0; k < in->width; k++)
         s->out[k] += (float)weight * f[k];
 }
 
-/* Bikker and Reijerse 2009, section 5. Where no probe is within the radius, the nearest one's value: that is what the sum
- * becomes as the last one leaves. */
+/* Bikker and Reijerse 2009, section 5. Where no probe is within the radius, the nearest one's
+ * value: that is what the sum becomes as the last one leaves. */
 static void blend_scattered(const struct interpolate *in, const double p[3], float *out)
 {
     struct shepard s = {.in = in, .out = out};
@@ -406,17 +432,20 @@ static void blend_scattered(const struct interpolate *in, const double p[3], flo
         for (size_t k = 0; k < in->width; k++)
             out[k] = (float)((double)out[k] / s.sum);
     else
-        memcpy(out, in->value + (size_t)scatter_nearest(in->scatter, p, &distance) * in->width, in->width * sizeof *out);
+        memcpy(out, in->value + (size_t)scatter_nearest(in->scatter, p, &distance) * in->width,
+               in->width * sizeof *out);
 }
 
-struct error *interpolate_at(const struct interpolate *in, const double point[3], const struct probe_place *place, float *out)
+struct error *interpolate_at(const struct interpolate *in, const double point[3],
+                             const struct probe_place *place, float *out)
 {
     if (in->gradient)
         return blend_gradients(in, place, out);
     if (in->nodes.probe)
         return blend_nodes(in, point, out);
     if (in->data) {
-        octree_at(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width, in->data, point, out);
+        octree_at(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width, in->data,
+                  point, out);
         return NULL;
     }
     if (in->scatter) {

@@ -1,9 +1,8 @@
 /* interpolate: a column of the probes at any point, in one of several ways.
  *
  *     err = interpolate_open(&in, stream, &settings);
- *     interpolate_find(in, p, &place);          where the point is: cheap to do for a few points ahead
- *     err = interpolate_at(in, p, &place, out);
- *     interpolate_close(in);
+ *     interpolate_find(in, p, &place);          where the point is: cheap to do for a few points
+ * ahead err = interpolate_at(in, p, &place, out); interpolate_close(in);
  *
  * Read-only once it is open: threads share it.
  */
@@ -22,25 +21,38 @@ struct scatter;
 struct stream;
 
 enum interpolate_kind {
-    INTERPOLATE_BARYCENTRIC, /* of the four probes of a cell: reproduces linear fields, continuous */
-    INTERPOLATE_GRADIENT,    /* the same of what each probe's gradient foretells for the point (Tatarchuk 2005): exact gradients at probes, continuous */
-    INTERPOLATE_CUBIC,       /* a cubic Bezier polynomial in each cell from values and gradients (Farin 1986): reproduces quadratic fields, continuous, and smooth at
-                              * probes and along edges */
-    INTERPOLATE_NEAREST,     /* the nearest probe's value; jumps. Without cells */
-    INTERPOLATE_SHEPARD,     /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
-    INTERPOLATE_TRILINEAR,   /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes; or of an octree (octree.h):
-                              * linear fields, continuous. Without cells */
-    INTERPOLATE_TRICUBIC,    /* the same with cubics: reproduces parabolas along a grid's axes, smooth */
+    /* of the four probes of a cell: reproduces linear fields, continuous */
+    INTERPOLATE_BARYCENTRIC,
+    /* the same of what each probe's gradient foretells for the point (Tatarchuk 2005): exact
+     * gradients at probes, continuous */
+    INTERPOLATE_GRADIENT,
+    /* a cubic Bezier polynomial in each cell from values and gradients (Farin 1986): reproduces
+     * quadratic fields, continuous, and smooth at probes and along edges */
+    INTERPOLATE_CUBIC,
+    INTERPOLATE_NEAREST, /* the nearest probe's value; jumps. Without cells */
+    /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
+    INTERPOLATE_SHEPARD,
+    /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes; or of
+     * an octree (octree.h): linear fields, continuous. Without cells */
+    INTERPOLATE_TRILINEAR,
+    /* the same with cubics: reproduces parabolas along a grid's axes, smooth */
+    INTERPOLATE_TRICUBIC,
 };
 
-enum interpolate_falloff { INTERPOLATE_FALL_LINEAR, INTERPOLATE_FALL_QUADRATIC, INTERPOLATE_FALL_CUBIC };
+enum interpolate_falloff {
+    INTERPOLATE_FALL_LINEAR,
+    INTERPOLATE_FALL_QUADRATIC,
+    INTERPOLATE_FALL_CUBIC
+};
 
 struct interpolate_settings {
     enum interpolate_kind kind;
     enum interpolate_falloff falloff; /* Shepard: weights are (radius - distance)^1, 2 or 3 */
     double radius;                    /* Shepard; 0: scatter_spacing */
-    const char *column;               /* an f32 column of table probe; gradients are in the column of that name and _gradient */
-    unsigned outside;                 /* of the hull: PROBE_NEAREST, PROBE_EXTEND, or 0 (probe-query.h) */
+    /* an f32 column of table probe; gradients are in the column of that name and _gradient */
+    const char *column;
+    /* of the hull: PROBE_NEAREST, PROBE_EXTEND, or 0 (probe-query.h) */
+    unsigned outside;
 };
 
 struct interpolate {
@@ -62,8 +74,8 @@ struct interpolate {
     size_t image_bytes;
 };
 
-/* The stream must outlive it. Errors: no cells (says to run probe-tet), no such column (says to run probe-capture), no grid and no octree, a
- * probe of an octree whose value is not known. */
+/* The stream must outlive it. Errors: no cells (says to run probe-tet), no such column (says to run
+ * probe-capture), no grid and no octree, a probe of an octree whose value is not known. */
 struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
                                const struct interpolate_settings *settings);
 
@@ -77,17 +89,18 @@ void interpolate_close(struct interpolate *interpolate); /* NULL is legal */
 bool interpolate_is_packed(const char *path);
 
 /* The place of a point (finite). place->cell: where to start. */
-void interpolate_find(const struct interpolate *interpolate, const double point[3], struct probe_place *place);
+void interpolate_find(const struct interpolate *interpolate, const double point[3],
+                      struct probe_place *place);
 
 /* The places of many points (probe_volume_locate_many). */
-void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point, size_t stride,
-                           const uint32_t *order, struct probe_place *place);
+void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point,
+                           size_t stride, const uint32_t *order, struct probe_place *place);
 
 /* Brings what interpolate_at will read nearer. */
 void interpolate_fetch(const struct interpolate *interpolate, const struct probe_place *place);
 
 /* The column's values at a point, whose place was found. Error: a probe's value is not known. */
-struct error *interpolate_at(const struct interpolate *interpolate, const double point[3], const struct probe_place *place,
-                             float *out);
+struct error *interpolate_at(const struct interpolate *interpolate, const double point[3],
+                             const struct probe_place *place, float *out);
 
 #endif

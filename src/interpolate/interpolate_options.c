@@ -5,21 +5,45 @@
 #include <math.h>
 #include <string.h>
 
-const struct option_row *interpolate_options_rows(struct interpolate_options *o, struct option_row *rows)
+const struct option_row *interpolate_options_rows(struct interpolate_options *o,
+                                                  struct option_row *rows)
 {
-    static const char *const kinds[] = {"barycentric", "gradient", "cubic", "nearest", "shepard", "trilinear", "tricubic", NULL};
+    static const char *const kinds[] = {"barycentric", "gradient",  "cubic",    "nearest",
+                                        "shepard",     "trilinear", "tricubic", NULL};
     static const char *const falloffs[] = {"linear", "quadratic", "cubic", NULL};
     static const char *const outsides[] = {"auto", "extend", "nearest", NULL};
     const struct option_row all[INTERPOLATE_OPTIONS_ROWS] = {
-        {.name = "interpolate", .argument = "HOW", .kind = OPTION_CHOICE, .choices = kinds, .value = &o->kind,
+        {.name = "interpolate",
+         .argument = "HOW",
+         .kind = OPTION_CHOICE,
+         .choices = kinds,
+         .value = &o->kind,
          .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
-                 "From the probes alone: nearest or shepard. From the nodes of a grid or\noctree: trilinear or tricubic"},
-        {.name = "radius", .argument = "LENGTH", .kind = OPTION_REAL, .value = &o->radius, .least = 0, .least_open = true, .most = (double)INFINITY,
-         .shown = "twice the mean distance of neighbours", .help = "shepard: of what is blended"},
-        {.name = "falloff", .argument = "SHAPE", .kind = OPTION_CHOICE, .choices = falloffs, .value = &o->falloff,
+                 "From the probes alone: nearest or shepard. From the nodes of a grid or\n"
+                 "octree: trilinear or tricubic"},
+        {.name = "radius",
+         .argument = "LENGTH",
+         .kind = OPTION_REAL,
+         .value = &o->radius,
+         .least = 0,
+         .least_open = true,
+         .most = (double)INFINITY,
+         .shown = "twice the mean distance of neighbours",
+         .help = "shepard: of what is blended"},
+        {.name = "falloff",
+         .argument = "SHAPE",
+         .kind = OPTION_CHOICE,
+         .choices = falloffs,
+         .value = &o->falloff,
          .help = "shepard: of the weights, towards the radius"},
-        {.name = "outside", .argument = "WHAT", .kind = OPTION_CHOICE, .choices = outsides, .value = &o->outside,
-         .help = "outside of the hull of the probes: the light of its nearest point\n(nearest), light that goes on from it along rays (extend), or one of\nthese as the hull is (auto: see probe-query's manual)"},
+        {.name = "outside",
+         .argument = "WHAT",
+         .kind = OPTION_CHOICE,
+         .choices = outsides,
+         .value = &o->outside,
+         .help = "outside of the hull of the probes: the light of its nearest point\n"
+                 "(nearest), light that goes on from it along rays (extend), or one of\n"
+                 "these as the hull is (auto: see probe-query's manual)"},
         {0}};
     memcpy(rows, all, sizeof all);
     return rows;
@@ -32,14 +56,19 @@ struct error *interpolate_options_check(const struct interpolate_options *o)
     return NULL;
 }
 
-/* What a volume is asked for: auto, extend, nearest. Other choices of a program give light outside of the hull no say. */
+/* What a volume is asked for: auto, extend, nearest. Other choices of a program give light outside
+ * of the hull no say. */
 static unsigned outside_flags(int outside)
 {
     return outside == 0 ? 0 : outside == 1 ? PROBE_EXTEND : PROBE_NEAREST;
 }
 
-struct interpolate_settings interpolate_options_settings(const struct interpolate_options *o, const char *column)
+struct interpolate_settings interpolate_options_settings(const struct interpolate_options *o,
+                                                         const char *column)
 {
-    return (struct interpolate_settings){.kind = (enum interpolate_kind)o->kind, .falloff = (enum interpolate_falloff)o->falloff,
-                                         .radius = o->radius, .column = column, .outside = outside_flags(o->outside)};
+    return (struct interpolate_settings){.kind = (enum interpolate_kind)o->kind,
+                                         .falloff = (enum interpolate_falloff)o->falloff,
+                                         .radius = o->radius,
+                                         .column = column,
+                                         .outside = outside_flags(o->outside)};
 }

@@ -1,4 +1,5 @@
-/* interpolate_options: the options that say how light is interpolated, the same in every program that asks for it.
+/* interpolate_options: the options that say how light is interpolated, the same in every program
+ * that asks for it.
  *
  *     struct interpolate_options how = {0};
  *     struct option_row rows[INTERPOLATE_OPTIONS_ROWS];
@@ -17,18 +18,21 @@ struct option_row;
 /* As options give them; {0}: their defaults. */
 struct interpolate_options {
     int kind, falloff;
-    int outside; /* auto, extend, nearest, or what a program makes of its own choices beyond these */
+    /* auto, extend, nearest, or what a program makes of its own choices beyond these */
+    int outside;
     double radius;
 };
 
 enum { INTERPOLATE_OPTIONS_ROWS = 5 };
 
 /* Fills rows with --interpolate, --radius, --falloff and --outside, and returns them. */
-const struct option_row *interpolate_options_rows(struct interpolate_options *options, struct option_row *rows);
+const struct option_row *interpolate_options_rows(struct interpolate_options *options,
+                                                  struct option_row *rows);
 
 /* Error: options that exclude each other. */
 struct error *interpolate_options_check(const struct interpolate_options *options);
 
-struct interpolate_settings interpolate_options_settings(const struct interpolate_options *options, const char *column);
+struct interpolate_settings interpolate_options_settings(const struct interpolate_options *options,
+                                                         const char *column);
 
 #endif

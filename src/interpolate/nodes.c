@@ -12,7 +12,8 @@ static int compare(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* The planes along an axis: positions that differ by less than a millionth of the grid's extent are of one. */
+/* The planes along an axis: positions that differ by less than a millionth of the grid's extent are
+ * of one. */
 static struct error *find_planes(struct nodes *g, int axis, size_t probes, const double *position)
 {
     double *at = NULL;
@@ -55,7 +56,9 @@ static struct error *place_probes(struct nodes *g, size_t probes, const double *
         for (int k = 2; k >= 0; k--)
             node = node * g->count[k] + nodes_plane(g, k, position[3 * i + (size_t)k]);
         if (g->probe[node] >= 0)
-            err = error_new("the probes are not the nodes of a grid: probes %d and %zu are at one node", g->probe[node], i);
+            err = error_new(
+                "the probes are not the nodes of a grid: probes %d and %zu are at one node",
+                g->probe[node], i);
         else
             g->probe[node] = (int32_t)i;
     }
@@ -79,8 +82,9 @@ struct error *nodes_find(struct nodes *g, size_t probes, const double *position)
     if (err)
         return err;
     if ((double)g->count[0] * (double)g->count[1] * (double)g->count[2] != (double)probes)
-        err = error_new("the probes are not the nodes of a grid: %zu probes have %zu, %zu and %zu different coordinates x, y and z", probes, g->count[0],
-                        g->count[1], g->count[2]);
+        err = error_new("the probes are not the nodes of a grid: %zu probes have %zu, %zu and %zu "
+                        "different coordinates x, y and z",
+                        probes, g->count[0], g->count[1], g->count[2]);
     else
         err = place_probes(g, probes, position);
     if (err)
@@ -96,7 +100,8 @@ void nodes_clear(struct nodes *g)
     *g = (struct nodes){0};
 }
 
-/* The interval that holds x, brought within the ends: its first node; *x becomes 0 .. 1 within it. */
+/* The interval that holds x, brought within the ends: its first node; *x becomes 0 .. 1 within
+ * it. */
 static size_t interval(const struct nodes *g, int axis, double *x)
 {
     const double *at = g->at[axis];
@@ -133,11 +138,14 @@ void nodes_linear(const struct nodes *g, int axis, double x, size_t node[4], dou
 }
 
 /* Adds `factor` times the slope at node i, as weights of nodes first .. first + 3. */
-static void add_slope(const struct nodes *g, int axis, size_t i, double factor, size_t first, double weight[4])
+static void add_slope(const struct nodes *g, int axis, size_t i, double factor, size_t first,
+                      double weight[4])
 {
     const double *at = g->at[axis];
-    const size_t n = g->count[axis], a = i == 0 ? 0 : i == n - 1 ? n - 3 : i - 1; /* of the parabola's three nodes */
-    for (size_t j = a; j < a + 3; j++) { /* the slope of Lagrange's polynomial of node j at node i */
+    /* of the parabola's three nodes */
+    const size_t n = g->count[axis], a = i == 0 ? 0 : i == n - 1 ? n - 3 : i - 1;
+    /* the slope of Lagrange's polynomial of node j at node i */
+    for (size_t j = a; j < a + 3; j++) {
         double slope = 0;
         for (size_t skip = a; skip < a + 3; skip++) {
             if (skip == j)
@@ -159,7 +167,9 @@ void nodes_cubic(const struct nodes *g, int axis, double x, size_t node[4], doub
         nodes_linear(g, axis, x, node, weight);
         return;
     }
-    const size_t low = interval(g, axis, &x), first = n < 4 || low == 0 ? 0 : low + 2 < n ? low - 1 : n - 4;
+    const size_t low = interval(g, axis, &x), first = n < 4 || low == 0 ? 0
+                                                      : low + 2 < n     ? low - 1
+                                                                        : n - 4;
     const double h = g->at[axis][low + 1] - g->at[axis][low];
     for (size_t i = 0; i < 4; i++) {
         node[i] = first + i < n ? first + i : n - 1;

@@ -1,6 +1,7 @@
 /* nodes: probes that are the nodes of a grid along the axes, recognised from their positions.
  *
- * Spacings may differ from node to node. Each node must have its probe: of a grid with holes there is no trilinear interpolation.
+ * Spacings may differ from node to node. Each node must have its probe: of a grid with holes there
+ * is no trilinear interpolation.
  */
 #ifndef NODES_H
 #define NODES_H
@@ -19,17 +20,18 @@ struct nodes {
 /* position: 3 a probe. The error says why they form no grid. */
 struct error *nodes_find(struct nodes *nodes, size_t probes, const double *position);
 
-/* The planes alone, and which one is nearest to x. Of an octree's probes they are not all full (octree.h). */
+/* The planes alone, and which one is nearest to x. Of an octree's probes they are not all full
+ * (octree.h). */
 struct error *nodes_planes(struct nodes *nodes, size_t probes, const double *position);
 size_t nodes_plane(const struct nodes *nodes, int axis, double x);
 
 void nodes_clear(struct nodes *nodes);
 
-/* Four nodes along an axis and their weights, sum 1; a place beyond the ends is at the end.
- * Linear: of the two nodes around it. Cubic: a Hermite cubic between these, whose slopes are those of the parabola through each
- * and its neighbours (of one at the end: through the
- * last three): reproduces parabolas, and its slope is continuous. Catmull and Rom, "A class of local interpolating splines",
- * 1974, where nodes are even. */
+/* Four nodes along an axis and their weights, sum 1; a place beyond the ends is at the end. Linear:
+ * of the two nodes around it. Cubic: a Hermite cubic between these, whose slopes are those of the
+ * parabola through each and its neighbours (of one at the end: through the last three): reproduces
+ * parabolas, and its slope is continuous. Catmull and Rom, "A class of local interpolating
+ * splines", 1974, where nodes are even. */
 void nodes_linear(const struct nodes *nodes, int axis, double x, size_t node[4], double weight[4]);
 void nodes_cubic(const struct nodes *nodes, int axis, double x, size_t node[4], double weight[4]);
 

@@ -8,14 +8,16 @@
 #include <string.h>
 
 /* -- the lattice ----------------------------------------------------------------------------------
- * The least gap between planes of probes along an axis is a unit. All gaps are cells, so powers of two of it. */
+ * The least gap between planes of probes along an axis is a unit. All gaps are cells, so powers of
+ * two of it. */
 
 enum { UNITS_MOST = (1 << 21) - 1 }; /* a node is 63 bits */
 
 static const char axis_name[] = "xyz";
 
 /* Numbers the planes along an axis by their place on the lattice: unit[plane]. */
-static struct error *number_planes(struct octree *t, const struct nodes *planes, int axis, int32_t *unit)
+static struct error *number_planes(struct octree *t, const struct nodes *planes, int axis,
+                                   int32_t *unit)
 {
     const double *at = planes->at[axis];
     const size_t n = planes->count[axis];
@@ -30,13 +32,15 @@ static struct error *number_planes(struct octree *t, const struct nodes *planes,
             parts *= 2;
         sum += parts;
         if (sum > UNITS_MOST)
-            return error_new("spacings along %c differ too much: %g of %g", axis_name[axis], least, extent);
+            return error_new("spacings along %c differ too much: %g of %g", axis_name[axis], least,
+                             extent);
         unit[i] = (int32_t)sum;
     }
     const double off = fmin(2e-6 * extent, least / 4);
     for (size_t i = 1; i < n; i++)
         if (fabs(at[i] - (at[0] + unit[i] / sum * extent)) > off)
-            return error_new("%c = %.9g is not where halving cells comes to", axis_name[axis], at[i]);
+            return error_new("%c = %.9g is not where halving cells comes to", axis_name[axis],
+                             at[i]);
     t->low[axis] = at[0];
     t->high[axis] = at[n - 1];
     t->units[axis] = unit[n - 1];
@@ -45,7 +49,9 @@ static struct error *number_planes(struct octree *t, const struct nodes *planes,
 
 static double place_of(const struct octree *t, int axis, int32_t unit)
 {
-    return t->units[axis] ? t->low[axis] + (double)unit / t->units[axis] * (t->high[axis] - t->low[axis]) : t->low[axis];
+    return t->units[axis]
+               ? t->low[axis] + (double)unit / t->units[axis] * (t->high[axis] - t->low[axis])
+               : t->low[axis];
 }
 
 /* The largest cells that make up the box: if any make an octree of the probes, these do. */
@@ -78,7 +84,7 @@ static struct error *find_sites(struct octree *t, const double *position)
     return err;
 }
 
-/* -- nodes by their place: a hash table with open addresses --------------------------------------- */
+/* -- nodes by their place: a hash table with open addresses ----------------------------------- */
 
 struct map {
     uint64_t *key; /* place + 1; 0: free */
@@ -133,7 +139,8 @@ static struct error *map_resize(struct map *m, size_t size)
 /* Of a place that is not in it. */
 static struct error *map_add(struct map *m, const int32_t x[3], int32_t node)
 {
-    struct error *err = 2 * (m->count + 1) > m->size ? map_resize(m, m->size ? 2 * m->size : 64) : NULL;
+    struct error *err = 2 * (m->count + 1) > m->size ? map_resize(m, m->size ? 2 * m->size : 64)
+                                                     : NULL;
     if (err)
         return err;
     const size_t i = find_slot(m, key_of(x));
@@ -143,7 +150,7 @@ static struct error *map_add(struct map *m, const int32_t x[3], int32_t node)
     return NULL;
 }
 
-/* -- cells ----------------------------------------------------------------------------------------- */
+/* -- cells ------------------------------------------------------------------------------------ */
 
 struct cell {
     int32_t x[3], size; /* units; size 0: not there, in a flat box */
@@ -201,7 +208,8 @@ static void node_place(const struct octree *t, const struct cell *c, int node, i
         x[k] = c->x[k] + (is_flat(t, k) ? 0 : along(node, k) * c->size / 2);
 }
 
-static struct error *no_probe(const struct octree *t, const int32_t x[3], const char *of, const struct cell *c)
+static struct error *no_probe(const struct octree *t, const int32_t x[3], const char *of,
+                              const struct cell *c)
 {
     double place[3], low[3], high[3];
     for (int k = 0; k < 3; k++) {
@@ -209,8 +217,9 @@ static struct error *no_probe(const struct octree *t, const int32_t x[3], const 
         low[k] = place_of(t, k, c->x[k]);
         high[k] = place_of(t, k, c->x[k] + (is_flat(t, k) ? 0 : c->size));
     }
-    return error_new("there is no probe at %.9g %.9g %.9g, %s from %.9g %.9g %.9g to %.9g %.9g %.9g", place[0], place[1], place[2], of, low[0],
-                     low[1], low[2], high[0], high[1], high[2]);
+    return error_new(
+        "there is no probe at %.9g %.9g %.9g, %s from %.9g %.9g %.9g to %.9g %.9g %.9g", place[0],
+        place[1], place[2], of, low[0], low[1], low[2], high[0], high[1], high[2]);
 }
 
 static struct error *add_cell(struct build *b, const struct cell *c)
@@ -231,14 +240,18 @@ static struct error *add_cell(struct build *b, const struct cell *c)
 static struct error *add_roots(struct build *b)
 {
     struct octree *t = b->tree;
-    const double needed = ((double)t->roots[0] + !is_flat(t, 0)) * ((double)t->roots[1] + !is_flat(t, 1)) * ((double)t->roots[2] + !is_flat(t, 2));
+    const double needed = ((double)t->roots[0] + !is_flat(t, 0)) *
+                          ((double)t->roots[1] + !is_flat(t, 1)) *
+                          ((double)t->roots[2] + !is_flat(t, 2));
     if (needed > (double)t->probes)
-        return error_new("%zu probes are fewer than the corners of %zu x %zu x %zu cells, the largest that make up their box", t->probes, t->roots[0],
-                         t->roots[1], t->roots[2]);
+        return error_new("%zu probes are fewer than the corners of %zu x %zu x %zu cells, the "
+                         "largest that make up their box",
+                         t->probes, t->roots[0], t->roots[1], t->roots[2]);
     struct error *err = NULL;
     const size_t cells = t->roots[0] * t->roots[1] * t->roots[2];
     for (size_t i = 0; i < cells && !err; i++) {
-        const size_t at[3] = {i % t->roots[0], i / t->roots[0] % t->roots[1], i / t->roots[0] / t->roots[1]};
+        const size_t at[3] = {i % t->roots[0], i / t->roots[0] % t->roots[1],
+                              i / t->roots[0] / t->roots[1]};
         struct cell c = {.size = t->root};
         for (int k = 0; k < 3; k++)
             c.x[k] = (int32_t)at[k] * t->root;
@@ -258,7 +271,8 @@ static struct error *add_roots(struct build *b)
 }
 
 /* A node that is no probe, between nodes of its cell: along each axis in whose middle it is. */
-static struct error *make_node(struct build *b, const struct cell *c, const int32_t x[3], int node, int32_t nodes[27])
+static struct error *make_node(struct build *b, const struct cell *c, const int32_t x[3], int node,
+                               int32_t nodes[27])
 {
     struct octree *t = b->tree;
     struct octree_made made = {.apart = c->size};
@@ -266,8 +280,10 @@ static struct error *make_node(struct build *b, const struct cell *c, const int3
         return error_new("there are more than %d nodes", INT32_MAX);
     for (int k = 0; k < 3; k++)
         for (int side = 0; side < 2; side++)
-            made.pair[k][side] = along(node, k) == 1 && !is_flat(t, k) ? nodes[beside(node, k, 2 * side - 1)] : -1;
-    struct error *err = array_reserve(&t->made, &b->made_room, t->nodes - t->probes + 1, sizeof *t->made);
+            made.pair[k][side] =
+                along(node, k) == 1 && !is_flat(t, k) ? nodes[beside(node, k, 2 * side - 1)] : -1;
+    struct error *err =
+        array_reserve(&t->made, &b->made_room, t->nodes - t->probes + 1, sizeof *t->made);
     if (!err)
         err = map_add(&b->map, x, (int32_t)t->nodes);
     if (!err) {
@@ -277,8 +293,10 @@ static struct error *make_node(struct build *b, const struct cell *c, const int3
     return err;
 }
 
-/* Finds the nodes of a cell that is cut; a real one's are probes, one's that is cut in thought are made where there is none. */
-static struct error *find_nodes(struct build *b, const struct cell *c, bool thought, int32_t nodes[27])
+/* Finds the nodes of a cell that is cut; a real one's are probes, one's that is cut in thought are
+ * made where there is none. */
+static struct error *find_nodes(struct build *b, const struct cell *c, bool thought,
+                                int32_t nodes[27])
 {
     struct error *err = NULL;
     for (int order = 0; order <= 3; order++)
@@ -352,7 +370,8 @@ static struct error *add_leaf(struct build *b, size_t i)
 {
     struct octree *t = b->tree;
     const struct cell *c = &b->cell[i];
-    struct error *err = array_reserve(&t->corner, &b->corner_room, b->leaves + 1, sizeof *t->corner);
+    struct error *err =
+        array_reserve(&t->corner, &b->corner_room, b->leaves + 1, sizeof *t->corner);
     if (err)
         return err;
     for (int j = 0; j < 8; j++)
@@ -385,8 +404,10 @@ static struct error *check_used(const struct build *b)
     const struct octree *t = b->tree;
     for (size_t i = 0; i < t->probes; i++)
         if (!b->used[i])
-            return error_new("probe %zu at %.9g %.9g %.9g is no corner of a cell: there is no probe in the middle of the cell that it would cut", i,
-                             place_of(t, 0, t->site[i][0]), place_of(t, 1, t->site[i][1]), place_of(t, 2, t->site[i][2]));
+            return error_new("probe %zu at %.9g %.9g %.9g is no corner of a cell: there is no "
+                             "probe in the middle of the cell that it would cut",
+                             i, place_of(t, 0, t->site[i][0]), place_of(t, 1, t->site[i][1]),
+                             place_of(t, 2, t->site[i][2]));
     return NULL;
 }
 
@@ -398,7 +419,8 @@ static struct error *build(struct octree *t)
         err = array_create(&t->spacing, t->probes, sizeof *t->spacing);
     for (size_t i = 0; i < t->probes && !err; i++) {
         const int32_t there = b.map.size ? map_find(&b.map, t->site[i]) : -1;
-        err = there >= 0 ? error_new("probes %d and %zu are at one node", there, i) : map_add(&b.map, t->site[i], (int32_t)i);
+        err = there >= 0 ? error_new("probes %d and %zu are at one node", there, i)
+                         : map_add(&b.map, t->site[i], (int32_t)i);
     }
     if (!err)
         err = add_roots(&b);
@@ -440,7 +462,7 @@ void octree_clear(struct octree *t)
     *t = (struct octree){0};
 }
 
-/* -- values ---------------------------------------------------------------------------------------- */
+/* -- values ----------------------------------------------------------------------------------- */
 
 /* The leaf around x (units, within the box): its corners, its size, and x in it, 0 .. 1. */
 static const int32_t *leaf_at(const struct octree *t, const double x[3], double in[3], double *size)
@@ -503,13 +525,16 @@ static void blend_sum(const struct blend *b, size_t width, float *out)
     }
 }
 
-static void blend_linear(const struct octree *t, size_t width, const float *data, const double x[3], float *out)
+static void blend_linear(const struct octree *t, size_t width, const float *data, const double x[3],
+                         float *out)
 {
     struct blend b = {.count = 0};
     double in[3], size;
     const int32_t *corner = leaf_at(t, x, in, &size);
     for (int j = 0; j < 8; j++)
-        blend_add(&b, data + (size_t)corner[j] * width, (j & 1 ? in[0] : 1 - in[0]) * (j & 2 ? in[1] : 1 - in[1]) * (j & 4 ? in[2] : 1 - in[2]));
+        blend_add(&b, data + (size_t)corner[j] * width,
+                  (j & 1 ? in[0] : 1 - in[0]) * (j & 2 ? in[1] : 1 - in[1]) *
+                      (j & 4 ? in[2] : 1 - in[2]));
     blend_sum(&b, width, out);
 }
 
@@ -523,7 +548,8 @@ static void hermite(double x, double size, double weight[2][2])
     weight[1][1] = -size * x * x * y;
 }
 
-static void blend_cubic(const struct octree *t, size_t width, const float *data, const double x[3], float *out)
+static void blend_cubic(const struct octree *t, size_t width, const float *data, const double x[3],
+                        float *out)
 {
     struct blend b = {.count = 0};
     double in[3], size, weight[3][2][2];
@@ -533,21 +559,23 @@ static void blend_cubic(const struct octree *t, size_t width, const float *data,
     for (int j = 0; j < 8; j++)
         for (int d = 0; d < 8; d++)
             blend_add(&b, data + (8 * (size_t)corner[j] + (size_t)d) * width,
-                      weight[0][j & 1][d & 1] * weight[1][j >> 1 & 1][d >> 1 & 1] * weight[2][j >> 2][d >> 2]);
+                      weight[0][j & 1][d & 1] * weight[1][j >> 1 & 1][d >> 1 & 1] *
+                          weight[2][j >> 2][d >> 2]);
     blend_sum(&b, width, out);
 }
 
-void octree_at(const struct octree *t, bool cubic, size_t width, const float *data, const double p[3], float *out)
+void octree_at(const struct octree *t, bool cubic, size_t width, const float *data,
+               const double p[3], float *out)
 {
     double x[3];
     for (int k = 0; k < 3; k++)
         x[k] = is_flat(t, k) || p[k] <= t->low[k] ? 0
-             : p[k] >= t->high[k]                 ? t->units[k]
-                                                  : (p[k] - t->low[k]) / (t->high[k] - t->low[k]) * t->units[k];
+               : p[k] >= t->high[k]               ? t->units[k]
+                                    : (p[k] - t->low[k]) / (t->high[k] - t->low[k]) * t->units[k];
     (cubic ? blend_cubic : blend_linear)(t, width, data, x, out);
 }
 
-/* -- data at nodes --------------------------------------------------------------------------------- */
+/* -- data at nodes ---------------------------------------------------------------------------- */
 
 static void mean_of_pairs(const struct octree *t, size_t width, float *data)
 {
@@ -560,19 +588,28 @@ static void mean_of_pairs(const struct octree *t, size_t width, float *data)
             double sum = 0;
             for (int k = 0; k < 3; k++)
                 if (m->pair[k][0] >= 0)
-                    sum += (double)data[(size_t)m->pair[k][0] * width + v] + (double)data[(size_t)m->pair[k][1] * width + v];
+                    sum += (double)data[(size_t)m->pair[k][0] * width + v] +
+                           (double)data[(size_t)m->pair[k][1] * width + v];
             data[i * width + v] = (float)(sum / count);
         }
     }
 }
 
 /* Three places along an axis, from the probe, and their weights in its value and its slope. */
-static void differences(const struct octree *t, size_t probe, int axis, double offset[3], double weight[2][3])
+static void differences(const struct octree *t, size_t probe, int axis, double offset[3],
+                        double weight[2][3])
 {
     const int32_t x = t->site[probe][axis], units = t->units[axis], h = t->spacing[probe];
     static const double places[5][3] = {{0, 0, 0}, {0, 1, 2}, {-2, -1, 0}, {0, 1, 1}, {-1, -1, 0}},
-                        slopes[5][3] = {{-0.5, 0, 0.5}, {-1.5, 2, -0.5}, {0.5, -2, 1.5}, {-1, 1, 0}, {0, -1, 1}};
-    const int at_end = x == 0 ? 1 : x == units ? 2 : 0, kind = at_end && units == h ? at_end + 2 : at_end;
+                        slopes[5][3] = {{-0.5, 0, 0.5},
+                                        {-1.5, 2, -0.5},
+                                        {0.5, -2, 1.5},
+                                        {-1, 1, 0},
+                                        {0, -1, 1}};
+    const int at_end = x == 0       ? 1
+                       : x == units ? 2
+                                    : 0,
+              kind = at_end && units == h ? at_end + 2 : at_end;
     for (int i = 0; i < 3; i++) {
         offset[i] = at_end ? places[kind][i] * h : (i - 1) * (double)h;
         weight[0][i] = kind == 0 ? i == 1 : kind == 1 || kind == 3 ? i == 0 : i == 2;
@@ -584,8 +621,10 @@ static void differences(const struct octree *t, size_t probe, int axis, double o
     }
 }
 
-/* The 8 data of a probe, by differences of the linear function. sum, here: room for 8 * width and width. */
-static void derive(const struct octree *t, size_t probe, size_t width, const float *linear, double *sum, float *here, float *data)
+/* The 8 data of a probe, by differences of the linear function. sum, here: room for 8 * width and
+ * width. */
+static void derive(const struct octree *t, size_t probe, size_t width, const float *linear,
+                   double *sum, float *here, float *data)
 {
     double offset[3][3], weight[3][2][3];
     for (int k = 0; k < 3; k++)
@@ -597,7 +636,8 @@ static void derive(const struct octree *t, size_t probe, size_t width, const flo
         double w[8], x[3];
         bool any = false;
         for (int d = 0; d < 8; d++) {
-            w[d] = weight[0][d & 1][at[0]] * weight[1][d >> 1 & 1][at[1]] * weight[2][d >> 2][at[2]];
+            w[d] = weight[0][d & 1][at[0]] * weight[1][d >> 1 & 1][at[1]] *
+                   weight[2][d >> 2][at[2]];
             any = any || w[d] != 0;
         }
         if (!any)
@@ -614,7 +654,8 @@ static void derive(const struct octree *t, size_t probe, size_t width, const flo
 }
 
 /* The 8 data in the middle of the cubic between two nodes along an axis, added to sum. */
-static void add_middle(int axis, double apart, size_t width, const float *a, const float *b, double *sum)
+static void add_middle(int axis, double apart, size_t width, const float *a, const float *b,
+                       double *sum)
 {
     const size_t slope = (size_t)1 << axis;
     for (size_t d = 0; d < 8; d++) {
@@ -623,7 +664,8 @@ static void add_middle(int axis, double apart, size_t width, const float *a, con
         for (size_t v = d * width; v < (d + 1) * width; v++) {
             const size_t s = v + slope * width;
             sum[v] += ((double)a[v] + (double)b[v]) / 2 + apart / 8 * ((double)a[s] - (double)b[s]);
-            sum[s] += 1.5 / apart * ((double)b[v] - (double)a[v]) - ((double)a[s] + (double)b[s]) / 4;
+            sum[s] += 1.5 / apart * ((double)b[v] - (double)a[v]) -
+                      ((double)a[s] + (double)b[s]) / 4;
         }
     }
 }
@@ -637,7 +679,8 @@ static void derive_made(const struct octree *t, size_t width, double *sum, float
             sum[v] = 0;
         for (int k = 0; k < 3; k++)
             if (m->pair[k][0] >= 0) {
-                add_middle(k, m->apart, width, data + 8 * width * (size_t)m->pair[k][0], data + 8 * width * (size_t)m->pair[k][1], sum);
+                add_middle(k, m->apart, width, data + 8 * width * (size_t)m->pair[k][0],
+                           data + 8 * width * (size_t)m->pair[k][1], sum);
                 count++;
             }
         for (size_t v = 0; v < 8 * width; v++)
@@ -645,7 +688,8 @@ static void derive_made(const struct octree *t, size_t width, double *sum, float
     }
 }
 
-struct error *octree_fill(const struct octree *t, bool cubic, size_t width, const float *value, float **data)
+struct error *octree_fill(const struct octree *t, bool cubic, size_t width, const float *value,
+                          float **data)
 {
     float *linear = NULL, *here = NULL;
     double *sum = NULL;

@@ -15,10 +15,13 @@
 #include <string.h>
 
 enum {
-    BLOCK_NEAR = 4096,       /* points of a block whose points are near one another: what comes out stays in the second-level cache */
-    BLOCK_FAR = 512 * 1024,  /* of one whose points are not: the more, the nearer they come when they are sorted */
-    WAIT = 50,               /* milliseconds */
-    AHEAD = 1,               /* blocks that are answered before their turn, beside one a thread */
+    /* points of a block whose points are near one another: what comes out stays in the second-level
+     * cache */
+    BLOCK_NEAR = 4096,
+    /* of one whose points are not: the more, the nearer they come when they are sorted */
+    BLOCK_FAR = 512 * 1024,
+    WAIT = 50, /* milliseconds */
+    AHEAD = 1, /* blocks that are answered before their turn, beside one a thread */
 };
 
 struct query {
@@ -28,8 +31,9 @@ struct query {
     struct stream_writer *writer;
     size_t point_width; /* 0 before the first point */
     struct points *points;
-    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written in the order of their tickets.
-     * Who has answered one before its turn leaves it, and goes on with the next: nobody waits for another's answer. */
+    /* What the threads share, under the lock. A block has a ticket, its number; blocks are written
+     * in the order of their tickets. Who has answered one before its turn leaves it, and goes on
+     * with the next: nobody waits for another's answer. */
     pthread_mutex_t lock, reading;
     pthread_cond_t freed;
     struct job *job, *free; /* job: owned, `jobs` of them */
@@ -42,7 +46,8 @@ struct query {
 
 /* A block and its answers. */
 struct job {
-    struct job *next; /* of those that are free: the one used last comes first, and is in the cache */
+    /* of those that are free: the one used last comes first, and is in the cache */
+    struct job *next;
     size_t ticket;
     struct points_block block;
     float *light; /* of the block's points, or their irradiance */
@@ -67,14 +72,16 @@ struct worker {
     float *blend; /* of a run of points, before their irradiance is made */
 };
 
-struct error *query_open(struct query **query, const struct interpolate *in, const struct query_settings *settings)
+struct error *query_open(struct query **query, const struct interpolate *in,
+                         const struct query_settings *settings)
 {
     struct query *q = NULL;
     *query = NULL;
     struct error *err = array_create(&q, 1, sizeof *q);
     if (err)
         return err;
-    *q = (struct query){.settings = *settings, .in = in, .out = {.fd = -1}, .block_most = BLOCK_NEAR};
+    *q = (struct query){
+        .settings = *settings, .in = in, .out = {.fd = -1}, .block_most = BLOCK_NEAR};
     pthread_mutex_init(&q->lock, NULL);
     pthread_mutex_init(&q->reading, NULL);
     pthread_cond_init(&q->freed, NULL);
@@ -136,7 +143,9 @@ static struct error *write_legend(struct query *q)
     char *room;
     struct error *err = output_room(&q->out, strlen(what) + 80, &room);
     if (!err)
-        q->out.count += (size_t)(stpcpy(stpcpy(stpcpy(room, "# "), what), " cell probe:4 weight:4 inside distance\n") - room);
+        q->out.count += (size_t)(stpcpy(stpcpy(stpcpy(room, "# "), what),
+                                        " cell probe:4 weight:4 inside distance\n") -
+                                 room);
     return err ? err : output_flush(&q->out, true);
 }
 
@@ -144,7 +153,9 @@ static struct error *write_legend(struct query *q)
 static struct error *start(struct query *q, size_t point_width)
 {
     if (point_width == 6 && !q->in->order)
-        return error_new("points with a normal ask for irradiance, which is made of the column sh, not of %s", q->in->settings.column);
+        return error_new(
+            "points with a normal ask for irradiance, which is made of the column sh, not of %s",
+            q->in->settings.column);
     q->point_width = point_width;
     if (q->settings.format == QUERY_STREAM)
         return start_stream(q);
@@ -164,7 +175,8 @@ static char *explain(char *at, const struct probe_place *place)
         *at++ = ' ';
     }
     at = stpcpy(at, place->inside ? "inside " : "outside ");
-    at = place->distance < (double)FLT_MAX ? number_write_f32(at, (float)place->distance) : number_write_f64(at, place->distance);
+    at = place->distance < (double)FLT_MAX ? number_write_f32(at, (float)place->distance)
+                                           : number_write_f64(at, place->distance);
     *at++ = ' ';
     return at;
 }
@@ -174,7 +186,8 @@ static struct error *make_text(const struct query *q, struct job *job)
     const size_t width = result_width(q), line = (width + 11) * (NUMBER_ROOM + 1);
     job->text_bytes = 0;
     for (size_t i = 0; i < job->block.count; i++) {
-        struct error *err = array_reserve(&job->text, &job->text_capacity, job->text_bytes + line, 1);
+        struct error *err =
+            array_reserve(&job->text, &job->text_capacity, job->text_bytes + line, 1);
         if (err)
             return err;
         char *at = job->text + job->text_bytes;
@@ -204,7 +217,8 @@ static struct error *make_stream(const struct query *q, struct job *job)
         for (size_t k = 0; k < 3 && width == 6; k++)
             column_f32(&job->rows.columns[1])[3 * i + k] = (float)point[3 + k];
     }
-    memcpy(job->rows.columns[job->rows.column_count - 1].data, job->light, job->block.count * result_width(q) * sizeof *job->light);
+    memcpy(job->rows.columns[job->rows.column_count - 1].data, job->light,
+           job->block.count * result_width(q) * sizeof *job->light);
     return NULL;
 }
 
@@ -216,31 +230,39 @@ static struct error *write_block(struct query *q, const struct job *job)
     switch (q->settings.format) {
     case QUERY_STREAM: return stream_writer_rows(q->writer, &job->rows, 0, job->block.count);
     case QUERY_TEXT: return output_write(&q->out, job->text, job->text_bytes);
-    default: return output_write(&q->out, job->light, job->block.count * result_width(q) * sizeof *job->light);
+    default:
+        return output_write(&q->out, job->light,
+                            job->block.count * result_width(q) * sizeof *job->light);
     }
 }
 
 /* -- the light at points ---------------------------------------------------------------------- */
 
-static struct error *make_irradiance(const struct query *q, const float *sh, const double *normal, float rgb[3])
+static struct error *make_irradiance(const struct query *q, const float *sh, const double *normal,
+                                     float rgb[3])
 {
-    const double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    const double length =
+        sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     if (!(length > 0) || !(length < INFINITY))
-        return error_new("expected a normal with a length, got %g %g %g", normal[0], normal[1], normal[2]);
+        return error_new("expected a normal with a length, got %g %g %g", normal[0], normal[1],
+                         normal[2]);
     const double scale = 1 / length;
-    const float n[3] = {(float)(normal[0] * scale), (float)(normal[1] * scale), (float)(normal[2] * scale)};
+    const float n[3] = {(float)(normal[0] * scale), (float)(normal[1] * scale),
+                        (float)(normal[2] * scale)};
     (q->in->convolved ? probe_irradiance_convolved : probe_irradiance)(q->in->order, sh, n, rgb);
     return NULL;
 }
 
 /* The column's values at a point whose place is known. */
-static struct error *light_point(struct worker *w, const double point[3], const struct probe_place *place, float *light)
+static struct error *light_point(struct worker *w, const double point[3],
+                                 const struct probe_place *place, float *light)
 {
     const struct query *q = w->query;
     if (!place->inside) {
         w->job->outside++;
         if (q->settings.outside == QUERY_ERROR)
-            return error_new("the point is outside of the hull of the probes, %g away from it", place->distance);
+            return error_new("the point is outside of the hull of the probes, %g away from it",
+                             place->distance);
         if (q->settings.outside == QUERY_ZERO) {
             memset(light, 0, q->in->width * sizeof *light);
             return NULL;
@@ -263,11 +285,13 @@ static void take_error(struct wrong *wrong, struct error *err, size_t point)
     *wrong = (struct wrong){err, point};
 }
 
-enum { RUN = 256, NEXT = 8 }; /* points whose places are found before their light; of these, how far memory is asked ahead */
+/* points whose places are found before their light; of these, how far memory is asked ahead */
+enum { RUN = 256, NEXT = 8 };
 
-/* Answers n points of the block: those that order names, or those behind `first`. Light is made of all before the irradiance of any: what
- * was just stored cannot be read at once. */
-static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t first, struct wrong *wrong)
+/* Answers n points of the block: those that order names, or those behind `first`. Light is made of
+ * all before the irradiance of any: what was just stored cannot be read at once. */
+static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t first,
+                      struct wrong *wrong)
 {
     const struct query *q = w->query;
     const struct points_block *block = &w->job->block;
@@ -275,25 +299,33 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
     const size_t width = q->in->width;
     struct probe_place place[RUN];
     place[0].cell = w->last;
-    interpolate_find_many(q->in, n, block->value + (order ? 0 : first * block->width), block->width, order, place);
+    interpolate_find_many(q->in, n, block->value + (order ? 0 : first * block->width), block->width,
+                          order, place);
     w->last = place[n - 1].cell;
     for (size_t j = 0; j < n; j++) {
         const size_t i = order ? order[j] : first + j;
         if (j + NEXT < n && (order || place[j + NEXT].cell != place[j + NEXT - 1].cell))
             interpolate_fetch(q->in, &place[j + NEXT]);
         if (i < wrong->point)
-            take_error(wrong, light_point(w, block->value + i * block->width, &place[j], irradiance ? w->blend + j * width : w->job->light + i * width), i);
+            take_error(wrong,
+                       light_point(w, block->value + i * block->width, &place[j],
+                                   irradiance ? w->blend + j * width : w->job->light + i * width),
+                       i);
         if (w->job->place)
             w->job->place[i] = place[j];
     }
     for (size_t j = 0; j < n && irradiance; j++) {
         const size_t i = order ? order[j] : first + j;
         if (i < wrong->point)
-            take_error(wrong, make_irradiance(q, w->blend + j * width, block->value + i * block->width + 3, w->job->light + 3 * i), i);
+            take_error(wrong,
+                       make_irradiance(q, w->blend + j * width, block->value + i * block->width + 3,
+                                       w->job->light + 3 * i),
+                       i);
     }
 }
 
-/* Answers the block's points, in the given order or as they come. The error is that of the first point that has one. */
+/* Answers the block's points, in the given order or as they come. The error is that of the first
+ * point that has one. */
 static struct error *light_block(struct worker *w, const uint32_t *order)
 {
     const size_t count = w->job->block.count;
@@ -303,13 +335,18 @@ static struct error *light_block(struct worker *w, const uint32_t *order)
     return points_block_place(w->query->points, &w->job->block, wrong.point, wrong.err);
 }
 
-/* Finds an order for a block whose points are far from one another; NULL: they are answered as they come. */
+/* Finds an order for a block whose points are far from one another; NULL: they are answered as they
+ * come. */
 static struct error *find_order(struct worker *w, const uint32_t **order)
 {
     const size_t count = w->job->block.count;
-    const bool scattered = w->query->in->volume && probe_volume_scattered(w->query->in->volume, count, w->job->block.value, w->job->block.width);
+    const bool scattered = w->query->in->volume &&
+                           probe_volume_scattered(w->query->in->volume, count, w->job->block.value,
+                                                  w->job->block.width);
     *order = NULL;
-    atomic_store_explicit(&w->query->block_most, scattered ? BLOCK_FAR : BLOCK_NEAR, memory_order_relaxed); /* of what comes next */
+    /* of what comes next */
+    atomic_store_explicit(&w->query->block_most, scattered ? BLOCK_FAR : BLOCK_NEAR,
+                          memory_order_relaxed);
     if (!scattered)
         return NULL;
     struct error *err = array_reserve(&w->order, &w->order_capacity, count, sizeof *w->order);
@@ -317,7 +354,8 @@ static struct error *find_order(struct worker *w, const uint32_t **order)
         err = array_reserve(&w->room, &w->room_capacity, 3 * count, sizeof *w->room);
     if (err)
         return err;
-    probe_volume_order(w->query->in->volume, count, w->job->block.value, w->job->block.width, w->order, w->room);
+    probe_volume_order(w->query->in->volume, count, w->job->block.value, w->job->block.width,
+                       w->order, w->room);
     *order = w->order;
     return NULL;
 }
@@ -328,9 +366,11 @@ static struct error *answer(struct worker *w)
     const uint32_t *order;
     struct error *err = points_parse(q->points, &w->job->block);
     if (!err)
-        err = array_reserve(&w->job->light, &w->job->light_capacity, w->job->block.count * result_width(q), sizeof *w->job->light);
+        err = array_reserve(&w->job->light, &w->job->light_capacity,
+                            w->job->block.count * result_width(q), sizeof *w->job->light);
     if (!err && q->settings.explain)
-        err = array_reserve(&w->job->place, &w->job->place_capacity, w->job->block.count, sizeof *w->job->place);
+        err = array_reserve(&w->job->place, &w->job->place_capacity, w->job->block.count,
+                            sizeof *w->job->place);
     if (!err && !w->blend)
         err = array_create(&w->blend, RUN * q->in->width, sizeof *w->blend);
     if (!err)
@@ -365,8 +405,8 @@ static void free_job(struct query *q, struct job *job) /* the lock is held */
     pthread_cond_signal(&q->freed);
 }
 
-/* Takes the next block and its ticket; false when there is none, or another thread has failed. Reading may wait for a pipe:
- * nobody else does meanwhile. */
+/* Takes the next block and its ticket; false when there is none, or another thread has failed.
+ * Reading may wait for a pipe: nobody else does meanwhile. */
 static bool take(struct query *q, struct job *job)
 {
     pthread_mutex_lock(&q->reading);
@@ -391,7 +431,8 @@ static bool take(struct query *q, struct job *job)
     return more;
 }
 
-/* Writes what is answered, as long as its turn has come; nothing behind a block that has failed. Returns the failed one's error. */
+/* Writes what is answered, as long as its turn has come; nothing behind a block that has failed.
+ * Returns the failed one's error. */
 static struct error *write_answered(struct query *q, struct job *answered)
 {
     struct error *err = NULL;

@@ -4,9 +4,9 @@
  *     if (!err) err = query_run(q, points);
  *     if (!err) err = query_finish(q);
  *
- * A point alone gets the interpolated column; a point with a normal gets the irradiance (RGB) of a surface there. Blocks of points
- * are answered by many threads and written in order. Points of a block that are far from one another are looked up along a
- * Morton curve.
+ * A point alone gets the interpolated column; a point with a normal gets the irradiance (RGB) of a
+ * surface there. Blocks of points are answered by many threads and written in order. Points of a
+ * block that are far from one another are looked up along a Morton curve.
  */
 #ifndef QUERY_H
 #define QUERY_H
@@ -36,14 +36,16 @@ enum query_outside {
 struct query_settings {
     enum query_format format;
     enum query_outside outside;
-    bool explain;         /* text: add cell, probes, weights, inside or outside, distance from the hull */
+    /* text: add cell, probes, weights, inside or outside, distance from the hull */
+    bool explain;
     int threads;
     const char *output;   /* a path, or "-" */
     const char *recorded; /* QUERY_STREAM: the command line for the provenance */
 };
 
 /* What is interpolated (interpolate.h) must outlive the query. */
-struct error *query_open(struct query **query, const struct interpolate *interpolate, const struct query_settings *settings);
+struct error *query_open(struct query **query, const struct interpolate *interpolate,
+                         const struct query_settings *settings);
 
 /* Answers all points. Errors name where. */
 struct error *query_run(struct query *query, struct points *points);

@@ -51,7 +51,9 @@ static struct error *sort_probes(struct scatter *s)
     for (size_t i = 0; i < n && !err; i++) {
         uint32_t x[3];
         for (size_t k = 0; k < 3; k++)
-            x[k] = extent > 0 ? (uint32_t)((s->position[3 * (size_t)s->probe[i] + k] - low[k]) / extent * 2097151) : 0;
+            x[k] = extent > 0 ? (uint32_t)((s->position[3 * (size_t)s->probe[i] + k] - low[k]) /
+                                           extent * 2097151)
+                              : 0;
         key[i] = volume_morton(x, 21);
     }
     if (!err) {
@@ -67,9 +69,8 @@ static struct error *sort_probes(struct scatter *s)
     return err;
 }
 
-struct error *scatter_create(struct scatter **scatter, size_t probes, const double *position, bool (*skip)(const void *context,
-                             size_t probe),
-                             const void *context)
+struct error *scatter_create(struct scatter **scatter, size_t probes, const double *position,
+                             bool (*skip)(const void *context, size_t probe), const void *context)
 {
     struct scatter *s = NULL;
     *scatter = NULL;
@@ -117,7 +118,7 @@ struct ask {
     const struct scatter *scatter;
     const double *p;
     double square;
-    int32_t best, not; /* not: is not looked at */
+    int32_t best, not ; /* not: is not looked at */
     void (*visit)(void *context, int32_t probe, double distance);
     void *context;
 };
@@ -127,7 +128,8 @@ static void try_nearest(void *context, size_t item)
     struct ask *a = context;
     const int32_t probe = a->scatter->probe[item];
     const double square = square_between(a->scatter, probe, a->p);
-    if (probe != a->not && (square < a->square || (square == a->square && (a->best < 0 || probe < a->best)))) {
+    if (probe != a->not &&(square < a->square ||
+                           (square == a->square && (a->best < 0 || probe < a->best)))) {
         a->square = square;
         a->best = probe;
     }
@@ -141,7 +143,8 @@ static void try_within(void *context, size_t item)
         a->visit(a->context, a->scatter->probe[item], sqrt(square));
 }
 
-static void search(const struct scatter *s, struct ask *a, void (*visit)(void *context, size_t item))
+static void search(const struct scatter *s, struct ask *a,
+                   void (*visit)(void *context, size_t item))
 {
     double p[3];
     for (int k = 0; k < 3; k++)
@@ -161,7 +164,10 @@ double scatter_spacing(const struct scatter *s)
 {
     double sum = 0;
     for (size_t i = 0; i < s->count; i++) {
-        struct ask a = {.scatter = s, .p = s->position + 3 * (size_t)s->probe[i], .square = INFINITY, .best = -1,
+        struct ask a = {.scatter = s,
+                        .p = s->position + 3 * (size_t)s->probe[i],
+                        .square = INFINITY,
+                        .best = -1,
                         .not = s->probe[i]};
         search(s, &a, try_nearest);
         sum += a.square < INFINITY ? sqrt(a.square) : 0;
@@ -169,10 +175,12 @@ double scatter_spacing(const struct scatter *s)
     return 2 * sum / (double)s->count;
 }
 
-/* The order of boxes depends on how near they are to p; that of sums must not, at least not for one p: it does not. */
-void scatter_within(const struct scatter *s, const double p[3], double radius, void (*visit)(void *context, int32_t probe,
-                    double distance), void *context)
+/* The order of boxes depends on how near they are to p; that of sums must not, at least not for one
+ * p: it does not. */
+void scatter_within(const struct scatter *s, const double p[3], double radius,
+                    void (*visit)(void *context, int32_t probe, double distance), void *context)
 {
-    struct ask a = {.scatter = s, .p = p, .square = radius * radius, .visit = visit, .context = context};
+    struct ask a = {
+        .scatter = s, .p = p, .square = radius * radius, .visit = visit, .context = context};
     search(s, &a, try_within);
 }

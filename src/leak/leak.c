@@ -12,8 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const int leak_edge[5][6][2] = {
-    [2] = {{0, 1}}, [3] = {{0, 1}, {0, 2}, {1, 2}}, [4] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+const int leak_edge[5][6][2] = {[2] = {{0, 1}},
+                                [3] = {{0, 1}, {0, 2}, {1, 2}},
+                                [4] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
 int leak_edges_of(int corners)
 {
@@ -38,7 +39,8 @@ static int compare_edges(const void *a, const void *b)
 }
 
 /* All edges of all cells, sorted: those of several cells stand together. */
-static struct error *list_edges(int corners, size_t cell_count, const int32_t *vertex, struct edge **edges, size_t *count)
+static struct error *list_edges(int corners, size_t cell_count, const int32_t *vertex,
+                                struct edge **edges, size_t *count)
 {
     const size_t each = (size_t)leak_edges_of(corners);
     *count = each * cell_count;
@@ -49,7 +51,8 @@ static struct error *list_edges(int corners, size_t cell_count, const int32_t *v
         const int32_t *v = vertex + i / each * (size_t)corners;
         const int *edge = leak_edge[corners][i % each];
         const int32_t a = v[edge[0]], b = v[edge[1]];
-        (*edges)[i] = (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
+        (*edges)[i] =
+            (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
     }
     if (!err)
         qsort(*edges, *count, sizeof **edges, compare_edges);
@@ -67,8 +70,8 @@ static int compare_doubles(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count,
-                                const int32_t *vertex)
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners,
+                                size_t cell_count, const int32_t *vertex)
 {
     struct edge *edges = NULL;
     double *length = NULL;
@@ -85,8 +88,11 @@ struct error *leak_settings_for(struct leak_settings *settings, const double *po
     if (!err)
         qsort(length, count, sizeof *length, compare_doubles);
     const double median = err || !count ? 0 : length[count / 2];
-    *settings = (struct leak_settings){
-        .graze = 0.1, .margin = 0.1, .offset = 0.05 * median, .separation = 0.5 * median, .threads = 1};
+    *settings = (struct leak_settings){.graze = 0.1,
+                                       .margin = 0.1,
+                                       .offset = 0.05 * median,
+                                       .separation = 0.5 * median,
+                                       .threads = 1};
     free(edges);
     free(length);
     return err;
@@ -97,7 +103,8 @@ struct error *leak_settings_for(struct leak_settings *settings, const double *po
 /* What the rays along one edge found. */
 struct finding {
     bool crossed;
-    bool stands[2];       /* a probe can stand before the surface, on the side of the low, the high end */
+    /* a probe can stand before the surface, on the side of the low, the high end */
+    bool stands[2];
     bool asks[2];         /* and is asked for: the end is far from the surface */
     struct vec3 probe[2]; /* where */
 };
@@ -112,7 +119,8 @@ struct look {
     struct finding *finding;
 };
 
-/* Off the surface on the side of the unit normal n, by the offset, or half way to what is in front of it. */
+/* Off the surface on the side of the unit normal n, by the offset, or half way to what is in front
+ * of it. */
 static struct vec3 stand_off(const struct look *look, struct vec3 on_surface, struct vec3 n)
 {
     double from[3], direction[3];
@@ -123,15 +131,19 @@ static struct vec3 stand_off(const struct look *look, struct vec3 on_surface, st
     return vec3_fma(on_surface, ahead.hit ? ahead.distance / 2 : offset, n);
 }
 
-/* On the edge, so that what is added to probes in a plane or on a line stays there: off it by little, it would make space of the
- * plane, and slivers of the cells. Off the surface by the offset all the same, or half way. */
-static struct vec3 stand_on_edge(const struct look *look, struct vec3 a, struct vec3 direction, double distance, double cosine)
+/* On the edge, so that what is added to probes in a plane or on a line stays there: off it by
+ * little, it would make space of the plane, and slivers of the cells. Off the surface by the offset
+ * all the same, or half way. */
+static struct vec3 stand_on_edge(const struct look *look, struct vec3 a, struct vec3 direction,
+                                 double distance, double cosine)
 {
-    return vec3_fma(a, distance - fmin(look->settings->offset / fabs(cosine), distance / 2), direction);
+    return vec3_fma(a, distance - fmin(look->settings->offset / fabs(cosine), distance / 2),
+                    direction);
 }
 
 /* The ray from `a` towards `b`, whose findings are those of `side`. */
-static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int side, struct finding *f)
+static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int side,
+                      struct finding *f)
 {
     const struct vec3 way = vec3_sub(b, a);
     const double length = vec3_length(way);
@@ -147,10 +159,12 @@ static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int
     if (fabs(cosine) < look->settings->graze)
         return;
     f->stands[side] = true;
-    f->asks[side] = hit.distance >= look->settings->margin * length && hit.distance * fabs(cosine) >= 2 * look->settings->offset;
-    /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that plane, else its hull would be
-     * all slivers. */
-    const struct vec3 on_edge = vec3_fma(a, hit.distance, direction), facing = vec3_scale(cosine < 0 ? 1 : -1, hit.normal);
+    f->asks[side] = hit.distance >= look->settings->margin * length &&
+                    hit.distance * fabs(cosine) >= 2 * look->settings->offset;
+    /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that
+     * plane, else its hull would be all slivers. */
+    const struct vec3 on_edge = vec3_fma(a, hit.distance, direction),
+                      facing = vec3_scale(cosine < 0 ? 1 : -1, hit.normal);
     f->probe[side] = look->corners < 4 ? stand_on_edge(look, a, direction, hit.distance, cosine)
                                        : stand_off(look, on_edge, facing);
 }
@@ -161,7 +175,7 @@ static struct error *look_along(void *context, size_t index, int thread)
     const struct look *look = context;
     const struct edge *edge = &look->edges[look->first[index]];
     const struct vec3 low = vec3_load(look->position + 3 * (size_t)edge->low),
-        high = vec3_load(look->position + 3 * (size_t)edge->high);
+                      high = vec3_load(look->position + 3 * (size_t)edge->high);
     struct finding *f = &look->finding[index];
     look_from(look, low, high, 0, f);
     look_from(look, high, low, 1, f);
@@ -181,8 +195,10 @@ static bool sees(void *context, const double *point)
     return trace_visibility(view->tracer, view->from, point) > 0;
 }
 
-/* Whether a probe nearer than `reach` (at most a cube's size) is seen from p: it stands for p, on the same side. */
-static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p, double reach)
+/* Whether a probe nearer than `reach` (at most a cube's size) is seen from p: it stands for p, on
+ * the same side. */
+static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p,
+                      double reach)
 {
     double at[3];
     vec3_store(at, p);
@@ -207,18 +223,22 @@ struct candidate {
 
 static int compare_candidates(const void *a, const void *b)
 {
-    return compare_positions(((const struct candidate *)a)->position, ((const struct candidate *)b)->position);
+    return compare_positions(((const struct candidate *)a)->position,
+                             ((const struct candidate *)b)->position);
 }
 
 static struct candidate make_candidate(const struct finding *f)
 {
-    const int first = !f->asks[0] || (f->asks[1] && compare_positions(f->probe[1], f->probe[0]) < 0);
+    const int first = !f->asks[0] ||
+                      (f->asks[1] && compare_positions(f->probe[1], f->probe[0]) < 0);
     return (struct candidate){f->probe[first], f};
 }
 
-/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in pairs, one on each side of
- * the wall: a probe at a wall without a twin behind it would be joined, through the wall, to probes far away. */
-static struct error *choose(const struct look *look, size_t distinct, size_t probe_count, struct leaks *leaks)
+/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in
+ * pairs, one on each side of the wall: a probe at a wall without a twin behind it would be joined,
+ * through the wall, to probes far away. */
+static struct error *choose(const struct look *look, size_t distinct, size_t probe_count,
+                            struct leaks *leaks)
 {
     for (size_t i = 0; i < distinct; i++)
         leaks->leaking += look->finding[i].asks[0] || look->finding[i].asks[1];
@@ -240,10 +260,12 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
     const double twin_reach = fmin(2 * look->settings->offset, look->settings->separation);
     for (size_t i = 0; i < count && !err; i++) {
         const struct finding *f = candidate[i].finding;
-        const int first = compare_positions(f->probe[0], f->probe[1]) > 0; /* whichever row has the smaller number */
+        /* whichever row has the smaller number */
+        const int first = compare_positions(f->probe[0], f->probe[1]) > 0;
         bool wanted = false;
         for (int side = 0; side < 2; side++)
-            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f->probe[side], look->settings->separation));
+            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f->probe[side],
+                                                            look->settings->separation));
         for (int turn = 0; wanted && turn < 2; turn++) {
             const int side = turn ? !first : first;
             if (!f->stands[side] || is_served(&cubes, look->tracer, f->probe[side], twin_reach))
@@ -260,13 +282,16 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
 
 /* -- all together ----------------------------------------------------------------------------- */
 
-struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const struct leak_settings *settings,
-                        size_t probe_count, const double *position, int corners, size_t cell_count, const int32_t *vertex)
+struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
+                        const struct leak_settings *settings, size_t probe_count,
+                        const double *position, int corners, size_t cell_count,
+                        const int32_t *vertex)
 {
     *leaks = (struct leaks){0};
     struct edge *edges = NULL;
     size_t *first = NULL;
-    struct look look = {.tracer = tracer, .settings = settings, .position = position, .corners = corners};
+    struct look look = {
+        .tracer = tracer, .settings = settings, .position = position, .corners = corners};
     size_t all = 0;
     struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
     if (!err)
@@ -287,7 +312,8 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const 
     for (size_t e = 0; e < leaks->edges && !err; e++) {
         leaks->crossed += look.finding[e].crossed;
         for (size_t i = first[e]; i < first[e + 1]; i++)
-            leaks->cell_edges[edges[i].slot] = look.finding[e].asks[0] || look.finding[e].asks[1] ? 2 : look.finding[e].crossed;
+            leaks->cell_edges[edges[i].slot] =
+                look.finding[e].asks[0] || look.finding[e].asks[1] ? 2 : look.finding[e].crossed;
     }
     if (!err)
         err = choose(&look, leaks->edges, probe_count, leaks);

@@ -1,13 +1,16 @@
-/* leak: edges of the tetrahedra that pass through walls, and the probes that mend them (Sukys 2014, sec. 3.2.2).
+/* leak: edges of the tetrahedra that pass through walls, and the probes that mend them (Sukys 2014,
+ * sec. 3.2.2).
  *
- * Light is blended along an edge from end to end. Where a surface crosses the edge, the light of one side leaks to the
- * other, over the whole way from the surface to the edge's end. So a ray goes along each edge from both ends. Where one meets a
- * surface, the edge is *crossed*; it *leaks*, and asks for a probe just off the surface, where the end is far from it
- * (relative to the edge, and to the distance at which probes stand off) and the ray does not merely graze it. Probes go in
- * in pairs, one on each side of the wall, unless one is near enough already; then the mesh joins twin to twin
- * through the wall, and what is blended through it is no more than the gap. Probes in a plane or on a line get theirs on the
- * edges, and stay in that plane or on that line. What is mended in one round makes new cells,
- * so rounds follow, each with half the separation of the last, until no edge leaks.
+ * Light is blended along an edge from end to end. Where a surface crosses the edge, the light of
+ * one side leaks to the other, over the whole way from the surface to the edge's end. So a ray goes
+ * along each edge from both ends. Where one meets a surface, the edge is *crossed*; it *leaks*, and
+ * asks for a probe just off the surface, where the end is far from it (relative to the edge, and to
+ * the distance at which probes stand off) and the ray does not merely graze it. Probes go in in
+ * pairs, one on each side of the wall, unless one is near enough already; then the mesh joins twin
+ * to twin through the wall, and what is blended through it is no more than the gap. Probes in a
+ * plane or on a line get theirs on the edges, and stay in that plane or on that line. What is
+ * mended in one round makes new cells, so rounds follow, each with half the separation of the last,
+ * until no edge leaks.
  */
 #ifndef LEAK_H
 #define LEAK_H
@@ -19,16 +22,19 @@ struct error;
 struct tracer;
 
 struct leak_settings {
-    double graze;      /* least |cos| between ray and surface normal for a surface to count as a wall to mend */
-    double margin;     /* least distance from an end to the surface, as a share of the edge */
-    double offset;     /* how far off the surface a new probe stands, scene units */
-    double separation; /* least distance from a new probe to another one that it sees, scene units */
+    /* least |cos| between ray and surface normal for a surface to count as a wall to mend */
+    double graze;
+    double margin; /* least distance from an end to the surface, as a share of the edge */
+    double offset; /* how far off the surface a new probe stands, scene units */
+    /* least distance from a new probe to another one that it sees, scene units */
+    double separation;
     int threads;
 };
 
-/* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median edge. */
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners, size_t cell_count,
-                                const int32_t *vertex);
+/* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median
+ * edge. */
+struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners,
+                                size_t cell_count, const int32_t *vertex);
 
 /* How many edges a cell of so many corners has: 6, 3, 1, 0. */
 int leak_edges_of(int corners);
@@ -37,18 +43,23 @@ int leak_edges_of(int corners);
 extern const int leak_edge[5][6][2];
 
 struct leaks {
-    size_t edges;        /* of the mesh */
-    size_t crossed;      /* by a surface */
-    size_t leaking;      /* crossed, with an end that is far from the surface */
-    /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only crossed, else 0; owned */
+    size_t edges;   /* of the mesh */
+    size_t crossed; /* by a surface */
+    size_t leaking; /* crossed, with an end that is far from the surface */
+    /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only
+     * crossed, else 0; owned */
     int32_t *cell_edges;
-    double *probe;       /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
+    /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
+    double *probe;
     size_t probe_count;
 };
 
-/* Looks along the edges of the cells. The result does not depend on the number of threads, or on the order of the probes. */
-struct error *leak_find(struct leaks *leaks, const struct tracer *tracer, const struct leak_settings *settings,
-                        size_t probe_count, const double *position, int corners, size_t cell_count, const int32_t *vertex);
+/* Looks along the edges of the cells. The result does not depend on the number of threads, or on
+ * the order of the probes. */
+struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
+                        const struct leak_settings *settings, size_t probe_count,
+                        const double *position, int corners, size_t cell_count,
+                        const int32_t *vertex);
 void leaks_clear(struct leaks *leaks);
 
 #endif

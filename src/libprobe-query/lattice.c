@@ -21,7 +21,8 @@ struct lattice lattice_fit(size_t count, const double *position)
         return lattice;
     int exponent;
     frexp(extent, &exponent);
-    lattice.step = ldexp(1, exponent + 2 - LATTICE_BITS); /* 2 extents < 2^(exponent + 1), and one more for rounding */
+    /* 2 extents < 2^(exponent + 1), and one more for rounding */
+    lattice.step = ldexp(1, exponent + 2 - LATTICE_BITS);
     for (int k = 0; k < 3; k++)
         lattice.origin[k] = rint(low[k] / lattice.step) * lattice.step;
     return lattice;
@@ -30,7 +31,9 @@ struct lattice lattice_fit(size_t count, const double *position)
 void lattice_snap(const struct lattice *lattice, const double position[3], double site[3])
 {
     for (int k = 0; k < 3; k++) /* world steps first: exact, and the same whatever the origin */
-        site[k] = lattice->step > 0 ? rint(position[k] / lattice->step) - lattice->origin[k] / lattice->step : 0;
+        site[k] = lattice->step > 0
+                      ? rint(position[k] / lattice->step) - lattice->origin[k] / lattice->step
+                      : 0;
 }
 
 static int64_t whole(double x)
@@ -38,7 +41,8 @@ static int64_t whole(double x)
     return (int64_t)x;
 }
 
-lattice_volume lattice_orient(const double p0[3], const double p1[3], const double p2[3], const double p3[3])
+lattice_volume lattice_orient(const double p0[3], const double p1[3], const double p2[3],
+                              const double p3[3])
 {
     int64_t a[3], b[3], c[3];
     for (int k = 0; k < 3; k++) {

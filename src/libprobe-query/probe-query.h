@@ -1,28 +1,31 @@
-/* probe-query: the light that probe-tools baked, at any point, for programs that draw moving things.
+/* probe-query: the light that probe-tools baked, at any point, for programs that draw moving
+ * things.
  *
- * A volume is the probes' positions and the cells between them. Ask it for the place of a point: the cell around it, the cell's
- * probes and their weights. Blend what the probes hold with these weights, and that is the light there:
+ * A volume is the probes' positions and the cells between them. Ask it for the place of a point:
+ * the cell around it, the cell's probes and their weights. Blend what the probes hold with these
+ * weights, and that is the light there:
  *
  *     struct probe_volume *volume;
- *     struct probe_place place = {.cell = PROBE_COLD};         one for each thing that moves: it remembers the cell
- *     float sh[27], rgb[3];
+ *     struct probe_place place = {.cell = PROBE_COLD};         one for each thing that moves: it
+ * remembers the cell float sh[27], rgb[3];
  *
- *     status = probe_volume_open(&volume, file, size, 0, NULL);              a packed file, in memory or mapped
- *     each frame:
- *         probe_volume_locate(volume, position, &place);
+ *     status = probe_volume_open(&volume, file, size, 0, NULL);              a packed file, in
+ * memory or mapped each frame: probe_volume_locate(volume, position, &place);
  *         probe_volume_light(volume, &place, sh);
  *         probe_irradiance(3, sh, normal, rgb);
  *     probe_volume_destroy(volume);
  *
- * or, from arrays of your own instead of a packed file: probe_volume_create, and probe_blend in place of probe_volume_light.
+ * or, from arrays of your own instead of a packed file: probe_volume_create, and probe_blend in
+ * place of probe_volume_light.
  *
- * No call prints, exits, or keeps state elsewhere. A volume is read-only once it is made: any number of threads may ask it at
- * once, without locks, each with places of its own. What is given to a volume must outlive it; nothing of it is copied but what
- * is said below.
+ * No call prints, exits, or keeps state elsewhere. A volume is read-only once it is made: any
+ * number of threads may ask it at once, without locks, each with places of its own. What is given
+ * to a volume must outlive it; nothing of it is copied but what is said below.
  *
- * The same point gives the same bytes, whatever cell the search began in. Light is continuous on the faces of cells and across
- * the hull; outside of it, too, where the hull is convex or light goes on along rays (PROBE_EXTEND). Positions are in scene units,
- * right-handed; colour is linear RGB; SH are real and orthonormal with positive constants in the first band, coefficient-major,
+ * The same point gives the same bytes, whatever cell the search began in. Light is continuous on
+ * the faces of cells and across the hull; outside of it, too, where the hull is convex or light
+ * goes on along rays (PROBE_EXTEND). Positions are in scene units, right-handed; colour is linear
+ * RGB; SH are real and orthonormal with positive constants in the first band, coefficient-major,
  * colour fastest: sh[3 * (l * (l + 1) + m) + channel] (man probe-tools).
  */
 #ifndef PROBE_QUERY_H
@@ -38,15 +41,16 @@ extern "C" {
 enum probe_status {
     PROBE_OK,
     PROBE_NO_MEMORY,
-    PROBE_BAD_ARGUMENT,  /* counts or numbers of corners that cannot be */
+    PROBE_BAD_ARGUMENT, /* counts or numbers of corners that cannot be */
     PROBE_NO_CELLS,
-    PROBE_BAD_POSITION,  /* row: of a probe whose position is not finite */
-    PROBE_BAD_VERTEX,    /* row: of a cell that names a probe that does not exist */
-    PROBE_BAD_NEIGHBOUR, /* row: of a cell whose neighbour does not exist or does not share the face */
-    PROBE_BAD_SHAPE,     /* row: of a cell that is flat or inside out */
-    PROBE_BAD_POINT,     /* a point that is not finite */
-    PROBE_NOT_AN_IMAGE,  /* it does not start as a packed file does, or is of a later version */
-    PROBE_BAD_IMAGE      /* it is cut short, or its checksum or counts are wrong */
+    PROBE_BAD_POSITION, /* row: of a probe whose position is not finite */
+    PROBE_BAD_VERTEX,   /* row: of a cell that names a probe that does not exist */
+    /* row: of a cell whose neighbour does not exist or does not share the face */
+    PROBE_BAD_NEIGHBOUR,
+    PROBE_BAD_SHAPE,    /* row: of a cell that is flat or inside out */
+    PROBE_BAD_POINT,    /* a point that is not finite */
+    PROBE_NOT_AN_IMAGE, /* it does not start as a packed file does, or is of a later version */
+    PROBE_BAD_IMAGE     /* it is cut short, or its checksum or counts are wrong */
 };
 
 /* In English, without a full stop. */
@@ -54,11 +58,14 @@ const char *probe_status_text(enum probe_status status);
 
 /* -- volumes ----------------------------------------------------------------------------------- */
 
-/* The arrays of a baked stream: columns position of table probe, and vertex and neighbour of table tet, tri, segment or point. */
+/* The arrays of a baked stream: columns position of table probe, and vertex and neighbour of table
+ * tet, tri, segment or point. */
 struct probe_mesh {
     size_t probes;
     const double *position; /* 3 a probe */
-    int corners;            /* of a cell: 4 tetrahedra; 3, 2, 1: triangles, segments, a point, of probes in a plane, on a line, in a place */
+    /* of a cell: 4 tetrahedra; 3, 2, 1: triangles, segments, a point, of probes in a plane, on a
+     * line, in a place */
+    int corners;
     size_t cells;
     const int32_t *vertex;    /* `corners` a cell: its probes. Tetrahedra are right-handed */
     const int32_t *neighbour; /* `corners` a cell: the cell opposite each corner, or -1 */
@@ -67,22 +74,28 @@ struct probe_mesh {
 struct probe_volume;
 
 enum {
-    PROBE_LEAN = 1,    /* no matrices: a point costs about three times as much, memory beside the given arrays is a tenth */
-    /* Outside of the hull, light is that of its nearest point. But before a dent that would jump: where the hull has some, light
-     * goes on along rays in cells to infinity, if these leave the hull well. Or always as is said here: */
+    /* no matrices: a point costs about three times as much, memory beside the given arrays is a
+     * tenth */
+    PROBE_LEAN = 1,
+    /* Outside of the hull, light is that of its nearest point. But before a dent that would jump:
+     * where the hull has some, light goes on along rays in cells to infinity, if these leave the
+     * hull well. Or always as is said here: */
     PROBE_NEAREST = 2,
-    PROBE_EXTEND = 4   /* where it can: see probe_volume_extends */
+    PROBE_EXTEND = 4 /* where it can: see probe_volume_extends */
 };
 
-/* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (with PROBE_LEAN, and where a cell has fewer than 4
- * corners) or none, and copies positions. Checks every number: a mesh that is not whole is refused, *volume is NULL then, and
- * *row (if not NULL) says where. */
-enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh, unsigned flags, size_t *row);
+/* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (with PROBE_LEAN, and where
+ * a cell has fewer than 4 corners) or none, and copies positions. Checks every number: a mesh that
+ * is not whole is refused, *volume is NULL then, and *row (if not NULL) says where. */
+enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh,
+                                      unsigned flags, size_t *row);
 
-/* Makes a volume of a packed file that lies at `image` (on a multiple of 8 bytes, as malloc and mmap give). Positions and light
- * are used where they lie, and so are cells with PROBE_LEAN, and where they have fewer than 4 corners; so what lies there must
- * not change while the volume is used. Checks everything, as above. */
-enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size, unsigned flags, size_t *row);
+/* Makes a volume of a packed file that lies at `image` (on a multiple of 8 bytes, as malloc and
+ * mmap give). Positions and light are used where they lie, and so are cells with PROBE_LEAN, and
+ * where they have fewer than 4 corners; so what lies there must not change while the volume is
+ * used. Checks everything, as above. */
+enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size,
+                                    unsigned flags, size_t *row);
 
 void probe_volume_destroy(struct probe_volume *volume); /* NULL is legal */
 
@@ -90,9 +103,10 @@ size_t probe_volume_probes(const struct probe_volume *volume);
 size_t probe_volume_cells(const struct probe_volume *volume);
 int probe_volume_corners(const struct probe_volume *volume);
 
-/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point (0): where PROBE_NEAREST asks
- * for that; where PROBE_EXTEND does not ask for rays, and the hull is convex or rays would run along it; where cells have fewer
- * than 4 corners; and where no middle of the mesh sees all of its hull, as it does in what probe-tet makes. */
+/* Whether light goes on outside of the hull along rays (1), or is that of the hull's nearest point
+ * (0): where PROBE_NEAREST asks for that; where PROBE_EXTEND does not ask for rays, and the hull is
+ * convex or rays would run along it; where cells have fewer than 4 corners; and where no middle of
+ * the mesh sees all of its hull, as it does in what probe-tet makes. */
 int probe_volume_extends(const struct probe_volume *volume);
 
 /* Bytes that the volume holds beside what was given to it. */
@@ -103,37 +117,46 @@ size_t probe_volume_bytes(const struct probe_volume *volume);
 enum { PROBE_COLD = -1 }; /* no last cell known */
 
 struct probe_place {
-    int32_t cell;     /* in: where to start to look; out: the cell that holds the point, or the cell of the hull next to it */
+    /* in: where to start to look; out: the cell that holds the point, or the cell of the hull next
+     * to it */
+    int32_t cell;
     int32_t probe[4]; /* its probes */
     double weight[4]; /* each >= 0, sum 1; 0 for corners that there are not */
     int inside;       /* of the hull */
     double distance;  /* from the hull's nearest point, scene units; 0 inside */
 };
 
-/* Finds the place of a point. Always ends; starting near is fast, starting anywhere is right. PROBE_BAD_POINT: not finite,
- * *place is unchanged. */
-enum probe_status probe_volume_locate(const struct probe_volume *volume, const double point[3], struct probe_place *place);
+/* Finds the place of a point. Always ends; starting near is fast, starting anywhere is right.
+ * PROBE_BAD_POINT: not finite, *place is unchanged. */
+enum probe_status probe_volume_locate(const struct probe_volume *volume, const double point[3],
+                                      struct probe_place *place);
 
-/* Finds the places of `count` points at once: place[k] of the order[k]-th point, or of the k-th where order is NULL.
- * place[0].cell: where to start. point: each begins `stride` doubles behind the last. PROBE_BAD_POINT: one is not finite, and
- * nothing was found. */
-enum probe_status probe_volume_locate_many(const struct probe_volume *volume, size_t count, const double *point, size_t stride,
+/* Finds the places of `count` points at once: place[k] of the order[k]-th point, or of the k-th
+ * where order is NULL. place[0].cell: where to start. point: each begins `stride` doubles behind
+ * the last. PROBE_BAD_POINT: one is not finite, and nothing was found. */
+enum probe_status probe_volume_locate_many(const struct probe_volume *volume, size_t count,
+                                           const double *point, size_t stride,
                                            const uint32_t *order, struct probe_place *place);
 
-/* The order in which `count` points are best looked up: order[k] is the number of the k-th, near ones behind one another (along
- * a Morton curve). point: each begins `stride` doubles behind the last. room: 3 * count numbers of the caller's. */
-void probe_volume_order(const struct probe_volume *volume, size_t count, const double *point, size_t stride, uint32_t *order,
-                        uint64_t *room);
+/* The order in which `count` points are best looked up: order[k] is the number of the k-th, near
+ * ones behind one another (along a Morton curve). point: each begins `stride` doubles behind the
+ * last. room: 3 * count numbers of the caller's. */
+void probe_volume_order(const struct probe_volume *volume, size_t count, const double *point,
+                        size_t stride, uint32_t *order, uint64_t *room);
 
-/* Whether points of a list, which follow one another as above, are so far from each other that looking them up in order pays. */
-int probe_volume_scattered(const struct probe_volume *volume, size_t count, const double *point, size_t stride);
+/* Whether points of a list, which follow one another as above, are so far from each other that
+ * looking them up in order pays. */
+int probe_volume_scattered(const struct probe_volume *volume, size_t count, const double *point,
+                           size_t stride);
 
 /* -- light ------------------------------------------------------------------------------------- */
 
-/* out[k] = sum of weight times row[probe * width + k]. Probes without weight have no say, not even as NaN. */
+/* out[k] = sum of weight times row[probe * width + k]. Probes without weight have no say, not even
+ * as NaN. */
 void probe_blend(const struct probe_place *place, const float *row, size_t width, float *out);
 
-/* Irradiance, RGB, of a surface with unit normal, from the SH of radiance (order 1 to 6: 3 * order^2 numbers). */
+/* Irradiance, RGB, of a surface with unit normal, from the SH of radiance (order 1 to 6: 3 *
+ * order^2 numbers). */
 void probe_irradiance(int order, const float *sh, const float normal[3], float rgb[3]);
 
 /* The same from SH that are convolved with the cosine already. */
@@ -144,8 +167,8 @@ void probe_irradiance_convolved(int order, const float *sh, const float normal[3
 enum probe_packing { PROBE_PACK_FLOAT, PROBE_PACK_HALF };
 
 struct probe_image_facts {
-    int order;                  /* of the SH; 0: it has no light */
-    int convolved;              /* the SH hold the cosine's factors */
+    int order;     /* of the SH; 0: it has no light */
+    int convolved; /* the SH hold the cosine's factors */
     enum probe_packing packing;
     int vertex_bytes, neighbour_bytes; /* of an index: 2 or 4 */
     size_t bytes_per_probe, bytes_per_cell, bytes;
@@ -155,13 +178,15 @@ struct probe_image_facts {
 struct probe_image_facts probe_volume_image(const struct probe_volume *volume);
 
 /* The SH at a place, from a volume that probe_volume_open made; 3 * order^2 numbers. */
-void probe_volume_light(const struct probe_volume *volume, const struct probe_place *place, float *sh);
+void probe_volume_light(const struct probe_volume *volume, const struct probe_place *place,
+                        float *sh);
 
-/* Packs a volume with the SH of its probes (3 * order^2 a probe; order 0: none) into `image` (on a multiple of 8 bytes); probes
- * of no cell are left out. Returns the bytes that it takes; writes only where `size` is enough, so that a first call with size 0
- * asks for it. Returns 0 when memory is short, a coefficient is not finite, or there is no such order or packing. */
-size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh, int convolved,
-                         enum probe_packing packing, void *image, size_t size);
+/* Packs a volume with the SH of its probes (3 * order^2 a probe; order 0: none) into `image` (on a
+ * multiple of 8 bytes); probes of no cell are left out. Returns the bytes that it takes; writes
+ * only where `size` is enough, so that a first call with size 0 asks for it. Returns 0 when memory
+ * is short, a coefficient is not finite, or there is no such order or packing. */
+size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh,
+                         int convolved, enum probe_packing packing, void *image, size_t size);
 
 #ifdef __cplusplus
 }

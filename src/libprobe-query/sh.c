@@ -1,6 +1,7 @@
 /* Based on:
- * Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH 2001.
- * Sloan, "Efficient spherical harmonic evaluation", Journal of Computer Graphics Techniques 2(2), 2013: the recurrences.
+ * Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH
+ * 2001. Sloan, "Efficient spherical harmonic evaluation", Journal of Computer Graphics Techniques
+ * 2(2), 2013: the recurrences.
  */
 #include "sh.h"
 
@@ -8,14 +9,17 @@
 
 #define PI 3.14159265358979323846
 
-/* Y_lm(x, y, z) = K_lm P_lm(z) {sqrt2 cos m phi, 1, sqrt2 sin |m| phi} as polynomials: with sin^m theta taken into C_m + i S_m
- * = (x + i y)^m, what is left is a polynomial in z. With its constant K_lm sqrt2 taken in, it starts as first[m] and goes on as
- * p_l = rise[m][l] z p_(l-1) - fall[m][l] p_(l-2), where rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2
+/* Y_lm(x, y, z) = K_lm P_lm(z) {sqrt2 cos m phi, 1, sqrt2 sin |m| phi} as polynomials: with sin^m
+ * theta taken into C_m + i S_m = (x + i y)^m, what is left is a polynomial in z. With its constant
+ * K_lm sqrt2 taken in, it starts as first[m] and goes on as p_l = rise[m][l] z p_(l-1) - fall[m][l]
+ * p_(l-2), where rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2
  * - m^2) / (4 (l - 1)^2 - 1)). */
-static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292, 0.5462742152960396,
-                                           0.5900435899266436, 0.6258357354491763, 0.6563820568401701};
+static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292,
+                                           0.5462742152960396,  0.5900435899266436,
+                                           0.6258357354491763,  0.6563820568401701};
 static const double rise[SH_ORDER_MAX][SH_ORDER_MAX] = {
-    {0, 1.7320508075688772, 1.9364916731037085, 1.9720265943665387, 1.984313483298443, 1.98997487421324},
+    {0, 1.7320508075688772, 1.9364916731037085, 1.9720265943665387, 1.984313483298443,
+     1.98997487421324},
     {0, 0, 2.23606797749979, 2.091650066335189, 2.04939015319192, 2.03100960115899},
     {0, 0, 0, 2.6457513110645907, 2.29128784747792, 2.1712405933672376},
     {0, 0, 0, 0, 3.0, 2.48746859276655},
@@ -47,12 +51,14 @@ void sh_basis(int order, const double d[3], double *y)
     }
 }
 
-/* The same with the innermost loop over directions, so that several are done by each instruction. */
+/* The same with the innermost loop over directions, so that several are done by each
+ * instruction. */
 void sh_basis_wave(int order, const struct vec3f direction[SH_WAVE], double (*y)[SH_WAVE])
 {
     double dx[SH_WAVE], dy[SH_WAVE], dz[SH_WAVE], c[SH_WAVE], s[SH_WAVE];
     for (int k = 0; k < SH_WAVE; k++) {
-        dx[k] = (double)direction[k].x, dy[k] = (double)direction[k].y, dz[k] = (double)direction[k].z;
+        dx[k] = (double)direction[k].x, dy[k] = (double)direction[k].y,
+        dz[k] = (double)direction[k].z;
         c[k] = 1, s[k] = 0;
     }
     for (int m = 0; m < order; m++) {
@@ -130,7 +136,9 @@ void sh_dominant(int order, const float *c, double direction[3])
     static const int index[3] = {3, 1, 2}; /* x, y, z of band 1 */
     for (int k = 0; k < 3; k++) {
         const float *rgb = c + 3 * index[k];
-        direction[k] = order < 2 ? 0 : 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] + 0.0722 * (double)rgb[2];
+        direction[k] = order < 2 ? 0
+                                 : 0.2126 * (double)rgb[0] + 0.7152 * (double)rgb[1] +
+                                       0.0722 * (double)rgb[2];
     }
 }
 

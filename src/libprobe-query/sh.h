@@ -1,9 +1,9 @@
 /* sh: real spherical harmonics, as radiance is stored in them.
  *
- * Real and orthonormal, in polynomial form without the Condon-Shortley sign, first-band constants positive (Ramamoorthi and
- * Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH 2001, eq. 3): Y00 = 0.282095, Y1-1 =
- * 0.488603 y, Y10 = 0.488603 z, Y11 = 0.488603 x, ... Index of (l, m): l(l+1)+m. *Order n* means bands 0 .. n-1, n*n
- * coefficients.
+ * Real and orthonormal, in polynomial form without the Condon-Shortley sign, first-band constants
+ * positive (Ramamoorthi and Hanrahan, "An efficient representation for irradiance environment
+ * maps", SIGGRAPH 2001, eq. 3): Y00 = 0.282095, Y1-1 = 0.488603 y, Y10 = 0.488603 z, Y11 = 0.488603
+ * x, ... Index of (l, m): l(l+1)+m. *Order n* means bands 0 .. n-1, n*n coefficients.
  *
  * RGB coefficients are coefficient-major, colour fastest: c[3 * i + channel].
  *
@@ -17,30 +17,35 @@
 
 enum { SH_ORDER_MAX = 6, SH_COUNT_MAX = SH_ORDER_MAX * SH_ORDER_MAX };
 
-/* Y_lm(d) for all n*n functions of this order (1 .. SH_ORDER_MAX). d: a unit vector. Only + - * / and sqrt. */
+/* Y_lm(d) for all n*n functions of this order (1 .. SH_ORDER_MAX). d: a unit vector. Only + - * /
+ * and sqrt. */
 void sh_basis(int order, const double d[3], double *y);
 
 /* The same for SH_WAVE directions at once: y[i][k] is function i of direction k. */
 enum { SH_WAVE = 64 };
 void sh_basis_wave(int order, const struct vec3f direction[SH_WAVE], double (*y)[SH_WAVE]);
 
-/* A_l, the coefficients of the clamped cosine, l = 0 .. SH_ORDER_MAX-1 (Ramamoorthi and Hanrahan 2001, eq. 7). */
+/* A_l, the coefficients of the clamped cosine, l = 0 .. SH_ORDER_MAX-1 (Ramamoorthi and Hanrahan
+ * 2001, eq. 7). */
 double sh_cosine(int l);
 
-/* Adds radiance `rgb` times `weight` (solid angle, sr) from the direction whose basis is y: c += weight * rgb * y. */
+/* Adds radiance `rgb` times `weight` (solid angle, sr) from the direction whose basis is y: c +=
+ * weight * rgb * y. */
 void sh_project(int order, const double *y, const double rgb[3], double weight, double *c);
 
-/* Radiance (W/m2/sr, or the lights' own unit) that the coefficients give for a direction. c: 3*n*n. */
+/* Radiance (W/m2/sr, or the lights' own unit) that the coefficients give for a direction. c:
+ * 3*n*n. */
 void sh_radiance(int order, const float *c, const double d[3], double rgb[3]);
 
-/* Irradiance at a surface with unit normal n. convolved: the coefficients already hold the factors A_l. */
+/* Irradiance at a surface with unit normal n. convolved: the coefficients already hold the factors
+ * A_l. */
 void sh_irradiance(int order, const float *c, int convolved, const double n[3], double rgb[3]);
 
 /* Multiplies band l of c (3*n*n) by factor[l]. */
 void sh_scale_bands(int order, const double *factor, float *c);
 
-/* The direction that light comes from, weighted by luminance: band 1 as a vector (c_11, c_1-1, c_10); its length is the band's
- * amplitude. Zero for order 1. */
+/* The direction that light comes from, weighted by luminance: band 1 as a vector (c_11, c_1-1,
+ * c_10); its length is the band's amplitude. Zero for order 1. */
 void sh_dominant(int order, const float *c, double direction[3]);
 
 /* Order from a count of floats in an `sh` column (3*n*n), or 0 when no order has it. */

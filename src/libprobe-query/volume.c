@@ -1,5 +1,6 @@
 /* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a matrix for each cell.
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a matrix for each
+ * cell.
  */
 #include "volume.h"
 
@@ -18,7 +19,8 @@ const char *probe_status_text(enum probe_status status)
     case PROBE_NO_CELLS: return "there are no cells";
     case PROBE_BAD_POSITION: return "a position is not finite";
     case PROBE_BAD_VERTEX: return "a cell names a probe that does not exist";
-    case PROBE_BAD_NEIGHBOUR: return "a cell names a neighbour that does not exist or does not share the face";
+    case PROBE_BAD_NEIGHBOUR:
+        return "a cell names a neighbour that does not exist or does not share the face";
     case PROBE_BAD_SHAPE: return "a cell has no positive volume";
     case PROBE_BAD_POINT: return "a point is not finite";
     case PROBE_NOT_AN_IMAGE: return "this is not a packed file of a version that is known";
@@ -27,7 +29,7 @@ const char *probe_status_text(enum probe_status status)
     return "an unknown status";
 }
 
-/* -- exact measures ------------------------------------------------------------------------------ */
+/* -- exact measures --------------------------------------------------------------------------- */
 
 static int64_t whole(double x)
 {
@@ -35,13 +37,16 @@ static int64_t whole(double x)
 }
 
 /* Lattice units along the axes that tell places of a lower-dimensional mesh apart. */
-static lattice_volume cross_2d(const struct probe_volume *v, const double a[3], const double b[3], const double c[3])
+static lattice_volume cross_2d(const struct probe_volume *v, const double a[3], const double b[3],
+                               const double c[3])
 {
     const int x = v->axis[0], y = v->axis[1];
-    return (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]) - (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]);
+    return (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]) -
+           (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]);
 }
 
-void volume_measure(const struct probe_volume *v, size_t cell, const double p[3], lattice_volume volume[4])
+void volume_measure(const struct probe_volume *v, size_t cell, const double p[3],
+                    lattice_volume volume[4])
 {
     const double *s[4] = {p, p, p, p};
     for (int i = 0; i < v->corners; i++)
@@ -65,18 +70,20 @@ void volume_measure(const struct probe_volume *v, size_t cell, const double p[3]
         break;
     default: volume[0] = 1;
     }
-    if (v->corners < 4 && volume[0] + volume[1] + volume[2] < 0) /* which way these run round is not said */
+    /* which way these run round is not said */
+    if (v->corners < 4 && volume[0] + volume[1] + volume[2] < 0)
         for (int i = 0; i < 3; i++)
             volume[i] = -volume[i];
 }
 
-int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet *facet, int32_t vertex[3])
+int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet *facet,
+                        int32_t vertex[3])
 {
     const size_t cell = (size_t)facet->cell;
     const int count = v->corners > 1 ? v->corners - 1 : 1;
     for (int k = 0; k < 3; k++) {
         const int other = k < count ? k : count - 1;
-        const int corner = v->corners == 4 ? facet_corner[facet->corner][k]
+        const int corner = v->corners == 4   ? facet_corner[facet->corner][k]
                            : v->corners == 1 ? 0
                                              : (facet->corner + 1 + other) % v->corners;
         vertex[k] = volume_vertex(v, cell, corner);
@@ -84,9 +91,10 @@ int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet 
     return count;
 }
 
-/* -- checking what is given ---------------------------------------------------------------------- */
+/* -- checking what is given ------------------------------------------------------------------- */
 
-/* Whether `other` has a neighbour `cell` across a facet with the corners of cell's facet opposite `corner`. */
+/* Whether `other` has a neighbour `cell` across a facet with the corners of cell's facet opposite
+ * `corner`. */
 static bool shares_facet(const struct probe_volume *v, size_t cell, int corner, size_t other)
 {
     for (int j = 0; j < v->corners; j++) {
@@ -95,7 +103,8 @@ static bool shares_facet(const struct probe_volume *v, size_t cell, int corner, 
         int shared = 0;
         for (int a = 0; a < v->corners; a++)
             for (int b = 0; b < v->corners; b++)
-                shared += a != corner && b != j && volume_vertex(v, cell, a) == volume_vertex(v, other, b);
+                shared += a != corner && b != j &&
+                          volume_vertex(v, cell, a) == volume_vertex(v, other, b);
         if (shared == v->corners - 1)
             return true;
     }
@@ -122,7 +131,8 @@ static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
     for (size_t cell = 0; cell < v->cells; cell++) {
         *row = cell;
         lattice_volume volume[4];
-        volume_measure(v, cell, volume_site(v, volume_vertex(v, cell, 0)), volume); /* that of corner 0 is the whole cell's */
+        /* that of corner 0 is the whole cell's */
+        volume_measure(v, cell, volume_site(v, volume_vertex(v, cell, 0)), volume);
         if (volume[0] <= 0)
             return PROBE_BAD_SHAPE;
         for (int i = 0; i < v->corners; i++) {
@@ -134,7 +144,7 @@ static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
     return PROBE_OK;
 }
 
-/* -- planes and lines ---------------------------------------------------------------------------- */
+/* -- planes and lines ------------------------------------------------------------------------- */
 
 static void normalise(double a[3])
 {
@@ -154,11 +164,13 @@ static lattice_volume along_axis(const struct probe_volume *v, size_t cell, int 
         for (int k = 0; k < 3; k++)
             d[i][k] = whole(s[i + 1][k] - s[0][k]);
     const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-    return v->corners == 2 ? d[0][axis] : (lattice_volume)d[0][x] * d[1][y] - (lattice_volume)d[0][y] * d[1][x];
+    return v->corners == 2 ? d[0][axis]
+                           : (lattice_volume)d[0][x] * d[1][y] - (lattice_volume)d[0][y] * d[1][x];
 }
 
-/* The axis along which cells are seen side by side: all turn (run) the same way, and if they do along several, where they are seen largest.
- * Probes that were merged into a plane may stand off it by a good part of a cell, so its normal alone does not tell. */
+/* The axis along which cells are seen side by side: all turn (run) the same way, and if they do
+ * along several, where they are seen largest. Probes that were merged into a plane may stand off it
+ * by a good part of a cell, so its normal alone does not tell. */
 static int facing_axis(const struct probe_volume *v)
 {
     int best = 0;
@@ -183,7 +195,8 @@ static int facing_axis(const struct probe_volume *v)
     return best;
 }
 
-/* Triangles: the plane's normal is the mean of theirs. Segments: the line runs between the two ends that are farthest apart along its axis. */
+/* Triangles: the plane's normal is the mean of theirs. Segments: the line runs between the two ends
+ * that are farthest apart along its axis. */
 static void find_span(struct probe_volume *v)
 {
     const int facing = v->corners > 1 ? facing_axis(v) : 0;
@@ -215,10 +228,11 @@ static void find_span(struct probe_volume *v)
     normalise(v->normal);
 }
 
-/* -- cells and their matrices ---------------------------------------------------------------------- */
+/* -- cells and their matrices ----------------------------------------------------------------- */
 
-/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole numbers below 2^127, so each number
- * of a plane is right to three roundings; volume_walk.c builds on that. */
+/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole
+ * numbers below 2^127, so each number of a plane is right to three roundings; volume_walk.c builds
+ * on that. */
 static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
 {
     const double *s[4];
@@ -226,12 +240,14 @@ static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
         s[i] = volume_site(v, cell->vertex[i]);
     const double whole_cell = (double)lattice_orient(s[0], s[1], s[2], s[3]);
     for (int i = 1; i < 4; i++) {
-        const double *a = s[facet_corner[i][0]], *b = s[facet_corner[i][1]], *c = s[facet_corner[i][2]];
+        const double *a = s[facet_corner[i][0]], *b = s[facet_corner[i][1]],
+                     *c = s[facet_corner[i][2]];
         lattice_volume constant = 0;
         for (int k = 0; k < 3; k++) {
             const int x = (k + 1) % 3, y = (k + 2) % 3;
             const lattice_volume n = (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]) -
-                                     (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]); /* inward */
+                                     /* inward */
+                                     (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]);
             cell->plane[k][i - 1] = (double)n / whole_cell;
             constant -= n * whole(a[k]);
         }
@@ -244,7 +260,8 @@ static void *aligned(size_t bytes)
     return aligned_alloc(64, (bytes + 63) / 64 * 64);
 }
 
-/* Copies the cells in the order of their first corners' places along a Morton curve, with their planes. */
+/* Copies the cells in the order of their first corners' places along a Morton curve, with their
+ * planes. */
 static enum probe_status make_cells(struct probe_volume *v)
 {
     const size_t n = v->cells;
@@ -324,7 +341,7 @@ static enum probe_status make_start(struct probe_volume *v)
     return PROBE_OK;
 }
 
-/* -- the hull ------------------------------------------------------------------------------------ */
+/* -- the hull --------------------------------------------------------------------------------- */
 
 static enum probe_status make_facets(struct probe_volume *v, size_t *row)
 {
@@ -338,14 +355,16 @@ static enum probe_status make_facets(struct probe_volume *v, size_t *row)
     if (v->facets > INT32_MAX)
         return PROBE_BAD_ARGUMENT;
     v->facet = malloc(v->facets * sizeof *v->facet);
-    enum probe_status status = v->facet ? volume_tree_init(&v->facet_tree, v->facets) : PROBE_NO_MEMORY;
+    enum probe_status status = v->facet ? volume_tree_init(&v->facet_tree, v->facets)
+                                        : PROBE_NO_MEMORY;
     if (status)
         return status;
     size_t n = 0;
     for (size_t i = 0; i < v->cells; i++) /* cells are in Morton order: so are these */
         for (int k = 0; k < v->corners; k++)
             if (volume_neighbour(v, i, k) < 0)
-                v->facet[n++] = (struct volume_facet){.cell = (int32_t)i, .corner = k, .across = {-1, -1, -1}};
+                v->facet[n++] =
+                    (struct volume_facet){.cell = (int32_t)i, .corner = k, .across = {-1, -1, -1}};
     for (size_t i = 0; i < n; i++) {
         int32_t vertex[3];
         volume_facet_vertex(v, &v->facet[i], vertex);
@@ -371,7 +390,8 @@ static int compare_edges(const void *a, const void *b)
     return x->facet < y->facet ? -1 : x->facet > y->facet;
 }
 
-/* Which facets share edges; the hull is closed where two do, and convex where none sees the far corner of another. */
+/* Which facets share edges; the hull is closed where two do, and convex where none sees the far
+ * corner of another. */
 static enum probe_status join_facets(struct probe_volume *v)
 {
     const size_t n = 3 * v->facets;
@@ -388,7 +408,8 @@ static enum probe_status join_facets(struct probe_volume *v)
     v->convex = v->closed = true;
     for (size_t i = 0; i < n;) {
         size_t same = 1;
-        while (i + same < n && edge[i + same].low == edge[i].low && edge[i + same].high == edge[i].high)
+        while (i + same < n && edge[i + same].low == edge[i].low &&
+               edge[i + same].high == edge[i].high)
             same++;
         if (same == 2) {
             int32_t p[3], q[3];
@@ -396,7 +417,8 @@ static enum probe_status join_facets(struct probe_volume *v)
             v->facet[edge[i + 1].facet].across[edge[i + 1].corner] = edge[i].facet;
             volume_facet_vertex(v, &v->facet[edge[i].facet], p);
             volume_facet_vertex(v, &v->facet[edge[i + 1].facet], q);
-            v->convex = v->convex && lattice_orient(volume_site(v, p[0]), volume_site(v, p[2]), volume_site(v, p[1]),
+            v->convex = v->convex && lattice_orient(volume_site(v, p[0]), volume_site(v, p[2]),
+                                                    volume_site(v, p[1]),
                                                     volume_site(v, q[edge[i + 1].corner])) >= 0;
         } else {
             v->convex = v->closed = false;
@@ -407,7 +429,7 @@ static enum probe_status join_facets(struct probe_volume *v)
     return PROBE_OK;
 }
 
-/* -- making -------------------------------------------------------------------------------------- */
+/* -- making ----------------------------------------------------------------------------------- */
 
 static enum probe_status make_sites(struct probe_volume *v, const double *position, size_t *row)
 {
@@ -449,7 +471,8 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
             v->low[k] = fmin(v->low[k], v->site[3 * i + (size_t)k]);
             v->high[k] = fmax(v->high[k], v->site[3 * i + (size_t)k]);
         }
-        v->near = v->near && fmax(fabs(v->low[k] + v->shift[k]), fabs(v->high[k] + v->shift[k])) < 0x1p50;
+        v->near = v->near &&
+                  fmax(fabs(v->low[k] + v->shift[k]), fabs(v->high[k] + v->shift[k])) < 0x1p50;
         v->middle[k] = (v->low[k] + v->high[k]) / 2;
         v->half[k] = (v->high[k] - v->low[k]) / 2;
     }
@@ -468,25 +491,34 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
         status = make_facets(v, row);
     if (!status && v->corners == 4)
         status = join_facets(v);
-    if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) && (!v->convex || v->flags & PROBE_EXTEND))
+    if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) &&
+        (!v->convex || v->flags & PROBE_EXTEND))
         status = volume_outer_init(v);
-    v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) + tree_bytes(&v->image_tree) +
-                v->facets * sizeof *v->facet;
+    v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) +
+                tree_bytes(&v->image_tree) + v->facets * sizeof *v->facet;
     return status;
 }
 
-enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh, unsigned flags, size_t *row)
+enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh,
+                                      unsigned flags, size_t *row)
 {
     size_t nowhere;
     struct probe_volume *v = calloc(1, sizeof *v);
     *volume = NULL;
     if (!v)
         return PROBE_NO_MEMORY;
-    *v = (struct probe_volume){.flags = flags, .corners = mesh->corners, .probes = mesh->probes, .cells = mesh->cells,
-                               .vertex = mesh->vertex, .neighbour = mesh->neighbour, .vertex_bytes = 4, .neighbour_bytes = 4};
+    *v = (struct probe_volume){.flags = flags,
+                               .corners = mesh->corners,
+                               .probes = mesh->probes,
+                               .cells = mesh->cells,
+                               .vertex = mesh->vertex,
+                               .neighbour = mesh->neighbour,
+                               .vertex_bytes = 4,
+                               .neighbour_bytes = 4};
     row = row ? row : &nowhere;
     *row = 0;
-    enum probe_status status = v->probes > INT32_MAX ? PROBE_BAD_ARGUMENT : make_sites(v, mesh->position, row);
+    enum probe_status status = v->probes > INT32_MAX ? PROBE_BAD_ARGUMENT
+                                                     : make_sites(v, mesh->position, row);
     if (!status)
         status = volume_finish(v, row);
     if (status)

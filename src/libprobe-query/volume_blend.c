@@ -1,7 +1,9 @@
 /* Based on:
- * Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH 2001.
+ * Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH
+ * 2001.
  *
- * Sums are made in one order, so light is the same bytes everywhere: ((w0 a + w1 b) + (w2 c + w3 d)), in floats.
+ * Sums are made in one order, so light is the same bytes everywhere: ((w0 a + w1 b) + (w2 c + w3
+ * d)), in floats.
  */
 #include "sh.h"
 #include "volume.h"
@@ -29,10 +31,12 @@ struct blend {
 
 static inline four mix(const struct blend *with, four a, four b, four c, four d)
 {
-    return (with->weight[0] * a + with->weight[1] * b) + (with->weight[2] * c + with->weight[3] * d);
+    return (with->weight[0] * a + with->weight[1] * b) +
+           (with->weight[2] * c + with->weight[3] * d);
 }
 
-/* What has no weight stands in for by what has most: it must not bring in a NaN, and 0 times that is 0. */
+/* What has no weight stands in for by what has most: it must not bring in a NaN, and 0 times that
+ * is 0. */
 __attribute__((noinline)) static void replace(const struct probe_place *place, size_t probe[4])
 {
     int most = 0;
@@ -59,7 +63,8 @@ static inline void choose(const struct probe_place *place, struct blend *with)
 }
 
 /* Four at a time; the last four, some of them once more. width >= 4. */
-static void blend_fours(const struct blend *with, const float *const row[4], size_t width, float *out)
+static void blend_fours(const struct blend *with, const float *const row[4], size_t width,
+                        float *out)
 {
     const float *a = row[0], *b = row[1], *c = row[2], *d = row[3];
     size_t k = 0;
@@ -73,15 +78,20 @@ static void blend_fours(const struct blend *with, const float *const row[4], siz
 }
 
 #if defined(__x86_64__)
-/* The same eight at a time, for processors that can; without fused operations, so the same bits. width >= 8. */
-__attribute__((target("avx"))) static void blend_eights(const struct blend *with, const float *const row[4], size_t width, float *out)
+/* The same eight at a time, for processors that can; without fused operations, so the same bits.
+ * width >= 8. */
+__attribute__((target("avx"))) static void blend_eights(const struct blend *with,
+                                                        const float *const row[4], size_t width,
+                                                        float *out)
 {
     const __m256 w0 = _mm256_set1_ps(with->weight[0][0]), w1 = _mm256_set1_ps(with->weight[1][0]),
                  w2 = _mm256_set1_ps(with->weight[2][0]), w3 = _mm256_set1_ps(with->weight[3][0]);
     for (size_t k = 0;; k += 8) {
         k = k + 8 < width ? k : width - 8;
-        const __m256 ab = _mm256_add_ps(_mm256_mul_ps(w0, _mm256_loadu_ps(row[0] + k)), _mm256_mul_ps(w1, _mm256_loadu_ps(row[1] + k)));
-        const __m256 cd = _mm256_add_ps(_mm256_mul_ps(w2, _mm256_loadu_ps(row[2] + k)), _mm256_mul_ps(w3, _mm256_loadu_ps(row[3] + k)));
+        const __m256 ab = _mm256_add_ps(_mm256_mul_ps(w0, _mm256_loadu_ps(row[0] + k)),
+                                        _mm256_mul_ps(w1, _mm256_loadu_ps(row[1] + k)));
+        const __m256 cd = _mm256_add_ps(_mm256_mul_ps(w2, _mm256_loadu_ps(row[2] + k)),
+                                        _mm256_mul_ps(w3, _mm256_loadu_ps(row[3] + k)));
         _mm256_storeu_ps(out + k, _mm256_add_ps(ab, cd));
         if (k + 8 == width)
             break;
@@ -94,7 +104,8 @@ static bool has_eights(void)
     return __builtin_cpu_supports("avx");
 }
 #else
-static void blend_eights(const struct blend *with, const float *const row[4], size_t width, float *out)
+static void blend_eights(const struct blend *with, const float *const row[4], size_t width,
+                         float *out)
 {
     blend_fours(with, row, width, out);
 }
@@ -109,21 +120,22 @@ void probe_blend(const struct probe_place *place, const float *row, size_t width
 {
     struct blend with;
     choose(place, &with);
-    const float *const rows[4] = {row + with.probe[0] * width, row + with.probe[1] * width, row + with.probe[2] * width,
-                                  row + with.probe[3] * width};
+    const float *const rows[4] = {row + with.probe[0] * width, row + with.probe[1] * width,
+                                  row + with.probe[2] * width, row + with.probe[3] * width};
     if (width >= 8 && has_eights())
         blend_eights(&with, rows, width, out);
     else if (width >= 4)
         blend_fours(&with, rows, width, out);
     else
         for (size_t k = 0; k < width; k++)
-            out[k] = mix(&with, (four){rows[0][k]}, (four){rows[1][k]}, (four){rows[2][k]}, (four){rows[3][k]})[0];
+            out[k] = mix(&with, (four){rows[0][k]}, (four){rows[1][k]}, (four){rows[2][k]},
+                         (four){rows[3][k]})[0];
 }
 
-/* -- halves -------------------------------------------------------------------------------------- */
+/* -- halves ----------------------------------------------------------------------------------- */
 
-/* Four halves (finite) as floats: the bits moved into place, and the exponent's bias made right by a product, which makes
- * subnormal halves right as well. */
+/* Four halves (finite) as floats: the bits moved into place, and the exponent's bias made right by
+ * a product, which makes subnormal halves right as well. */
 static inline four load_half(const uint16_t *from)
 {
     const four_bits h = {from[0], from[1], from[2], from[3]};
@@ -138,7 +150,8 @@ static inline four load_half(const uint16_t *from)
     return v;
 }
 
-static void blend_half(const struct probe_place *place, const uint16_t *row, float scale, size_t width, float *out)
+static void blend_half(const struct probe_place *place, const uint16_t *row, float scale,
+                       size_t width, float *out)
 {
     struct blend with;
     const uint16_t *r[4];
@@ -156,7 +169,8 @@ static void blend_half(const struct probe_place *place, const uint16_t *row, flo
             memcpy(tail[i], r[i], width * sizeof *tail[i]);
             at[i] = tail[i];
         }
-        const four v = mix(&with, load_half(at[0]), load_half(at[1]), load_half(at[2]), load_half(at[3]));
+        const four v =
+            mix(&with, load_half(at[0]), load_half(at[1]), load_half(at[2]), load_half(at[3]));
         memcpy(out + k, &v, (width < 4 ? width : 4) * sizeof *out);
     }
 }
@@ -172,12 +186,14 @@ void probe_volume_light(const struct probe_volume *v, const struct probe_place *
         probe_blend(place, v->light, width, sh);
 }
 
-/* -- irradiance ---------------------------------------------------------------------------------- */
+/* -- irradiance ------------------------------------------------------------------------------- */
 
-/* Y_lm(n), up to order 3 (Ramamoorthi and Hanrahan 2001, eq. 3), times A_l (eq. 8) where cosine is set. */
+/* Y_lm(n), up to order 3 (Ramamoorthi and Hanrahan 2001, eq. 3), times A_l (eq. 8) where cosine is
+ * set. */
 static void basis_three(const float n[3], int cosine, float y[9])
 {
-    const float x = n[0], z = n[2], a0 = cosine ? 3.14159265f : 1, a1 = cosine ? 2.09439510f : 1, a2 = cosine ? 0.785398163f : 1;
+    const float x = n[0], z = n[2], a0 = cosine ? 3.14159265f : 1, a1 = cosine ? 2.09439510f : 1,
+                a2 = cosine ? 0.785398163f : 1;
     const float c1 = 0.488602512f * a1, c2 = 1.092548431f * a2;
     y[0] = 0.282094792f * a0;
     y[1] = c1 * n[1];
@@ -191,7 +207,8 @@ static void basis_three(const float n[3], int cosine, float y[9])
 }
 
 /* Sum of y[i] sh[i] for red, green, blue, and the next red for nobody. */
-static inline __attribute__((always_inline)) four weighted_sum(int count, const float *y, const float *sh)
+static inline __attribute__((always_inline)) four weighted_sum(int count, const float *y,
+                                                               const float *sh)
 {
     four sum = {0};
     const float *last = sh + 3 * (count - 1); /* there is no next */
@@ -214,7 +231,8 @@ static void irradiance(int order, const float *sh, int cosine, const float norma
     float y[9];
     four sum;
     basis_three(normal, cosine, y);
-    sum = order == 3 ? weighted_sum(9, y, sh) : weighted_sum(order * order, y, sh); /* the usual one is unrolled */
+    /* the usual one is unrolled */
+    sum = order == 3 ? weighted_sum(9, y, sh) : weighted_sum(order * order, y, sh);
     rgb[0] = sum[0];
     rgb[1] = sum[1];
     rgb[2] = sum[2];

@@ -1,4 +1,5 @@
-/* Packed files, as man/libprobe-query.3 specifies them: a header of 128 bytes, then what a volume is made of, used where it lies.
+/* Packed files, as man/libprobe-query.3 specifies them: a header of 128 bytes, then what a volume
+ * is made of, used where it lies.
  *
  * Based on: Collet, XXH3, https://xxhash.com: the checksum.
  */
@@ -59,7 +60,7 @@ static uint64_t image_checksum(const void *image, size_t size)
     return XXH3_64bits((const char *)image + from, size - from);
 }
 
-/* -- opening ------------------------------------------------------------------------------------- */
+/* -- opening ---------------------------------------------------------------------------------- */
 
 static bool power_of_two(double x)
 {
@@ -67,14 +68,15 @@ static bool power_of_two(double x)
     return x > 0 && x < INFINITY && frexp(x, &exponent) == 0.5;
 }
 
-/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has 2^40 steps of a power of two,
- * counted from 0; only one point needs none. */
+/* Doubles that differ are no more than 2^53 times as large as their difference, and a lattice has
+ * 2^40 steps of a power of two, counted from 0; only one point needs none. */
 static bool sane_lattice(const struct image_header *h)
 {
     bool sane = power_of_two(h->step) || (h->step == 0 && h->corners == 1);
     for (int k = 0; k < 3; k++) {
         const double steps = h->origin[k] / h->step;
-        sane = sane && (h->step > 0 ? fabs(steps) <= 0x1p100 && steps == rint(steps) : isfinite(h->origin[k]));
+        sane = sane && (h->step > 0 ? fabs(steps) <= 0x1p100 && steps == rint(steps)
+                                    : isfinite(h->origin[k]));
     }
     return sane;
 }
@@ -100,12 +102,17 @@ static bool knows_all(const struct image_header *h)
 
 static enum probe_status check_header(const struct image_header *h, const void *image, size_t size)
 {
-    if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION) /* a big-endian machine sees another version */
+    /* a big-endian machine sees another version */
+    if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION)
         return PROBE_NOT_AN_IMAGE;
-    const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 && h->packing <= PROBE_PACK_HALF &&
-                      (h->vertex_bytes == 2 || h->vertex_bytes == 4) && (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
-                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) && sane_scale(h);
-    if (!sane || h->size != size || lay_out(h).size != size || h->checksum != image_checksum(image, size))
+    const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 &&
+                      h->packing <= PROBE_PACK_HALF &&
+                      (h->vertex_bytes == 2 || h->vertex_bytes == 4) &&
+                      (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
+                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) &&
+                      sane_scale(h);
+    if (!sane || h->size != size || lay_out(h).size != size ||
+        h->checksum != image_checksum(image, size))
         return PROBE_BAD_IMAGE;
     return knows_all(h) ? PROBE_OK : PROBE_NOT_AN_IMAGE;
 }
@@ -122,12 +129,14 @@ static enum probe_status check_numbers(const struct probe_volume *v, size_t *row
     const size_t n = v->probes * (size_t)(3 * v->image.order * v->image.order);
     const bool half = v->image.packing == PROBE_PACK_HALF;
     for (size_t i = 0; i < n; i++)
-        if (half ? (((const uint16_t *)v->light)[i] & 0x7c00) == 0x7c00 : !isfinite(((const float *)v->light)[i]))
+        if (half ? (((const uint16_t *)v->light)[i] & 0x7c00) == 0x7c00
+                 : !isfinite(((const float *)v->light)[i]))
             return PROBE_BAD_IMAGE;
     return PROBE_OK;
 }
 
-enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size, unsigned flags, size_t *row)
+enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size,
+                                    unsigned flags, size_t *row)
 {
     struct image_header h;
     size_t nowhere;
@@ -137,7 +146,9 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
     if ((uintptr_t)image % 8)
         return PROBE_BAD_ARGUMENT;
     if (size < sizeof h)
-        return size >= sizeof image_magic && !memcmp(image, image_magic, sizeof image_magic) ? PROBE_BAD_IMAGE : PROBE_NOT_AN_IMAGE;
+        return size >= sizeof image_magic && !memcmp(image, image_magic, sizeof image_magic)
+                   ? PROBE_BAD_IMAGE
+                   : PROBE_NOT_AN_IMAGE;
     memcpy(&h, image, sizeof h);
     enum probe_status status = check_header(&h, image, size);
     if (status)
@@ -147,15 +158,29 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
         return PROBE_NO_MEMORY;
     const struct layout at = lay_out(&h);
     const char *bytes = image;
-    *v = (struct probe_volume){.flags = flags, .corners = h.corners, .probes = (size_t)h.probes, .cells = (size_t)h.cells,
-                               .lattice = {.step = h.step, .origin = {h.origin[0], h.origin[1], h.origin[2]}},
-                               .site = (const double *)(const void *)(bytes + at.site), .vertex = bytes + at.vertex,
-                               .neighbour = bytes + at.neighbour, .vertex_bytes = h.vertex_bytes, .neighbour_bytes = h.neighbour_bytes,
-                               .light = bytes + at.light, .light_scale = h.light_scale};
+    *v = (struct probe_volume){
+        .flags = flags,
+        .corners = h.corners,
+        .probes = (size_t)h.probes,
+        .cells = (size_t)h.cells,
+        .lattice = {.step = h.step, .origin = {h.origin[0], h.origin[1], h.origin[2]}},
+        .site = (const double *)(const void *)(bytes + at.site),
+        .vertex = bytes + at.vertex,
+        .neighbour = bytes + at.neighbour,
+        .vertex_bytes = h.vertex_bytes,
+        .neighbour_bytes = h.neighbour_bytes,
+        .light = bytes + at.light,
+        .light_scale = h.light_scale};
     v->image = (struct probe_image_facts){
-        .order = h.order, .convolved = h.convolved, .packing = (enum probe_packing)h.packing, .vertex_bytes = h.vertex_bytes,
-        .neighbour_bytes = h.neighbour_bytes, .bytes_per_probe = 3 * sizeof(double) + width_of(&h) * (h.packing == PROBE_PACK_HALF ? 2 : 4),
-        .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes), .bytes = size};
+        .order = h.order,
+        .convolved = h.convolved,
+        .packing = (enum probe_packing)h.packing,
+        .vertex_bytes = h.vertex_bytes,
+        .neighbour_bytes = h.neighbour_bytes,
+        .bytes_per_probe = 3 * sizeof(double) +
+                           width_of(&h) * (h.packing == PROBE_PACK_HALF ? 2 : 4),
+        .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes),
+        .bytes = size};
     status = check_numbers(v, row);
     if (!status)
         status = volume_finish(v, row);
@@ -171,14 +196,16 @@ struct probe_image_facts probe_volume_image(const struct probe_volume *v)
     return v->image;
 }
 
-/* -- packing ------------------------------------------------------------------------------------- */
+/* -- packing ---------------------------------------------------------------------------------- */
 
 /* The half nearest to x (|x| < 65536), to even; the largest half for what is beyond it. */
 static uint16_t half_of(float x)
 {
     uint32_t bits;
     const float size = fabsf(x);
-    float scaled = size * 0x1p-112f; /* a half's exponent: what falls below a float's least normal is rounded as a subnormal half's is */
+    /* a half's exponent: what falls below a float's least normal is rounded as a subnormal half's
+     * is */
+    float scaled = size * 0x1p-112f;
     memcpy(&bits, &scaled, sizeof bits);
     bits = (bits + 0xfff + (bits >> 13 & 1)) >> 13;
     if (size < 0x1p-14f)
@@ -195,7 +222,8 @@ static void put_index(void *to, int bytes, size_t i, int32_t value)
         ((uint16_t *)to)[i] = value < 0 ? UINT16_MAX : (uint16_t)value;
 }
 
-/* New numbers of the probes that cells use, in order of first use: near ones come to lie near. Returns how many. */
+/* New numbers of the probes that cells use, in order of first use: near ones come to lie near.
+ * Returns how many. */
 static size_t number_probes(const struct probe_volume *v, int32_t *fresh, int32_t *old)
 {
     size_t used = 0;
@@ -212,9 +240,10 @@ static size_t number_probes(const struct probe_volume *v, int32_t *fresh, int32_
     return used;
 }
 
-/* A power of two that brings all coefficients within a half's range, near its top: small ones keep more bits. 0: one is not
- * finite. */
-static float scale_of(size_t used, const int32_t *old, size_t width, const float *sh, enum probe_packing packing)
+/* A power of two that brings all coefficients within a half's range, near its top: small ones keep
+ * more bits. 0: one is not finite. */
+static float scale_of(size_t used, const int32_t *old, size_t width, const float *sh,
+                      enum probe_packing packing)
 {
     float most = 0;
     for (size_t i = 0; i < used; i++)
@@ -228,12 +257,13 @@ static float scale_of(size_t used, const int32_t *old, size_t width, const float
     if (packing != PROBE_PACK_HALF || !(most > 0))
         return 1;
     frexpf(most, &exponent);
-    exponent = exponent < -100 ? -100 : exponent > 127 ? 127 : exponent; /* scales that open takes */
+    /* scales that open takes */
+    exponent = exponent < -100 ? -100 : exponent > 127 ? 127 : exponent;
     return ldexpf(1, exponent - 15);
 }
 
-static void put_parts(const struct probe_volume *v, const struct image_header *h, const int32_t *fresh, const int32_t *old,
-                      const float *sh, char *image)
+static void put_parts(const struct probe_volume *v, const struct image_header *h,
+                      const int32_t *fresh, const int32_t *old, const float *sh, char *image)
 {
     const struct layout at = lay_out(h);
     const size_t width = width_of(h);
@@ -262,17 +292,24 @@ static void put_parts(const struct probe_volume *v, const struct image_header *h
     memcpy(image + offsetof(struct image_header, checksum), &sum, sizeof sum);
 }
 
-size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved, enum probe_packing packing,
-                         void *image, size_t size)
+size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved,
+                         enum probe_packing packing, void *image, size_t size)
 {
-    const bool sane = order >= 0 && order <= 6 && (order == 0 || sh) && (packing == PROBE_PACK_FLOAT || packing == PROBE_PACK_HALF);
+    const bool sane = order >= 0 && order <= 6 && (order == 0 || sh) &&
+                      (packing == PROBE_PACK_FLOAT || packing == PROBE_PACK_HALF);
     int32_t *fresh = sane ? malloc(2 * (v->probes + 1) * sizeof *fresh) : NULL;
     if (!fresh)
         return 0;
     int32_t *old = fresh + v->probes + 1;
-    struct image_header h = {.version = IMAGE_VERSION, .corners = (uint8_t)v->corners, .order = (uint8_t)order, .convolved = convolved != 0,
-                             .packing = (uint8_t)packing, .cells = v->cells, .step = v->lattice.step,
-                             .origin = {v->lattice.origin[0], v->lattice.origin[1], v->lattice.origin[2]}};
+    struct image_header h = {
+        .version = IMAGE_VERSION,
+        .corners = (uint8_t)v->corners,
+        .order = (uint8_t)order,
+        .convolved = convolved != 0,
+        .packing = (uint8_t)packing,
+        .cells = v->cells,
+        .step = v->lattice.step,
+        .origin = {v->lattice.origin[0], v->lattice.origin[1], v->lattice.origin[2]}};
     memcpy(h.magic, image_magic, sizeof h.magic);
     h.probes = number_probes(v, fresh, old);
     h.vertex_bytes = h.probes < UINT16_MAX ? 2 : 4;

@@ -1,9 +1,10 @@
 /* volume_names: what the parts of libprobe-query call each other by, once they are in the library.
  *
- * A static library has no private names but those of one file: a program that links it and has a volume_place of its own would
- * clash. The library's objects are compiled with `-include volume_names.h` (Makefile.am), so that all they show begins with
- * probe_; the objects that the programs link keep the plain names. tests/libprobe-query.t looks, so a function that is new in one
- * of these files and not here is noticed.
+ * A static library has no private names but those of one file: a program that links it and has a
+ * volume_place of its own would clash. The library's objects are compiled with `-include
+ * volume_names.h` (Makefile.am), so that all they show begins with probe_; the objects that the
+ * programs link keep the plain names. tests/libprobe-query.t looks, so a function that is new in
+ * one of these files and not here is noticed.
  */
 #ifndef VOLUME_NAMES_H
 #define VOLUME_NAMES_H

@@ -1,35 +1,47 @@
 /* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each facet of the hull, bounded by rays
- * from its corners; light is constant along rays.
- * van Oosterom, Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983.
- * Golub, Van Loan, "Matrix Computations", 4th ed., 2013, sec. 8.5: Jacobi's rotations.
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each
+ * facet of the hull, bounded by rays from its corners; light is constant along rays. van Oosterom,
+ * Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983. Golub, Van
+ * Loan, "Matrix Computations", 4th ed., 2013, sec. 8.5: Jacobi's rotations.
  *
- * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points u_a (a + t n_a) + u_b (b + t n_b) + u_c
- * (c + t n_c) with u >= 0, sum 1, t >= 0, and gives them the light of the facet at u. For a point P, t is a root of det(b - a + t (n_b -
- * n_a), c - a + t (n_c - n_a), P - a - t n_a), a cubic; of facets whose rays are parallel, or meet in a line, a line or a quadratic.
+ * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points
+ * u_a (a + t n_a) + u_b (b + t n_b) + u_c (c + t n_c) with u >= 0, sum 1, t >= 0, and gives them
+ * the light of the facet at u. For a point P, t is a root of det(b - a + t (n_b - n_a), c - a + t
+ * (n_c - n_a), P - a - t n_a), a cubic; of facets whose rays are parallel, or meet in a line, a
+ * line or a quadratic.
  *
- * Which rays. Normals of the hull's corners, a mean of its facets' as Cupisz takes them, fold the outer cells over one another wherever the
- * hull is nearly flat: the normals of neighbouring corners there differ by noise, so that det(n_a, n_b, n_c) has any sign, and where it is below
- * 0 the cell turns inside out farther up; at the rim of a slab a mean of normals looks away from one of its facets. Rays are instead chosen such
- * that no cell folds, which is checked: the Jacobian of a cell's map is linear in u for each t, so it is positive everywhere if at each corner i
- * the quadratic J_i(t) = A_i + B_i t + C t^2 is, for all t >= 0, where
- *     A_i = det(e1, e2, n_i),  B_i = det(e1, f2, n_i) + det(f1, e2, n_i),  C = det(n_a, n_b, n_c),   e: edges from a; f: differences of rays from n_a.
+ * Which rays. Normals of the hull's corners, a mean of its facets' as Cupisz takes them, fold the
+ * outer cells over one another wherever the hull is nearly flat: the normals of neighbouring
+ * corners there differ by noise, so that det(n_a, n_b, n_c) has any sign, and where it is below 0
+ * the cell turns inside out farther up; at the rim of a slab a mean of normals looks away from one
+ * of its facets. Rays are instead chosen such that no cell folds, which is checked: the Jacobian of
+ * a cell's map is linear in u for each t, so it is positive everywhere if at each corner i the
+ * quadratic J_i(t) = A_i + B_i t + C t^2 is, for all t >= 0, where A_i = det(e1, e2, n_i),  B_i =
+ * det(e1, f2, n_i) + det(f1, e2, n_i),  C = det(n_a, n_b, n_c),   e: edges from a; f: differences
+ * of rays from n_a.
  *
- * The rays are p - core(p), core(p) the nearest point of a box within the hull: those of the box's outer parallel surfaces, which never meet, as
- * the box is convex. Between corners they are linear, so this is only nearly so; the box is halved until the check holds. In the end it is a point
- * c, and the rays p - c have J_i(t) = (1 + t)^2 A_i, above 0 for any hull that c sees all of. The box lies along the lattice's axes, or along those
- * of the mesh's second moments where it is much larger so: of a slab or a row of probes that is turned.
+ * The rays are p - core(p), core(p) the nearest point of a box within the hull: those of the box's
+ * outer parallel surfaces, which never meet, as the box is convex. Between corners they are linear,
+ * so this is only nearly so; the box is halved until the check holds. In the end it is a point c,
+ * and the rays p - c have J_i(t) = (1 + t)^2 A_i, above 0 for any hull that c sees all of. The box
+ * lies along the lattice's axes, or along those of the mesh's second moments where it is much
+ * larger so: of a slab or a row of probes that is turned.
  *
- * Why each point is then in one cell, dents or not. Take all cells, inner ones mapped identically and outer ones by p + t n, as one map of a space
- * into R^3. Inner cells have positive volumes, outer ones a positive Jacobian, and all walls between are shared, those between outer cells because
- * the hull is closed. So the number of preimages of a point does not change across walls, and is the same everywhere: the degree of the map, as
- * far out as one likes. There only outer cells are, and they go around as often as the directions n do around the origin. n(p) is p less a point of
- * the core; where the hull does not touch the core that point can be moved to the core's centre, and n never is 0 on the way: the degree is
- * how often the hull winds around the centre, which is measured, and must be 1. That the hull is of one piece, or simply connected, need not be asked:
- * a hollow within has facets which the centre sees from behind, where J < 0, and what lies beside it has them on its near side.
+ * Why each point is then in one cell, dents or not. Take all cells, inner ones mapped identically
+ * and outer ones by p + t n, as one map of a space into R^3. Inner cells have positive volumes,
+ * outer ones a positive Jacobian, and all walls between are shared, those between outer cells
+ * because the hull is closed. So the number of preimages of a point does not change across walls,
+ * and is the same everywhere: the degree of the map, as far out as one likes. There only outer
+ * cells are, and they go around as often as the directions n do around the origin. n(p) is p less a
+ * point of the core; where the hull does not touch the core that point can be moved to the core's
+ * centre, and n never is 0 on the way: the degree is how often the hull winds around the centre,
+ * which is measured, and must be 1. That the hull is of one piece, or simply connected, need not be
+ * asked: a hollow within has facets which the centre sees from behind, where J < 0, and what lies
+ * beside it has them on its near side.
  *
- * Where to look. What the map p -> image(p), to a parallel surface of the core, makes of a ray is nearly one point. So the facet whose image is nearest to
- * that of a point is the one whose outer cell holds it, or a step or two away.
+ * Where to look. What the map p -> image(p), to a parallel surface of the core, makes of a ray is
+ * nearly one point. So the facet whose image is nearest to that of a point is the one whose outer
+ * cell holds it, or a step or two away.
  */
 #include "volume.h"
 
@@ -44,11 +56,14 @@ static double dot(const double a[3], const double b[3])
 /* det(a, b, c) */
 static double det(const double a[3], const double b[3], const double c[3])
 {
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+           a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
 
-/* Weights >= 0 from w: of x itself, or of the nearest point of the edges of (0, a, b), whose distance is returned. */
-static double bring_within(const double x[3], const double a[3], const double b[3], const double w[3], double weight[3])
+/* Weights >= 0 from w: of x itself, or of the nearest point of the edges of (0, a, b), whose
+ * distance is returned. */
+static double bring_within(const double x[3], const double a[3], const double b[3],
+                           const double w[3], double weight[3])
 {
     static const double origin[3] = {0, 0, 0};
     const double *corner[3] = {origin, a, b};
@@ -78,9 +93,11 @@ static double bring_within(const double x[3], const double a[3], const double b[
     return sqrt(least);
 }
 
-/* Nearest point of triangle abc (whose corners may fall together) to p, as barycentric weights: those of p's foot in the plane, or of the nearest
- * point of an edge. Returns the squared distance. */
-static double nearest_on_triangle(const double p[3], const double a[3], const double b[3], const double c[3], double weight[3])
+/* Nearest point of triangle abc (whose corners may fall together) to p, as barycentric weights:
+ * those of p's foot in the plane, or of the nearest point of an edge. Returns the squared
+ * distance. */
+static double nearest_on_triangle(const double p[3], const double a[3], const double b[3],
+                                  const double c[3], double weight[3])
 {
     double ab[3], ac[3], ap[3], normal[3], w[3], square = 0;
     for (int k = 0; k < 3; k++) {
@@ -90,7 +107,8 @@ static double nearest_on_triangle(const double p[3], const double a[3], const do
     }
     for (int k = 0; k < 3; k++)
         normal[k] = ab[(k + 1) % 3] * ac[(k + 2) % 3] - ab[(k + 2) % 3] * ac[(k + 1) % 3];
-    w[1] = det(ap, ac, normal) / dot(normal, normal); /* by the normal: products of edges alone cancel in slivers */
+    /* by the normal: products of edges alone cancel in slivers */
+    w[1] = det(ap, ac, normal) / dot(normal, normal);
     w[2] = det(ab, ap, normal) / dot(normal, normal);
     w[0] = 1 - w[1] - w[2];
     bring_within(ap, ab, ac, w, weight);
@@ -114,7 +132,8 @@ static void try_facet(void *context, size_t facet)
     int32_t vertex[3];
     double w[3];
     volume_facet_vertex(n->volume, &n->volume->facet[facet], vertex);
-    const double square = nearest_on_triangle(n->p, volume_site(n->volume, vertex[0]), volume_site(n->volume, vertex[1]),
+    const double square = nearest_on_triangle(n->p, volume_site(n->volume, vertex[0]),
+                                              volume_site(n->volume, vertex[1]),
                                               volume_site(n->volume, vertex[2]), w);
     if (!(square < n->square))
         return;
@@ -125,7 +144,8 @@ static void try_facet(void *context, size_t facet)
 }
 
 /* A facet's corners with their weights, as a place in its cell. */
-static void place_on_facet(const struct probe_volume *v, size_t facet, const double weight[3], struct probe_place *place)
+static void place_on_facet(const struct probe_volume *v, size_t facet, const double weight[3],
+                           struct probe_place *place)
 {
     const size_t cell = (size_t)v->facet[facet].cell;
     double w[4] = {0};
@@ -137,7 +157,7 @@ static void place_on_facet(const struct probe_volume *v, size_t facet, const dou
     volume_place(v, cell, w, place);
 }
 
-/* -- rays ---------------------------------------------------------------------------------------- */
+/* -- rays ------------------------------------------------------------------------------------- */
 
 static double beyond(double x, double most)
 {
@@ -161,8 +181,8 @@ void volume_outer_ray(const struct probe_volume *v, int32_t probe, double ray[3]
         ray[k] = x[0] * v->core_axis[0][k] + x[1] * v->core_axis[1][k] + x[2] * v->core_axis[2][k];
 }
 
-/* p moved along the line from the nearest point of the core to the core's parallel surface at the size of the hull: about the same for all of a
- * ray, and another for each ray. */
+/* p moved along the line from the nearest point of the core to the core's parallel surface at the
+ * size of the hull: about the same for all of a ray, and another for each ray. */
 static void image_of(const struct probe_volume *v, const double p[3], double image[3])
 {
     double d[3], off[3], size = 0, square = 0;
@@ -225,12 +245,14 @@ static double det_within(const double a[3], const double b[3], const double c[3]
 {
     double size = 0;
     for (int k = 0; k < 3; k++)
-        size += fabs(a[k]) * (fabs(b[(k + 1) % 3] * c[(k + 2) % 3]) + fabs(b[(k + 2) % 3] * c[(k + 1) % 3]));
+        size += fabs(a[k]) *
+                (fabs(b[(k + 1) % 3] * c[(k + 2) % 3]) + fabs(b[(k + 2) % 3] * c[(k + 1) % 3]));
     *error = 0x1p-49 * size;
     return det(a, b, c);
 }
 
-/* A is certainly above 0. C, of flat facets often 0, counts as that within rounding: it tells on the sign only from 2^40 sizes away. */
+/* A is certainly above 0. C, of flat facets often 0, counts as that within rounding: it tells on
+ * the sign only from 2^40 sizes away. */
 static bool unfolded(const struct prism *s)
 {
     double error;
@@ -238,14 +260,15 @@ static bool unfolded(const struct prism *s)
     if (c < -error)
         return false;
     for (int i = 0; i < 3; i++) {
-        const double a = det_within(s->e[0], s->e[1], s->n[i], &error), b = det(s->e[0], s->f[1], s->n[i]) + det(s->f[0], s->e[1], s->n[i]);
+        const double a = det_within(s->e[0], s->e[1], s->n[i], &error),
+                     b = det(s->e[0], s->f[1], s->n[i]) + det(s->f[0], s->e[1], s->n[i]);
         if (!(a > error) || (b < 0 && !(b * b < 4 * a * c * (1 - 1e-6))))
             return false;
     }
     return true;
 }
 
-/* -- the core -------------------------------------------------------------------------------------- */
+/* -- the core --------------------------------------------------------------------------------- */
 
 /* A box: half[k] to either side of centre along axis[k]. */
 struct core {
@@ -261,7 +284,8 @@ static void find_middle(const struct probe_volume *v, double middle[3], double m
             double d[4][3], e[3][3], all[3] = {0};
             for (int c = 0; c < 4; c++)
                 for (int k = 0; k < 3; k++)
-                    all[k] += d[c][k] = volume_site(v, volume_vertex(v, i, c))[k] - (pass ? middle[k] : 0);
+                    all[k] += d[c][k] = volume_site(v, volume_vertex(v, i, c))[k] -
+                                        (pass ? middle[k] : 0);
             for (int c = 0; c < 3; c++)
                 for (int k = 0; k < 3; k++)
                     e[c][k] = d[c + 1][k] - d[0][k];
@@ -271,14 +295,17 @@ static void find_middle(const struct probe_volume *v, double middle[3], double m
                 sum[k] += pass ? 0 : volume * all[k] / 4;
             for (int j = 0; j < 3 && pass; j++)
                 for (int k = 0; k < 3; k++)
-                    moment[j][k] += volume / total / 20 * (d[0][j] * d[0][k] + d[1][j] * d[1][k] + d[2][j] * d[2][k] + d[3][j] * d[3][k] + all[j] * all[k]);
+                    moment[j][k] += volume / total / 20 *
+                                    (d[0][j] * d[0][k] + d[1][j] * d[1][k] + d[2][j] * d[2][k] +
+                                     d[3][j] * d[3][k] + all[j] * all[k]);
         }
         for (int k = 0; k < 3 && !pass; k++)
             middle[k] = sum[k] / total;
     }
 }
 
-/* The mean of the probes on the hull and within, each once: what probe-tet keeps in sight of the whole hull (peel.h). */
+/* The mean of the probes on the hull and within, each once: what probe-tet keeps in sight of the
+ * whole hull (peel.h). */
 static bool find_mean(const struct probe_volume *v, double mean[3])
 {
     unsigned char *seen = calloc(v->probes ? v->probes : 1, 1);
@@ -308,7 +335,8 @@ static void find_axes(double m[3][3], double axis[3][3])
         const int i = sweep % 3, j = (i + 1) % 3;
         if (fabs(m[i][j]) <= 0x1p-52 * sqrt(fabs(m[i][i] * m[j][j])))
             continue;
-        const double theta = (m[j][j] - m[i][i]) / (2 * m[i][j]), t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
+        const double theta = (m[j][j] - m[i][i]) / (2 * m[i][j]),
+                     t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
         const double c = 1 / sqrt(t * t + 1), s = t * c;
         for (int k = 0; k < 3; k++) {
             const double x = m[k][i], y = m[k][j];
@@ -326,7 +354,8 @@ static void find_axes(double m[3][3], double axis[3][3])
 }
 
 /* Corners of a facet from the core's centre, along its axes. */
-static void along_axes(const struct probe_volume *v, size_t facet, const struct core *core, double x[3][3])
+static void along_axes(const struct probe_volume *v, size_t facet, const struct core *core,
+                       double x[3][3])
 {
     int32_t vertex[3];
     volume_facet_vertex(v, &v->facet[facet], vertex);
@@ -339,7 +368,8 @@ static void along_axes(const struct probe_volume *v, size_t facet, const struct 
     }
 }
 
-/* The largest scale at which a box is apart from a facet: by one of the box's axes, or by the facet's normal. */
+/* The largest scale at which a box is apart from a facet: by one of the box's axes, or by the
+ * facet's normal. */
 static double separation(double x[3][3], const double half[3])
 {
     double e[2][3], n[3], away = 0, reach = 0, best = 0;
@@ -350,13 +380,15 @@ static double separation(double x[3][3], const double half[3])
         n[k] = e[0][(k + 1) % 3] * e[1][(k + 2) % 3] - e[0][(k + 2) % 3] * e[1][(k + 1) % 3];
         away += n[k] * x[0][k];
         reach += fabs(n[k]) * half[k];
-        const double low = fmin(fmin(x[0][k], x[1][k]), x[2][k]), high = fmax(fmax(x[0][k], x[1][k]), x[2][k]);
+        const double low = fmin(fmin(x[0][k], x[1][k]), x[2][k]),
+                     high = fmax(fmax(x[0][k], x[1][k]), x[2][k]);
         best = fmax(best, fmax(low, -high) / half[k]);
     }
     return fmax(best, away / reach);
 }
 
-/* Makes a box as far from its centre as the hull reaches along each axis, scaled until it does not touch the hull. Returns its volume. */
+/* Makes a box as far from its centre as the hull reaches along each axis, scaled until it does not
+ * touch the hull. Returns its volume. */
 static double fit_core(const struct probe_volume *v, struct core *core)
 {
     double x[3][3], low[3] = {0}, high[3] = {0}, share = 1;
@@ -379,7 +411,8 @@ static double fit_core(const struct probe_volume *v, struct core *core)
     return core->half[0] * core->half[1] * core->half[2];
 }
 
-/* How often the hull winds around the core's centre: the solid angles of its facets (van Oosterom and Strackee 1983), over a sphere's. */
+/* How often the hull winds around the core's centre: the solid angles of its facets (van Oosterom
+ * and Strackee 1983), over a sphere's. */
 static int winding(const struct probe_volume *v)
 {
     double sum = 0;
@@ -392,8 +425,9 @@ static int winding(const struct probe_volume *v)
                 x[c][k] = volume_site(v, vertex[c])[k] - v->centre[k];
             length[c] = sqrt(dot(x[c], x[c]));
         }
-        sum += 2 * atan2(det(x[0], x[1], x[2]), length[0] * length[1] * length[2] + dot(x[0], x[1]) * length[2] + dot(x[1], x[2]) * length[0] +
-                                                    dot(x[2], x[0]) * length[1]);
+        sum += 2 * atan2(det(x[0], x[1], x[2]),
+                         length[0] * length[1] * length[2] + dot(x[0], x[1]) * length[2] +
+                             dot(x[1], x[2]) * length[0] + dot(x[2], x[0]) * length[1]);
     }
     return (int)rint(sum / (4 * 3.14159265358979323846));
 }
@@ -423,9 +457,12 @@ enum probe_status volume_outer_init(struct probe_volume *v)
 {
     enum {
         HALVINGS = 5, /* of the core, before it is a point */
-        UNASKED = 2,  /* of them, for rays that are not asked for: those of a small core run along the hull rather than away from it,
-                       * and bring its light from afar */
-        TURNED = 8,   /* times the volume that a turned core must have: even of a cube along its diagonal it is 5 */
+        /* of them, for rays that are not asked for: those of a small core run along the hull rather
+         * than away from it, and bring its light from afar */
+        UNASKED = 2,
+        /* times the volume that a turned core must have: even of a cube along its diagonal it is
+         * 5 */
+        TURNED = 8,
     };
     struct core core = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, turned;
     double moment[3][3] = {{0}};
@@ -449,14 +486,15 @@ enum probe_status volume_outer_init(struct probe_volume *v)
     return v->rays ? make_images(v) : PROBE_OK;
 }
 
-/* -- the outer cell of a point ------------------------------------------------------------------- */
+/* -- the outer cell of a point ---------------------------------------------------------------- */
 
 static double cubic(const double c[4], double t)
 {
     return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
 }
 
-/* The root between two places where the signs differ: Newton's steps, and a half's where they would leave what is between. */
+/* The root between two places where the signs differ: Newton's steps, and a half's where they would
+ * leave what is between. */
 static double root_between(const double c[4], double low, double high)
 {
     const bool rising = cubic(c, low) < 0;
@@ -478,11 +516,13 @@ static double root_between(const double c[4], double low, double high)
     return t;
 }
 
-/* The roots t >= 0 of a cubic, ascending; returns how many. Between its turning points it is monotone. */
+/* The roots t >= 0 of a cubic, ascending; returns how many. Between its turning points it is
+ * monotone. */
 static int roots(const double c[4], double root[3])
 {
     double turn[4] = {0, INFINITY, INFINITY, INFINITY};
-    const double last = c[3] != 0 ? c[3] : c[2] != 0 ? c[2] : c[1] != 0 ? c[1] : c[0]; /* its sign is that far out */
+    /* its sign is that far out */
+    const double last = c[3] != 0 ? c[3] : c[2] != 0 ? c[2] : c[1] != 0 ? c[1] : c[0];
     int turns = 1, count = 0;
     const double a = 3 * c[3], b = c[2], d = b * b - a * c[1]; /* a t^2 + 2 b t + c1 = 0 */
     if (d > 0) {
@@ -498,7 +538,8 @@ static int roots(const double c[4], double root[3])
     for (int i = 0; i < turns; i++) {
         const double low = turn[i];
         double high = turn[i + 1];
-        if (!(high < INFINITY)) { /* the last stretch: as far as the sign stays, if it changes at all */
+        /* the last stretch: as far as the sign stays, if it changes at all */
+        if (!(high < INFINITY)) {
             if ((last < 0) == (cubic(c, low) < 0) && cubic(c, low) != 0)
                 break;
             high = low > 0 ? 2 * low : 1;
@@ -515,8 +556,9 @@ static int roots(const double c[4], double root[3])
 
 /* How well the outer cell of a facet holds a point. */
 struct hold {
-    double off;       /* how far p's place is from the facet, moved to where p is in its plane: 0 within it, lattice units. A distance, as weights alone are noise in
-                       * facets that are slivers */
+    /* how far p's place is from the facet, moved to where p is in its plane: 0 within it, lattice
+     * units. A distance, as weights alone are noise in facets that are slivers */
+    double off;
     double weight[3]; /* brought to >= 0 */
     double t;         /* along the rays */
     int beyond;       /* the corner whose weight is least: across the edge opposite to go on */
@@ -531,8 +573,8 @@ static struct hold solve(const struct probe_volume *v, size_t facet, const doubl
     for (int k = 0; k < 3; k++)
         q[k] = p[k] - s.p[0][k];
     const double *e1 = s.e[0], *e2 = s.e[1], *f1 = s.f[0], *f2 = s.f[1], *n = s.n[0];
-    const double c[4] = {det(e1, e2, q), det(f1, e2, q) + det(e1, f2, q) - det(e1, e2, n), det(f1, f2, q) - det(f1, e2, n) - det(e1, f2, n),
-                         -det(f1, f2, n)};
+    const double c[4] = {det(e1, e2, q), det(f1, e2, q) + det(e1, f2, q) - det(e1, e2, n),
+                         det(f1, f2, q) - det(f1, e2, n) - det(e1, f2, n), -det(f1, f2, n)};
     int count = roots(c, t);
     const bool before = count == 0; /* p is on the other side of the facet: but where from it? */
     if (before)
@@ -563,7 +605,8 @@ static struct hold solve(const struct probe_volume *v, size_t facet, const doubl
 }
 
 /* How far p is from its place beyond a facet. */
-static double miss(const struct probe_volume *v, size_t facet, const struct hold *hold, const double p[3])
+static double miss(const struct probe_volume *v, size_t facet, const struct hold *hold,
+                   const double p[3])
 {
     struct prism s;
     double off[3] = {-p[0], -p[1], -p[2]};
@@ -618,9 +661,11 @@ static void try_prism(void *context, size_t facet)
         t->square = -1;
 }
 
-/* The facet whose outer cell holds p: a walk from one whose image is near that of p. Steps are counted; where they do not arrive, all facets are
- * tried, so it ends. Returns false when no facet has a root: p is on the hull but for rounding. */
-static bool find_prism(const struct probe_volume *v, const double p[3], size_t *facet, struct hold *hold)
+/* The facet whose outer cell holds p: a walk from one whose image is near that of p. Steps are
+ * counted; where they do not arrive, all facets are tried, so it ends. Returns false when no facet
+ * has a root: p is on the hull but for rounding. */
+static bool find_prism(const struct probe_volume *v, const double p[3], size_t *facet,
+                       struct hold *hold)
 {
     double size = 0, image[3];
     for (int k = 0; k < 3; k++)
@@ -638,7 +683,12 @@ static bool find_prism(const struct probe_volume *v, const double p[3], size_t *
             break;
         *facet = (size_t)v->facet[*facet].across[hold->beyond];
     }
-    struct through t = {.volume = v, .p = p, .square = INFINITY, .rounding = rounding, .facet = *facet, .hold = {.off = INFINITY}};
+    struct through t = {.volume = v,
+                        .p = p,
+                        .square = INFINITY,
+                        .rounding = rounding,
+                        .facet = *facet,
+                        .hold = {.off = INFINITY}};
     volume_tree_search(&v->image_tree, image, &t.square, try_prism, &t);
     *facet = t.facet;
     *hold = t.hold;
@@ -652,12 +702,14 @@ bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_
     size_t facet = 0;
     const bool held = v->rays && find_prism(v, p, &facet, &hold);
     const size_t first = held ? facet : volume_tree_near(&v->facet_tree, p);
-    for (size_t i = first; i < v->facets && i < first + (held ? 1 : VOLUME_LEAF); i++) /* the nearer what is known, the less is searched */
+    /* the nearer what is known, the less is searched */
+    for (size_t i = first; i < v->facets && i < first + (held ? 1 : VOLUME_LEAF); i++)
         try_facet(&n, i);
     volume_tree_search(&v->facet_tree, p, &n.square, try_facet, &n);
     const double distance = sqrt(n.square);
     place->distance = distance * v->lattice.step;
-    if (held && distance > 1) /* nearer to the hull than a step of the lattice, rounding decides which side p is on */
+    /* nearer to the hull than a step of the lattice, rounding decides which side p is on */
+    if (held && distance > 1)
         place_on_facet(v, facet, hold.weight, place);
     else
         place_on_facet(v, n.facet, n.weight, place);

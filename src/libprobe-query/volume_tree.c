@@ -1,6 +1,7 @@
 /* Based on:
- * Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM, 1966: the curve.
- * Lauterbach et al., "Fast BVH construction on GPUs", Computer Graphics Forum 28(2), 2009: boxes over runs along it.
+ * Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM,
+ * 1966: the curve. Lauterbach et al., "Fast BVH construction on GPUs", Computer Graphics Forum
+ * 28(2), 2009: boxes over runs along it.
  */
 #include "volume.h"
 
@@ -25,7 +26,8 @@ enum probe_status volume_tree_init(struct volume_tree *tree, size_t items)
     if (!tree->box)
         return PROBE_NO_MEMORY;
     for (size_t i = 0; i < boxes; i++)
-        tree->box[i] = (struct volume_box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+        tree->box[i] =
+            (struct volume_box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     return PROBE_OK;
 }
 
@@ -79,8 +81,8 @@ static double centre_square(const struct volume_box *box, const double p[3])
     return square;
 }
 
-void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square, void (*visit)(void *context,
-                        size_t item), void *context)
+void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square,
+                        void (*visit)(void *context, size_t item), void *context)
 {
     struct {
         int level;
@@ -99,7 +101,8 @@ void volume_tree_search(const struct volume_tree *tree, const double p[3], doubl
         if (!(stack[depth].square <= *square))
             continue;
         if (level == 0) {
-            for (size_t i = VOLUME_LEAF * index; i < VOLUME_LEAF * (index + 1) && i < tree->items; i++)
+            for (size_t i = VOLUME_LEAF * index; i < VOLUME_LEAF * (index + 1) && i < tree->items;
+                 i++)
                 visit(context, i);
             continue;
         }
@@ -108,7 +111,9 @@ void volume_tree_search(const struct volume_tree *tree, const double p[3], doubl
         const int children = 2 * index + 1 < level_width(tree, level - 1) ? 2 : 1;
         for (int i = 0; i < children; i++)
             child[i] = volume_box_square(&box[i], p);
-        const bool nearer = child[1] < child[0] || (child[1] == child[0] && children == 2 && centre_square(&box[1], p) < centre_square(&box[0], p));
+        const bool nearer = child[1] < child[0] ||
+                            (child[1] == child[0] && children == 2 &&
+                             centre_square(&box[1], p) < centre_square(&box[0], p));
         for (int i = 0; i < children; i++) { /* the nearer one on top */
             const int which = children == 1 ? 0 : i ? nearer : !nearer;
             stack[depth].level = level - 1;
@@ -127,7 +132,8 @@ size_t volume_tree_near(const struct volume_tree *tree, const double p[3])
         if (index + 1 >= level_width(tree, level - 1))
             continue;
         const double square[2] = {volume_box_square(&box[0], p), volume_box_square(&box[1], p)};
-        index += square[1] < square[0] || (square[1] == square[0] && centre_square(&box[1], p) < centre_square(&box[0], p));
+        index += square[1] < square[0] ||
+                 (square[1] == square[0] && centre_square(&box[1], p) < centre_square(&box[0], p));
     }
     return VOLUME_LEAF * index;
 }
@@ -164,7 +170,8 @@ static void sort_digit(size_t count, const uint64_t *from, uint64_t *to, int shi
 
 void volume_sort(size_t count, const uint64_t *key, int bits, uint32_t *order, uint64_t *room)
 {
-    /* The lowest `bits` bits of keys go through as what fits beside an item's number, 32 bits at a time, the low half first. */
+    /* The lowest `bits` bits of keys go through as what fits beside an item's number, 32 bits at a
+     * time, the low half first. */
     uint64_t *a = room, *b = room + count;
     for (size_t i = 0; i < count; i++)
         order[i] = (uint32_t)i;

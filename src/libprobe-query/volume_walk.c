@@ -1,22 +1,27 @@
 /* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: walk from the last cell, to the neighbour
- * beyond the most negative weight.
- * Edelsbrunner, "An acyclicity theorem for cell complexes in d dimensions", Combinatorica 10, 1990.
- * Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", DCG 18, 1997: signs with an
+ * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: walk from the last
+ * cell, to the neighbour beyond the most negative weight. Edelsbrunner, "An acyclicity theorem for
+ * cell complexes in d dimensions", Combinatorica 10, 1990. Shewchuk, "Adaptive precision
+ * floating-point arithmetic and fast robust geometric predicates", DCG 18, 1997: signs with an
  * error bound.
  *
- * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided exactly. Among Delaunay cells such a
- * walk visits none twice (Edelsbrunner 1990: from any viewpoint, Delaunay cells are partially ordered by which hides which), so it ends
- * after as many steps as there are cells at most, and in practice after a few times their cube root. A mesh whose slivers were mended, or
- * that someone else made, may not be Delaunay. So the walk is only a head start: where it has not arrived after steps_most steps, or
- * leaves a hull with dents, through which it may come in again, the tree of boxes over all cells is descended instead. That visits each
- * of its finitely many nodes at most once, and finds a cell that holds the point if there is one.
+ * Why it ends. The walk crosses a face only when the point is strictly beyond it, which is decided
+ * exactly. Among Delaunay cells such a walk visits none twice (Edelsbrunner 1990: from any
+ * viewpoint, Delaunay cells are partially ordered by which hides which), so it ends after as many
+ * steps as there are cells at most, and in practice after a few times their cube root. A mesh whose
+ * slivers were mended, or that someone else made, may not be Delaunay. So the walk is only a head
+ * start: where it has not arrived after steps_most steps, or leaves a hull with dents, through
+ * which it may come in again, the tree of boxes over all cells is descended instead. That visits
+ * each of its finitely many nodes at most once, and finds a cell that holds the point if there is
+ * one.
  *
- * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a point strictly within one has one answer.
- * A point on a face, an edge or a probe (an exact weight of 0) is in several: its answer is the first of them in the tree's order.
+ * Why the answer does not depend on where the walk began. Cells of a mesh do not overlap, so a
+ * point strictly within one has one answer. A point on a face, an edge or a probe (an exact weight
+ * of 0) is in several: its answer is the first of them in the tree's order.
  *
- * Where there are rays, a walk that has left a hull with dents needs no tree but near the hull: each point is in one cell, inner or outer, so one that an
- * outer cell holds, farther from the hull than rounding goes, is outside.
+ * Where there are rays, a walk that has left a hull with dents needs no tree but near the hull:
+ * each point is in one cell, inner or outer, so one that an outer cell holds, farther from the hull
+ * than rounding goes, is outside.
  */
 #include "volume.h"
 
@@ -24,35 +29,41 @@
 #include <math.h>
 #include <string.h>
 
-/* -- a point ------------------------------------------------------------------------------------- */
+/* -- a point ---------------------------------------------------------------------------------- */
 
 static double round_whole(double x) /* to even, as rint, which is a call: |x| < 2^51 */
 {
     return x + 0x1.8p52 - 0x1.8p52;
 }
 
-static double far_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3]);
+static double far_coordinates(const struct probe_volume *v, const double point[3],
+                              double coordinates[3]);
 
 static const double reach = 0x1p60;
 
-static inline double coordinates_of(const struct probe_volume *v, const double point[3], double coordinates[3])
+static inline double coordinates_of(const struct probe_volume *v, const double point[3],
+                                    double coordinates[3])
 {
     if (v->scale > 0) {
         for (int k = 0; k < 3; k++)
             coordinates[k] = point[k] * v->scale - v->shift[k];
-        const double sure = reach - 0x1p42; /* however far the middle of the probes is from the lattice's origin */
-        if (fabs(coordinates[0]) <= sure && fabs(coordinates[1]) <= sure && fabs(coordinates[2]) <= sure)
+        /* however far the middle of the probes is from the lattice's origin */
+        const double sure = reach - 0x1p42;
+        if (fabs(coordinates[0]) <= sure && fabs(coordinates[1]) <= sure &&
+            fabs(coordinates[2]) <= sure)
             return 0;
     }
     return far_coordinates(v, point, coordinates);
 }
 
-double volume_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
+double volume_coordinates(const struct probe_volume *v, const double point[3],
+                          double coordinates[3])
 {
     return coordinates_of(v, point, coordinates);
 }
 
-static double far_coordinates(const struct probe_volume *v, const double point[3], double coordinates[3])
+static double far_coordinates(const struct probe_volume *v, const double point[3],
+                              double coordinates[3])
 {
     double middle[3], most = 0, size = 0;
     for (int k = 0; k < 3; k++) {
@@ -66,10 +77,14 @@ static double far_coordinates(const struct probe_volume *v, const double point[3
     }
     if (most <= reach)
         return 0;
-    const bool counted = most < INFINITY; /* else the point is so far out that its coordinates overflow */
+    /* else the point is so far out that its coordinates overflow */
+    const bool counted = most < INFINITY;
     double square = 0;
-    for (int k = 0; k < 3; k++) { /* towards the middle, but what lies before a side of the probes' box stays where it is before it */
-        const double off = coordinates[k] - middle[k], along = counted ? off / most : point[k] / size;
+    /* towards the middle, but what lies before a side of the probes' box stays where it is before
+     * it */
+    for (int k = 0; k < 3; k++) {
+        const double off = coordinates[k] - middle[k],
+                     along = counted ? off / most : point[k] / size;
         const double within = fmin(fabs(off), v->high[k] - middle[k]);
         coordinates[k] = middle[k] + copysign(fmax(within, fabs(along) * reach), off);
         square += along * along;
@@ -77,9 +92,10 @@ static double far_coordinates(const struct probe_volume *v, const double point[3
     return fmin((counted ? most * v->lattice.step : size) * sqrt(square), DBL_MAX);
 }
 
-/* As lattice_snap does, to the bit, of a point of the probes' box; others stay outside of it. So a probe is found at its site, which in a cell that is a few steps flat
- * is all the difference. */
-static inline void round_to_lattice(const struct probe_volume *v, const double point[3], double p[3])
+/* As lattice_snap does, to the bit, of a point of the probes' box; others stay outside of it. So a
+ * probe is found at its site, which in a cell that is a few steps flat is all the difference. */
+static inline void round_to_lattice(const struct probe_volume *v, const double point[3],
+                                    double p[3])
 {
     if (!v->near) {
         lattice_snap(&v->lattice, point, p);
@@ -89,7 +105,8 @@ static inline void round_to_lattice(const struct probe_volume *v, const double p
         p[k] = round_whole(point[k] * v->scale) - v->shift[k];
 }
 
-/* The place of the mesh's plane or line that a point is above, rounded to the lattice along the axes that matter. */
+/* The place of the mesh's plane or line that a point is above, rounded to the lattice along the
+ * axes that matter. */
 static void project(const struct probe_volume *v, const double p[3], double q[3])
 {
     double along = 0;
@@ -101,7 +118,7 @@ static void project(const struct probe_volume *v, const double p[3], double q[3]
         q[v->axis[j]] = j < v->corners - 1 ? rint(q[v->axis[j]]) : 0;
 }
 
-/* -- weights ------------------------------------------------------------------------------------- */
+/* -- weights ---------------------------------------------------------------------------------- */
 
 struct weights {
     double weight[4]; /* sum 1 */
@@ -115,7 +132,8 @@ static inline int lowest_of(const double w[4])
     return w[b] < w[a] ? b : a;
 }
 
-__attribute__((noinline)) static bool weigh_exactly(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+__attribute__((noinline)) static bool weigh_exactly(const struct probe_volume *v, size_t cell,
+                                                    const double p[3], struct weights *w)
 {
     lattice_volume volume[4], sum = 0;
     volume_measure(v, cell, p, volume);
@@ -135,7 +153,8 @@ __attribute__((noinline)) static bool weigh_exactly(const struct probe_volume *v
 }
 
 /* Lean: from the sites, in doubles. False: not certain. */
-__attribute__((noinline)) static bool weigh_sites(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+__attribute__((noinline)) static bool weigh_sites(const struct probe_volume *v, size_t cell,
+                                                  const double p[3], struct weights *w)
 {
     double d[4][3], size = 0;
     for (int i = 0; i < 4; i++) {
@@ -159,8 +178,10 @@ __attribute__((noinline)) static bool weigh_sites(const struct probe_volume *v, 
         volume[2] += d[3][k] * ab[k];
         volume[3] -= d[2][k] * ab[k];
     }
-    /* Differences of whole numbers are exact; a sum of six products of three is off by less than 8 roundings of their sizes. */
-    const double sum = volume[0] + volume[1] + volume[2] + volume[3], error = 0x1p-49 * size * size * size;
+    /* Differences of whole numbers are exact; a sum of six products of three is off by less than 8
+     * roundings of their sizes. */
+    const double sum = volume[0] + volume[1] + volume[2] + volume[3],
+                 error = 0x1p-49 * size * size * size;
     w->lowest = lowest_of(volume);
     w->touches = false;
     if (!(fabs(volume[w->lowest]) > error) || !(error < 0x1p-27 * sum))
@@ -192,22 +213,28 @@ static inline double least_of(double a, double b)
 
 enum side { WITHIN, BEYOND, UNSURE };
 
-/* From the planes, of corners 1 and 2 side by side. A plane's numbers are off by three roundings at most, products by one more,
- * sums of four by two; the weight of corner 0 by all of them. 16 roundings of the sum of all sizes bound that. */
-static inline enum side weigh_planes(const struct volume_cell *cell, const double p[3], struct weights *w)
+/* From the planes, of corners 1 and 2 side by side. A plane's numbers are off by three roundings at
+ * most, products by one more, sums of four by two; the weight of corner 0 by all of them. 16
+ * roundings of the sum of all sizes bound that. */
+static inline enum side weigh_planes(const struct volume_cell *cell, const double p[3],
+                                     struct weights *w)
 {
-    const two x = load_two(cell->plane[0]) * p[0], y = load_two(cell->plane[1]) * p[1], z = load_two(cell->plane[2]) * p[2],
-              c = load_two(cell->plane[3]);
-    const double x3 = cell->plane[0][2] * p[0], y3 = cell->plane[1][2] * p[1], z3 = cell->plane[2][2] * p[2], c3 = cell->plane[3][2];
-    const two weight = (x + y) + (z + c), size = (size_of(x) + size_of(y)) + (size_of(z) + size_of(c));
+    const two x = load_two(cell->plane[0]) * p[0], y = load_two(cell->plane[1]) * p[1],
+              z = load_two(cell->plane[2]) * p[2], c = load_two(cell->plane[3]);
+    const double x3 = cell->plane[0][2] * p[0], y3 = cell->plane[1][2] * p[1],
+                 z3 = cell->plane[2][2] * p[2], c3 = cell->plane[3][2];
+    const two weight = (x + y) + (z + c),
+              size = (size_of(x) + size_of(y)) + (size_of(z) + size_of(c));
     const double w3 = (x3 + y3) + (z3 + c3), size3 = (fabs(x3) + fabs(y3)) + (fabs(z3) + fabs(c3));
-    const double w0 = 1 - (weight[0] + weight[1] + w3), error = 0x1p-49 * (1 + size[0] + size[1] + size3);
+    const double w0 = 1 - (weight[0] + weight[1] + w3),
+                 error = 0x1p-49 * (1 + size[0] + size[1] + size3);
     const double least = least_of(least_of(w0, weight[0]), least_of(weight[1], w3));
     const two low = {w0, weight[0]}, high = {weight[1], w3};
     memcpy(w->weight, &low, sizeof low); /* two at a time, as they are read again */
     memcpy(w->weight + 2, &high, sizeof high);
     w->touches = false;
-    if (!(fabs(least) > error && error < 0x1p-27)) /* certain, and as right as light in floats can show */
+    /* certain, and as right as light in floats can show */
+    if (!(fabs(least) > error && error < 0x1p-27))
         return UNSURE;
     if (least > 0)
         return WITHIN;
@@ -216,7 +243,8 @@ static inline enum side weigh_planes(const struct volume_cell *cell, const doubl
 }
 
 /* Whether the cell holds p; if not, p is strictly beyond the facet opposite the lowest corner. */
-static inline __attribute__((always_inline)) bool weigh(const struct probe_volume *v, size_t cell, const double p[3], struct weights *w)
+static inline __attribute__((always_inline)) bool weigh(const struct probe_volume *v, size_t cell,
+                                                        const double p[3], struct weights *w)
 {
     const enum side side = v->cell ? weigh_planes(&v->cell[cell], p, w) : UNSURE;
     if (side != UNSURE)
@@ -226,7 +254,8 @@ static inline __attribute__((always_inline)) bool weigh(const struct probe_volum
     return weigh_exactly(v, cell, p, w);
 }
 
-static inline void place_in(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
+static inline void place_in(const struct probe_volume *v, size_t cell, const double weight[4],
+                            struct probe_place *place)
 {
     place->cell = volume_number(v, cell);
     memcpy(place->weight, weight, sizeof place->weight);
@@ -236,12 +265,13 @@ static inline void place_in(const struct probe_volume *v, size_t cell, const dou
         place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
 }
 
-void volume_place(const struct probe_volume *v, size_t cell, const double weight[4], struct probe_place *place)
+void volume_place(const struct probe_volume *v, size_t cell, const double weight[4],
+                  struct probe_place *place)
 {
     place_in(v, cell, weight, place);
 }
 
-/* -- searching ----------------------------------------------------------------------------------- */
+/* -- searching -------------------------------------------------------------------------------- */
 
 struct search {
     const struct probe_volume *volume;
@@ -263,7 +293,8 @@ static void try_cell(void *context, size_t cell)
 }
 
 /* The first cell that holds p, in the tree's order. */
-static bool search_tree(const struct probe_volume *v, const double p[3], size_t *cell, struct weights *w)
+static bool search_tree(const struct probe_volume *v, const double p[3], size_t *cell,
+                        struct weights *w)
 {
     struct search s = {.volume = v, .p = p};
     volume_tree_search(&v->cell_tree, p, &s.square, try_cell, &s);
@@ -283,17 +314,24 @@ struct walker {
     struct weights weights;
 };
 
-enum walker_state { WALKING, INSIDE, OUTSIDE, LEFT /* through the hull, but it may go on elsewhere */ };
+enum walker_state {
+    WALKING,
+    INSIDE,
+    OUTSIDE,
+    LEFT /* through the hull, but it may go on elsewhere */
+};
 
 /* The coordinates of any point; false: outside the box of all sites. */
-__attribute__((noinline)) static bool begin_anywhere(const struct probe_volume *v, const double point[3], struct walker *w)
+__attribute__((noinline)) static bool begin_anywhere(const struct probe_volume *v,
+                                                     const double point[3], struct walker *w)
 {
     bool within = true;
     w->far = coordinates_of(v, point, w->exactly);
     if (v->corners < 4) {
         project(v, w->exactly, w->p);
         for (int j = 0; j < v->corners - 1; j++)
-            within = within && w->p[v->axis[j]] >= v->low[v->axis[j]] && w->p[v->axis[j]] <= v->high[v->axis[j]];
+            within = within && w->p[v->axis[j]] >= v->low[v->axis[j]] &&
+                     w->p[v->axis[j]] <= v->high[v->axis[j]];
     } else {
         round_to_lattice(v, point, w->p);
         for (int k = 0; k < 3; k++)
@@ -310,10 +348,13 @@ static size_t near_cell(const struct probe_volume *v, const double p[3])
 }
 
 /* false: outside, without a walk. cell: where the walk begins; v->cells: anywhere. */
-static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell, struct walker *w)
+static inline bool begin(const struct probe_volume *v, const double point[3], size_t cell,
+                         struct walker *w)
 {
-    const double x = point[0] * v->scale - v->shift[0], y = point[1] * v->scale - v->shift[1], z = point[2] * v->scale - v->shift[2];
-    bool within = fabs(x - v->middle[0]) <= v->half[0] && fabs(y - v->middle[1]) <= v->half[1] && fabs(z - v->middle[2]) <= v->half[2];
+    const double x = point[0] * v->scale - v->shift[0], y = point[1] * v->scale - v->shift[1],
+                 z = point[2] * v->scale - v->shift[2];
+    bool within = fabs(x - v->middle[0]) <= v->half[0] && fabs(y - v->middle[1]) <= v->half[1] &&
+                  fabs(z - v->middle[2]) <= v->half[2];
     if (within && v->corners == 4 && v->near) { /* nearly always */
         w->exactly[0] = x;
         w->exactly[1] = y;
@@ -328,7 +369,8 @@ static inline bool begin(const struct probe_volume *v, const double point[3], si
     return within;
 }
 
-enum { STEPS_NEAR = 4 }; /* after so many, the last point was not near, and the walk begins anew from nearer by */
+/* after so many, the last point was not near, and the walk begins anew from nearer by */
+enum { STEPS_NEAR = 4 };
 
 /* Looks at the cell that the walker is in, and moves it on. */
 static inline enum walker_state step(const struct probe_volume *v, struct walker *w)
@@ -348,10 +390,12 @@ static inline enum walker_state step(const struct probe_volume *v, struct walker
     return search_tree(v, w->p, &w->cell, &w->weights) ? INSIDE : OUTSIDE;
 }
 
-static inline void arrive(const struct probe_volume *v, struct walker *w, enum walker_state state, struct probe_place *place)
+static inline void arrive(const struct probe_volume *v, struct walker *w, enum walker_state state,
+                          struct probe_place *place)
 {
     place->inside = state == INSIDE ||
-                    (state != INSIDE && !volume_outer(v, w->exactly, place) && state == LEFT && search_tree(v, w->p, &w->cell, &w->weights));
+                    (state != INSIDE && !volume_outer(v, w->exactly, place) && state == LEFT &&
+                     search_tree(v, w->p, &w->cell, &w->weights));
     if (place->inside) {
         place->distance = 0;
         place_in(v, w->cell, w->weights.weight, place);
@@ -360,8 +404,10 @@ static inline void arrive(const struct probe_volume *v, struct walker *w, enum w
     }
 }
 
-/* Finds a point that is certainly within a cell: nearly every one of a path, in that of the last. Whatever is not finite is nowhere. */
-static inline bool still_within(const struct probe_volume *v, const double point[3], size_t cell, struct probe_place *place)
+/* Finds a point that is certainly within a cell: nearly every one of a path, in that of the last.
+ * Whatever is not finite is nowhere. */
+static inline bool still_within(const struct probe_volume *v, const double point[3], size_t cell,
+                                struct probe_place *place)
 {
     struct weights w;
     double p[3];
@@ -389,8 +435,10 @@ static inline size_t cell_of(const struct probe_volume *v, const struct probe_pl
     return v->inner ? (size_t)v->inner[place->cell] : (size_t)place->cell;
 }
 
-/* Walks to a point from a cell, or from anywhere (v->cells). *cell becomes the last one. Returns how many steps it took. */
-static int walk_from(const struct probe_volume *v, const double point[3], size_t *cell, struct probe_place *place)
+/* Walks to a point from a cell, or from anywhere (v->cells). *cell becomes the last one. Returns
+ * how many steps it took. */
+static int walk_from(const struct probe_volume *v, const double point[3], size_t *cell,
+                     struct probe_place *place)
 {
     struct walker w;
     enum walker_state state = begin(v, point, *cell, &w) ? WALKING : OUTSIDE;
@@ -401,7 +449,8 @@ static int walk_from(const struct probe_volume *v, const double point[3], size_t
     return w.steps;
 }
 
-enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3], struct probe_place *place)
+enum probe_status probe_volume_locate(const struct probe_volume *v, const double point[3],
+                                      struct probe_place *place)
 {
     size_t cell = cell_of(v, place);
     if (still_within(v, point, cell, place))
@@ -412,11 +461,12 @@ enum probe_status probe_volume_locate(const struct probe_volume *v, const double
     return PROBE_OK;
 }
 
-/* -- many points --------------------------------------------------------------------------------- */
+/* -- many points ------------------------------------------------------------------------------ */
 
-/* One point after the other, as long as each is near the one before. Returns how many that were; *cell is the last one's. */
-static size_t locate_along(const struct probe_volume *v, size_t count, const double *point, size_t stride, size_t *cell,
-                           struct probe_place *place)
+/* One point after the other, as long as each is near the one before. Returns how many that were;
+ * *cell is the last one's. */
+static size_t locate_along(const struct probe_volume *v, size_t count, const double *point,
+                           size_t stride, size_t *cell, struct probe_place *place)
 {
     for (size_t i = 0; i < count; i++) {
         if (still_within(v, point + stride * i, *cell, &place[i]))
@@ -434,10 +484,11 @@ static size_t locate_along(const struct probe_volume *v, size_t count, const dou
     return count;
 }
 
-/* Walks of several points take turns: one goes on until it needs a cell that it has not seen, asks memory for it, and the others
- * go on meanwhile. */
-static void locate_in_turns(const struct probe_volume *v, size_t count, const double *point, size_t stride, const uint32_t *order,
-                            size_t start, struct probe_place *place)
+/* Walks of several points take turns: one goes on until it needs a cell that it has not seen, asks
+ * memory for it, and the others go on meanwhile. */
+static void locate_in_turns(const struct probe_volume *v, size_t count, const double *point,
+                            size_t stride, const uint32_t *order, size_t start,
+                            struct probe_place *place)
 {
     enum { LANES = 8 };
     struct walker walker[LANES];
@@ -474,7 +525,8 @@ static void locate_in_turns(const struct probe_volume *v, size_t count, const do
         }
 }
 
-enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count, const double *point, size_t stride,
+enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t count,
+                                           const double *point, size_t stride,
                                            const uint32_t *order, struct probe_place *place)
 {
     for (size_t i = 0; i < count; i++)
@@ -486,10 +538,12 @@ enum probe_status probe_volume_locate_many(const struct probe_volume *v, size_t 
     return PROBE_OK;
 }
 
-void probe_volume_order(const struct probe_volume *v, size_t count, const double *point, size_t stride, uint32_t *order,
-                        uint64_t *room)
+void probe_volume_order(const struct probe_volume *v, size_t count, const double *point,
+                        size_t stride, uint32_t *order, uint64_t *room)
 {
-    enum { BITS = 11 }; /* 33 bits are three passes; a cell of 1/2048 of the box is fine enough to keep cells in the cache */
+    /* 33 bits are three passes; a cell of 1/2048 of the box is fine enough to keep cells in the
+     * cache */
+    enum { BITS = 11 };
     const double top = (1 << BITS) - 1;
     double extent = 1;
     for (int k = 0; k < 3; k++)
@@ -508,7 +562,8 @@ void probe_volume_order(const struct probe_volume *v, size_t count, const double
     volume_sort(count, key, 3 * BITS, order, room + count);
 }
 
-int probe_volume_scattered(const struct probe_volume *v, size_t count, const double *point, size_t stride)
+int probe_volume_scattered(const struct probe_volume *v, size_t count, const double *point,
+                           size_t stride)
 {
     enum { SAMPLES = 64, CELLS = 8 }; /* steps of more than 8 cells */
     double extent[3], volume = 1, cell;

@@ -1,8 +1,8 @@
-/* Based on:
- * McTaggart, "Half-Life 2 / Valve Source shading", GDC 2004.
- * Iwanicki, Sloan, "Ambient dice", Eurographics Symposium on Rendering (EI&I) 2017.
- * Alfeld, Neamtu, Schumaker, "Bernstein-Bezier polynomials on spheres and sphere-like surfaces", CAGD 13, 1996.
- * Foley, Opitz, "Hybrid cubic Bezier triangle patches", in: Mathematical methods in computer aided geometric design II, 1992. */
+/* Based on: McTaggart, "Half-Life 2 / Valve Source shading", GDC 2004. Iwanicki, Sloan, "Ambient
+ * dice", Eurographics Symposium on Rendering (EI&I) 2017. Alfeld, Neamtu, Schumaker,
+ * "Bernstein-Bezier polynomials on spheres and sphere-like surfaces", CAGD 13, 1996. Foley, Opitz,
+ * "Hybrid cubic Bezier triangle patches", in: Mathematical methods in computer aided geometric
+ * design II, 1992. */
 #include "light/basis.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -46,10 +46,13 @@ struct error *basis_parse(bool basis[BASIS_COUNT], const char *text)
     for (const char *at = text;;) {
         const size_t length = strcspn(at, ",");
         int i = 0;
-        while (i < BASIS_COUNT && (strlen(bases[i].name) != length || strncmp(bases[i].name, at, length)))
+        while (i < BASIS_COUNT &&
+               (strlen(bases[i].name) != length || strncmp(bases[i].name, at, length)))
             i++;
         if (i == BASIS_COUNT)
-            return error_usage("expected some of cube, dice, dice-cubic, ahd, separated by commas, got '%s'", text);
+            return error_usage(
+                "expected some of cube, dice, dice-cubic, ahd, separated by commas, got '%s'",
+                text);
         basis[i] = true;
         if (!at[length])
             return NULL;
@@ -57,7 +60,7 @@ struct error *basis_parse(bool basis[BASIS_COUNT], const char *text)
     }
 }
 
-/* -- functions ---------------------------------------------------------------------------------- */
+/* -- functions -------------------------------------------------------------------------------- */
 
 static void cube_functions(const double n[3], double *value)
 {
@@ -115,8 +118,9 @@ static void nearest_corners(struct vec3 n, int nearest[3])
     }
 }
 
-/* Adds weight times the control value next to corner i on the edge towards corner k, cos(edge) f_i + v_k . grad f_i / 3, with
- * which the edge's cubic has the value and the derivative of corner i. Values are f, df/du, df/dv of each corner. */
+/* Adds weight times the control value next to corner i on the edge towards corner k, cos(edge) f_i
+ * + v_k . grad f_i / 3, with which the edge's cubic has the value and the derivative of corner i.
+ * Values are f, df/du, df/dv of each corner. */
 static void add_control(int i, int k, double weight, double *value)
 {
     static const double edge_cosine = 0.4472135954999579; /* 1 / sqrt(5) */
@@ -127,10 +131,11 @@ static void add_control(int i, int k, double weight, double *value)
     value[3 * i + 2] += weight * vec3_dot(corner(k), v) / 3;
 }
 
-/* The derivative across an edge is quadratic in the edge's two coordinates, with the ends' e1 and e2 as its outer coefficients;
- * it is the blend of e1 and e2 that is constant where they agree if the middle one is cos(edge) (e1 + e2) / 2. That gives the
- * control value in the middle, as this edge wants it: a0 (f_j + f_k) + a1 (c_jjk + c_kkj) + a2 (c_jji + c_kki), i the corner
- * across from it. */
+/* The derivative across an edge is quadratic in the edge's two coordinates, with the ends' e1 and
+ * e2 as its outer coefficients; it is the blend of e1 and e2 that is constant where they agree if
+ * the middle one is cos(edge) (e1 + e2) / 2. That gives the control value in the middle, as this
+ * edge wants it: a0 (f_j + f_k) + a1 (c_jjk + c_kkj) + a2 (c_jji + c_kki), i the corner across from
+ * it. */
 static void add_middle(int i, int j, int k, double weight, double *value)
 {
     static const double a0 = -0.06909830056250526, /* (sqrt(5) - 5) / 40 */
@@ -181,7 +186,8 @@ void basis_irradiance(enum basis basis, const float *c, const double n[3], doubl
 {
     double value[FUNCTIONS_MOST];
     if (basis == BASIS_AHD) {
-        const double cosine = fmax(n[0] * (double)c[6] + n[1] * (double)c[7] + n[2] * (double)c[8], 0);
+        const double cosine =
+            fmax(n[0] * (double)c[6] + n[1] * (double)c[7] + n[2] * (double)c[8], 0);
         for (int k = 0; k < 3; k++)
             rgb[k] = (double)c[k] + cosine * (double)c[3 + k];
         return;
@@ -193,16 +199,19 @@ void basis_irradiance(enum basis basis, const float *c, const double n[3], doubl
             rgb[k] += value[i] * (double)c[3 * i + k];
 }
 
-/* -- directions --------------------------------------------------------------------------------- */
+/* -- directions ------------------------------------------------------------------------------- */
 
-/* Calls body with directions and weights that sum to the sphere's area: cells x cells patches on each quarter of a cube's
- * sides, which no function of the ambient cube has a kink inside; in each, Gauss and Legendre's points x points. */
+/* Calls body with directions and weights that sum to the sphere's area: cells x cells patches on
+ * each quarter of a cube's sides, which no function of the ambient cube has a kink inside; in each,
+ * Gauss and Legendre's points x points. */
 typedef void direction_body(void *context, const double n[3], double weight);
 
 static void for_directions(int cells, int points, direction_body *body, void *context)
 {
-    static const double node[2][4] = {{0}, {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526}};
-    static const double share[2][4] = {{2}, {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538}};
+    static const double node[2][4] = {
+        {0}, {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526}};
+    static const double share[2][4] = {
+        {2}, {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538}};
     const int rule = points == 4, steps = 2 * cells * points;
     for (int side = 0; side < 6; side++) {
         for (int i = 0; i < steps; i++) {
@@ -214,18 +223,21 @@ static void for_directions(int cells, int points, direction_body *body, void *co
                 n[side / 2] = (side % 2 ? -1 : 1) / length;
                 n[(side / 2 + 1) % 3] = s / length;
                 n[(side / 2 + 2) % 3] = t / length;
-                body(context, n, share[rule][i % points] * share[rule][k % points] / (4 * cells * cells) / (square * length));
+                body(context, n,
+                     share[rule][i % points] * share[rule][k % points] / (4 * cells * cells) /
+                         (square * length));
             }
         }
     }
 }
 
-/* -- fits of linear bases ------------------------------------------------------------------------ */
+/* -- fits of linear bases --------------------------------------------------------------------- */
 
 struct basis_fit {
     enum basis basis;
     int order, functions;
-    double gram[FUNCTIONS_MOST][FUNCTIONS_MOST]; /* integrals of products; then its Cholesky factor */
+    /* integrals of products; then its Cholesky factor */
+    double gram[FUNCTIONS_MOST][FUNCTIONS_MOST];
     double matrix[FUNCTIONS_MOST][SH_COUNT_MAX]; /* from irradiance's coefficients to the basis's */
     struct vec3 start[384];                      /* ahd: where a search may begin */
     int starts;
@@ -248,7 +260,7 @@ static void add_products(void *context, const double n[3], double weight)
 /* Solves gram x = matrix in place, for all columns (Cholesky). */
 static void solve(struct basis_fit *fit)
 {
-    double (*l)[FUNCTIONS_MOST] = fit->gram;
+    double(*l)[FUNCTIONS_MOST] = fit->gram;
     const int count = fit->functions;
     for (int i = 0; i < count; i++) {
         for (int k = 0; k <= i; k++) {
@@ -301,18 +313,20 @@ void basis_fit_destroy(struct basis_fit *fit)
     free(fit);
 }
 
-/* -- ambient and highlight and direction ---------------------------------------------------------- */
+/* -- ambient and highlight and direction ------------------------------------------------------ */
 
-/* A probe's irradiance against A + H c, c(n) = max(0, n . d). With <1, 1> = 4 pi, <1, c> = pi, <c, c> = 2 pi / 3 and, by Funk
- * and Hecke, <E, c> = sum of A_l E_lm Y_lm(d), best A and H of a colour follow in closed form, and so does what they take off
- * the square of the distance, A <E, 1> + H <E, c>. Its sum over colours is searched for its highest place. */
+/* A probe's irradiance against A + H c, c(n) = max(0, n . d). With <1, 1> = 4 pi, <1, c> = pi, <c,
+ * c> = 2 pi / 3 and, by Funk and Hecke, <E, c> = sum of A_l E_lm Y_lm(d), best A and H of a colour
+ * follow in closed form, and so does what they take off the square of the distance, A <E, 1> + H
+ * <E, c>. Its sum over colours is searched for its highest place. */
 struct highlight {
     int order;
     double twice[3 * SH_COUNT_MAX]; /* A_l E_lm */
     double whole[3];                /* <E, 1> */
 };
 
-static double fit_colours(const struct highlight *h, struct vec3 d, double ambient[3], double light[3])
+static double fit_colours(const struct highlight *h, struct vec3 d, double ambient[3],
+                          double light[3])
 {
     double y[SH_COUNT_MAX], part[3] = {0}, gain = 0;
     sh_basis(h->order, (const double[3]){d.x, d.y, d.z}, y);
@@ -356,10 +370,12 @@ static void fit_highlight(const struct basis_fit *fit, const double *e, float *c
     double step = 0.1;
     for (int moves = 0; step > 1e-7 && moves < 1000; moves++) { /* a compass search from there */
         const struct vec3 other = fabs(d.x) < 0.6 ? (struct vec3){1, 0, 0} : (struct vec3){0, 1, 0};
-        const struct vec3 across = vec3_normalize(vec3_cross(d, other)), along = vec3_cross(d, across);
+        const struct vec3 across = vec3_normalize(vec3_cross(d, other)),
+                          along = vec3_cross(d, across);
         bool better = false;
         for (int way = 0; way < 4 && !better; way++) {
-            const struct vec3 to = vec3_normalize(vec3_fma(d, way & 1 ? -step : step, way & 2 ? across : along));
+            const struct vec3 to =
+                vec3_normalize(vec3_fma(d, way & 1 ? -step : step, way & 2 ? across : along));
             const double gain = fit_colours(&h, to, ambient, light);
             better = gain > best;
             d = better ? to : d;
@@ -376,7 +392,7 @@ static void fit_highlight(const struct basis_fit *fit, const double *e, float *c
     }
 }
 
-/* -- probes --------------------------------------------------------------------------------------- */
+/* -- probes ----------------------------------------------------------------------------------- */
 
 void basis_fit_probe(const struct basis_fit *fit, bool convolved, const float *sh, float *c)
 {
@@ -399,7 +415,8 @@ void basis_fit_probe(const struct basis_fit *fit, bool convolved, const float *s
 }
 
 struct probe_error {
-    double square, worst; /* mean over directions, of the mean irradiance; negative: does not count */
+    /* mean over directions, of the mean irradiance; negative: does not count */
+    double square, worst;
 };
 
 struct job {
@@ -442,7 +459,8 @@ static struct probe_error error_of(const struct job *job, const float *sh, const
         return (struct probe_error){.square = -1};
     struct comparison c = {.job = job, .sh = sh, .value = value};
     for_directions(4, 1, compare, &c);
-    return (struct probe_error){.square = c.square / c.area / (mean * mean), .worst = c.worst / mean};
+    return (struct probe_error){.square = c.square / c.area / (mean * mean),
+                                .worst = c.worst / mean};
 }
 
 static struct error *convert_one(void *context, size_t row, int thread)
@@ -459,13 +477,15 @@ static struct error *convert_one(void *context, size_t row, int thread)
     basis_fit_probe(job->fit, job->convolved, sh, value);
     for (size_t k = 0; k < width; k++)
         if (!isfinite(value[k]))
-            return error_new("probe %zu: %s is beyond what 32 bits can hold", row, bases[job->fit->basis].column);
+            return error_new("probe %zu: %s is beyond what 32 bits can hold", row,
+                             bases[job->fit->basis].column);
     if (job->error)
         job->error[row] = error_of(job, sh, value);
     return NULL;
 }
 
-struct error *basis_convert(struct table *probes, enum basis basis, bool convolved, int threads, struct basis_error *error)
+struct error *basis_convert(struct table *probes, enum basis basis, bool convolved, int threads,
+                            struct basis_error *error)
 {
     struct column *sh, *column;
     struct basis_fit *fit = NULL;
@@ -476,7 +496,8 @@ struct error *basis_convert(struct table *probes, enum basis basis, bool convolv
     if (!err)
         err = basis_fit_create(&fit, basis, sh_order_of(sh->width));
     if (!err)
-        err = table_add_column(probes, bases[basis].column, COLUMN_F32, bases[basis].width, &column);
+        err =
+            table_add_column(probes, bases[basis].column, COLUMN_F32, bases[basis].width, &column);
     if (!err && error)
         err = array_create(&job.error, probes->rows, sizeof *job.error);
     if (!err) {

@@ -11,7 +11,8 @@ struct error *content_from_header(const struct stream_header *header, bool *conv
     const char *content = header_key(header, "sh-content");
     *convolved = content && !strcmp(content, "irradiance");
     if (content && !*convolved && strcmp(content, "radiance"))
-        return error_new("header key sh-content: expected radiance or irradiance, got '%s'", content);
+        return error_new("header key sh-content: expected radiance or irradiance, got '%s'",
+                         content);
     return NULL;
 }
 
@@ -50,14 +51,18 @@ struct error *content_convert(struct table *probes, bool from, bool to)
         return err;
     const int order = sh_order_of(sh->width);
     if (from && order > CONTENT_RADIANCE_ORDER_MAX)
-        return error_new("radiance of order %d cannot be had from irradiance, in which band 3 leaves no trace: expected order %d at the "
-                         "most (--order %d cuts it)", order, CONTENT_RADIANCE_ORDER_MAX, CONTENT_RADIANCE_ORDER_MAX);
+        return error_new("radiance of order %d cannot be had from irradiance, in which band 3 "
+                         "leaves no trace: expected order %d at the "
+                         "most (--order %d cuts it)",
+                         order, CONTENT_RADIANCE_ORDER_MAX, CONTENT_RADIANCE_ORDER_MAX);
     double factor[SH_ORDER_MAX];
     for (int l = 0; l < order; l++)
         factor[l] = from ? 1 / sh_cosine(l) : sh_cosine(l);
-    const struct column *error = table_column(probes, "sh_error"), *gradient = table_column(probes, "sh_gradient");
+    const struct column *error = table_column(probes, "sh_error"),
+                        *gradient = table_column(probes, "sh_gradient");
     for (size_t i = 0; i < probes->rows; i++)
-        scale(order, factor, column_f32(sh) + i * sh->width, error ? column_f32(error) + i * sh->width : NULL,
+        scale(order, factor, column_f32(sh) + i * sh->width,
+              error ? column_f32(error) + i * sh->width : NULL,
               gradient ? column_f32(gradient) + 3 * i * sh->width : NULL);
     return NULL;
 }

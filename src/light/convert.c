@@ -8,7 +8,8 @@
 
 bool convert_is_asked(const struct convert_settings *settings)
 {
-    bool asked = settings->order || settings->dering.target != DERING_NONE || settings->content != CONVERT_AS_IS;
+    bool asked = settings->order || settings->dering.target != DERING_NONE ||
+                 settings->content != CONVERT_AS_IS;
     for (int i = 0; i < BASIS_COUNT; i++)
         asked = asked || settings->basis[i];
     return asked;
@@ -21,7 +22,9 @@ static struct error *change_order(struct stream *stream, int order)
     if (order > was)
         return error_new("the probes have order %d: it cannot be raised to %d", was, order);
     struct error *err = order_reduce(probes, order);
-    return err ? err : header_set_key(&stream->header, "sh-order", (const char[2]){(char)('0' + order), 0});
+    return err ? err
+               : header_set_key(&stream->header, "sh-order",
+                                (const char[2]){(char)('0' + order), 0});
 }
 
 /* Other light: what was made of the old one goes. */
@@ -29,13 +32,14 @@ static void forget_bases(struct table *probes, struct warnings *warnings)
 {
     for (int i = 0; i < BASIS_COUNT; i++)
         if (table_column(probes, basis_column((enum basis)i)))
-            warnings_add(warnings, "basis dropped", "column %s is of the light as it was: dropped (--basis %s makes it anew)",
+            warnings_add(warnings, "basis dropped",
+                         "column %s is of the light as it was: dropped (--basis %s makes it anew)",
                          basis_column((enum basis)i), basis_name((enum basis)i));
     basis_drop(probes);
 }
 
-static struct error *change_light(struct stream *stream, const struct convert_settings *settings, bool convolved, int threads,
-                                  struct dering_count *count)
+static struct error *change_light(struct stream *stream, const struct convert_settings *settings,
+                                  bool convolved, int threads, struct dering_count *count)
 {
     struct table *probes = stream_table(stream, "probe");
     struct error *err = settings->order ? change_order(stream, settings->order) : NULL;
@@ -53,8 +57,9 @@ static struct error *change_light(struct stream *stream, const struct convert_se
     return err;
 }
 
-struct error *convert_stream(struct stream *stream, const struct convert_settings *settings, int threads,
-                             struct convert_outcome *outcome, struct warnings *warnings)
+struct error *convert_stream(struct stream *stream, const struct convert_settings *settings,
+                             int threads, struct convert_outcome *outcome,
+                             struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
     bool convolved = false;
@@ -64,7 +69,8 @@ struct error *convert_stream(struct stream *stream, const struct convert_setting
     if (!convert_is_asked(settings))
         return NULL;
     if (!sh && probes && table_column(probes, "irradiance"))
-        return error_new("the probes are of surfaces: they have irradiance (one colour), no SH to convert");
+        return error_new(
+            "the probes are of surfaces: they have irradiance (one colour), no SH to convert");
     if (!sh)
         return error_new("the probes have no light (no column sh): run probe-capture");
     struct error *err = content_from_header(&stream->header, &convolved);
@@ -79,10 +85,13 @@ struct error *convert_stream(struct stream *stream, const struct convert_setting
         forget_bases(probes, warnings);
     for (int i = 0; i < BASIS_COUNT && !err; i++)
         if (settings->basis[i])
-            err = basis_convert(probes, (enum basis)i, convolved, threads, settings->report ? &outcome->basis[i] : NULL);
+            err = basis_convert(probes, (enum basis)i, convolved, threads,
+                                settings->report ? &outcome->basis[i] : NULL);
     if (!err && outcome->dering.hopeless)
-        warnings_add(warnings, "hopeless", "%zu probes have a mean below 0, which no window raises: they are left as they are",
-                     outcome->dering.hopeless);
+        warnings_add(
+            warnings, "hopeless",
+            "%zu probes have a mean below 0, which no window raises: they are left as they are",
+            outcome->dering.hopeless);
     return err;
 }
 
@@ -94,8 +103,8 @@ void convert_report_dering(const struct dering_count *count, const char *program
     fprintf(out, "\n");
 }
 
-void convert_report(const struct convert_settings *settings, const struct convert_outcome *outcome, const char *program,
-                    FILE *out)
+void convert_report(const struct convert_settings *settings, const struct convert_outcome *outcome,
+                    const char *program, FILE *out)
 {
     if (settings->dering.target != DERING_NONE)
         convert_report_dering(&outcome->dering, program, out);
@@ -103,7 +112,8 @@ void convert_report(const struct convert_settings *settings, const struct conver
         const struct basis_error *e = &outcome->basis[i];
         if (!settings->basis[i] || !settings->report)
             continue;
-        fprintf(out, "%s: %s: RMS %.2f %%, worst %.2f %%", program, basis_name((enum basis)i), 100 * e->rms, 100 * e->worst);
+        fprintf(out, "%s: %s: RMS %.2f %%, worst %.2f %%", program, basis_name((enum basis)i),
+                100 * e->rms, 100 * e->worst);
         if (e->probes)
             fprintf(out, " (probe %zu)", e->worst_probe);
         fprintf(out, " of mean irradiance, against the SH of %zu probes\n", e->probes);

@@ -1,7 +1,7 @@
-/* Based on:
- * Sloan, "Deringing spherical harmonics", SIGGRAPH Asia 2017 technical briefs: a window of its own for each probe.
- * Sloan, "Stupid spherical harmonics (SH) tricks", GDC 2008, "Ringing and windowing".
- * Axler, Bourdon, Ramey, "Harmonic function theory", 2nd ed., 2001, ch. 5: the Poisson kernel, r^l in band l. */
+/* Based on: Sloan, "Deringing spherical harmonics", SIGGRAPH Asia 2017 technical briefs: a window
+ * of its own for each probe. Sloan, "Stupid spherical harmonics (SH) tricks", GDC 2008, "Ringing
+ * and windowing". Axler, Bourdon, Ramey, "Harmonic function theory", 2nd ed., 2001, ch. 5: the
+ * Poisson kernel, r^l in band l. */
 #include "light/dering.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -17,8 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const target_names[] = {[DERING_NONE] = "none", [DERING_IRRADIANCE] = "irradiance",
-                                           [DERING_RADIANCE] = "radiance"};
+static const char *const target_names[] = {
+    [DERING_NONE] = "none", [DERING_IRRADIANCE] = "irradiance", [DERING_RADIANCE] = "radiance"};
 
 /* -- header ----------------------------------------------------------------------------------- */
 
@@ -34,7 +34,8 @@ struct error *dering_to_header(const struct dering_settings *settings, struct st
     return header_set_key(header, "sh-dering", text);
 }
 
-struct error *dering_from_header(struct dering_settings *settings, const struct stream_header *header)
+struct error *dering_from_header(struct dering_settings *settings,
+                                 const struct stream_header *header)
 {
     const char *text = header_key(header, "sh-dering");
     *settings = (struct dering_settings){0};
@@ -43,20 +44,24 @@ struct error *dering_from_header(struct dering_settings *settings, const struct 
         const char *end = text + strlen(text);
         double floor;
         if (strncmp(text, target_names[i], length) || text[length] != ' ' ||
-            number_read_f64(text + length + 1, end, &floor) != end || !(floor >= 0 && floor <= DERING_FLOOR_MOST))
+            number_read_f64(text + length + 1, end, &floor) != end ||
+            !(floor >= 0 && floor <= DERING_FLOOR_MOST))
             continue;
         *settings = (struct dering_settings){.target = (enum dering_target)i, .floor = floor};
         return NULL;
     }
-    return text ? error_new("header key sh-dering: expected irradiance or radiance and a floor from 0 to %g, got '%s'",
-                            DERING_FLOOR_MOST, text) : NULL;
+    return text ? error_new("header key sh-dering: expected irradiance or radiance and a floor "
+                            "from 0 to %g, got '%s'",
+                            DERING_FLOOR_MOST, text)
+                : NULL;
 }
 
-/* -- the minimum over the sphere ---------------------------------------------------------------- */
+/* -- the minimum over the sphere -------------------------------------------------------------- */
 
-/* One channel under a window, cut into spherical triangles. At its minimum x a smooth f is level, so f(m) <= f(x) + bend/2 d^2
- * for any m at the angle d from x, where no second derivative along a great circle exceeds `bend`. So a triangle whose middle
- * is at least bend/2 d^2 above the level, d its radius, does not hold a minimum below it; others are cut in four. */
+/* One channel under a window, cut into spherical triangles. At its minimum x a smooth f is level,
+ * so f(m) <= f(x) + bend/2 d^2 for any m at the angle d from x, where no second derivative along a
+ * great circle exceeds `bend`. So a triangle whose middle is at least bend/2 d^2 above the level, d
+ * its radius, does not hold a minimum below it; others are cut in four. */
 struct search {
     int order;
     double f[SH_COUNT_MAX];
@@ -66,14 +71,16 @@ struct search {
 
 enum { WORK_MOST = 1 << 18 };
 
-/* Second derivative along any great circle of a sum of band l whose coefficients have length 1: sqrt of the fourth derivative
- * of the band's reproducing kernel (2l+1)/(4 pi) P_l(cos t) at 0, P_l'''' = k (3k - 2) / 8, k = l (l + 1) (Cauchy and
- * Schwarz). */
+/* Second derivative along any great circle of a sum of band l whose coefficients have length 1:
+ * sqrt of the fourth derivative of the band's reproducing kernel (2l+1)/(4 pi) P_l(cos t) at 0,
+ * P_l'''' = k (3k - 2) / 8, k = l (l + 1) (Cauchy and Schwarz). */
 static double band_bend(int l)
 {
-    static const double root[SH_ORDER_MAX] = {0, 1, 3.4641016151377544, 7.14142842854285, 12.041594578792296, 18.16590212458495};
-    static const double norm[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292, 0.6307831305050401,
-                                              0.7463526651802308, 0.8462843753216345, 0.9356025796273889};
+    static const double root[SH_ORDER_MAX] = {
+        0, 1, 3.4641016151377544, 7.14142842854285, 12.041594578792296, 18.16590212458495};
+    static const double norm[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292,
+                                              0.6307831305050401,  0.7463526651802308,
+                                              0.8462843753216345,  0.9356025796273889};
     return root[l] * norm[l];
 }
 
@@ -98,15 +105,16 @@ static bool triangle_is_above(struct search *s, struct vec3 a, struct vec3 b, st
         const struct vec3 way = vec3_sub(corner[i], m);
         chord = fmax(chord, vec3_dot(way, way));
     }
-    const double drop = 0.5 * s->bend * chord / (1 - chord / 4); /* an angle is at most twice the tangent of its half */
+    /* an angle is at most twice the tangent of its half */
+    const double drop = 0.5 * s->bend * chord / (1 - chord / 4);
     if (value - drop >= s->level)
         return true;
     if (drop < s->slack)
         return false;
     const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)),
-        ca = vec3_normalize(vec3_add(c, a));
-    return triangle_is_above(s, ab, bc, ca) && triangle_is_above(s, a, ab, ca) && triangle_is_above(s, b, bc, ab) &&
-           triangle_is_above(s, c, ca, bc);
+                      ca = vec3_normalize(vec3_add(c, a));
+    return triangle_is_above(s, ab, bc, ca) && triangle_is_above(s, a, ab, ca) &&
+           triangle_is_above(s, b, bc, ab) && triangle_is_above(s, c, ca, bc);
 }
 
 bool dering_is_above(int order, const double *f, double level, double slack)
@@ -122,28 +130,32 @@ bool dering_is_above(int order, const double *f, double level, double slack)
     }
     bool above = true;
     for (int i = 0; i < 8 && above; i++) { /* octants */
-        const struct vec3 x = {i & 1 ? -1 : 1, 0, 0}, y = {0, i & 2 ? -1 : 1, 0}, z = {0, 0, i & 4 ? -1 : 1};
+        const struct vec3 x = {i & 1 ? -1 : 1, 0, 0}, y = {0, i & 2 ? -1 : 1, 0},
+                          z = {0, 0, i & 4 ? -1 : 1};
         above = triangle_is_above(&s, x, y, z);
     }
     return above;
 }
 
-/* -- one probe ---------------------------------------------------------------------------------- */
+/* -- one probe -------------------------------------------------------------------------------- */
 
-/* A probe's channels, each as the function that must stay above the floor, over its mean. Those without light are left out. */
+/* A probe's channels, each as the function that must stay above the floor, over its mean. Those
+ * without light are left out. */
 struct channels {
     int order, count;
     double f[3][SH_COUNT_MAX];
     bool hopeless; /* a mean below 0, or of 0 where there is light */
 };
 
-static void make_channels(struct channels *c, enum dering_target target, int order, bool convolved, const float *sh)
+static void make_channels(struct channels *c, enum dering_target target, int order, bool convolved,
+                          const float *sh)
 {
     *c = (struct channels){.order = order};
     for (int k = 0; k < 3; k++) {
         double *f = c->f[c->count], most = 0;
         for (int l = 0, i = 0; l < order; l++) {
-            const double factor = target == DERING_IRRADIANCE ? (convolved ? 1 : sh_cosine(l)) : (convolved ? 1 / sh_cosine(l) : 1);
+            const double factor = target == DERING_IRRADIANCE ? (convolved ? 1 : sh_cosine(l))
+                                                              : (convolved ? 1 / sh_cosine(l) : 1);
             for (; i < (l + 1) * (l + 1); i++) {
                 f[i] = factor * (double)sh[3 * i + k];
                 most = fmax(most, fabs(f[i]));
@@ -175,7 +187,8 @@ static bool window_is_enough(const struct channels *c, double r, double level)
     return true;
 }
 
-double dering_window(const struct dering_settings *settings, int order, bool convolved, const float *sh)
+double dering_window(const struct dering_settings *settings, int order, bool convolved,
+                     const float *sh)
 {
     struct channels c;
     make_channels(&c, settings->target, order, convolved, sh);
@@ -202,7 +215,7 @@ void dering_apply(int order, double r, float *sh, float *error, float *gradient)
         sh_scale_bands(order, factor, gradient + axis * 3 * order * order);
 }
 
-/* -- tables ------------------------------------------------------------------------------------- */
+/* -- tables ----------------------------------------------------------------------------------- */
 
 struct job {
     const struct dering_settings *settings;
@@ -227,7 +240,8 @@ static struct error *dering_one(void *context, size_t row, int thread)
     if (r < 0 || r == 1)
         return NULL;
     job->window[row] = (float)(before * r);
-    dering_apply(job->order, r, sh, job->error ? job->error + row * width : NULL, job->gradient ? job->gradient + 3 * row * width : NULL);
+    dering_apply(job->order, r, sh, job->error ? job->error + row * width : NULL,
+                 job->gradient ? job->gradient + 3 * row * width : NULL);
     return NULL;
 }
 
@@ -237,15 +251,17 @@ static float *values(const struct table *table, const char *name)
     return column ? column_f32(column) : NULL;
 }
 
-struct error *dering_table(struct table *probes, const struct dering_settings *settings, bool convolved, int threads,
-                           struct dering_count *count)
+struct error *dering_table(struct table *probes, const struct dering_settings *settings,
+                           bool convolved, int threads, struct dering_count *count)
 {
     struct column *sh;
     struct job job = {.settings = settings, .convolved = convolved};
     *count = (struct dering_count){.least = 1};
     struct error *err = table_require(probes, "sh", COLUMN_F32, 0, &sh);
-    if (!err && convolved && settings->target == DERING_RADIANCE && sh_order_of(sh->width) > CONTENT_RADIANCE_ORDER_MAX)
-        err = error_new("radiance cannot be known from irradiance of an order above %d", CONTENT_RADIANCE_ORDER_MAX);
+    if (!err && convolved && settings->target == DERING_RADIANCE &&
+        sh_order_of(sh->width) > CONTENT_RADIANCE_ORDER_MAX)
+        err = error_new("radiance cannot be known from irradiance of an order above %d",
+                        CONTENT_RADIANCE_ORDER_MAX);
     if (!err && !table_column(probes, "sh_window"))
         err = table_add_column(probes, "sh_window", COLUMN_F32, 1, NULL);
     if (!err)

@@ -7,7 +7,8 @@
 #include <string.h>
 
 /* Energy of irradiance in each band, summed over probes and colours. */
-static void band_energy(size_t count, int order, bool convolved, const float *sh, const float *error, double energy[SH_ORDER_MAX])
+static void band_energy(size_t count, int order, bool convolved, const float *sh,
+                        const float *error, double energy[SH_ORDER_MAX])
 {
     const size_t width = (size_t)(3 * order * order);
     memset(energy, 0, SH_ORDER_MAX * sizeof *energy);
@@ -17,12 +18,14 @@ static void band_energy(size_t count, int order, bool convolved, const float *sh
         for (int l = 0, k = 0; l < order; l++) {
             const double factor = convolved ? 1 : sh_cosine(l) * sh_cosine(l);
             for (; k < 3 * (l + 1) * (l + 1); k++)
-                energy[l] += factor * ((double)sh[k] * (double)sh[k] - (double)error[k] * (double)error[k]);
+                energy[l] += factor *
+                             ((double)sh[k] * (double)sh[k] - (double)error[k] * (double)error[k]);
         }
     }
 }
 
-struct error *order_least(const struct table *probes, bool convolved, double share, int *order, double *lost)
+struct error *order_least(const struct table *probes, bool convolved, double share, int *order,
+                          double *lost)
 {
     struct column *sh, *error;
     struct error *err = table_require(probes, "sh", COLUMN_F32, 0, &sh);

@@ -8,13 +8,15 @@ void cell_dihedral(const double p[4][3], double angle[6])
 {
     struct vec3 normal[4]; /* outward */
     for (int i = 0; i < 4; i++) {
-        const struct vec3 a = vec3_load(p[cell_face[i][0]]), b = vec3_load(p[cell_face[i][1]]), c = vec3_load(p[cell_face[i][2]]);
+        const struct vec3 a = vec3_load(p[cell_face[i][0]]), b = vec3_load(p[cell_face[i][1]]),
+                          c = vec3_load(p[cell_face[i][2]]);
         normal[i] = vec3_cross(vec3_sub(b, a), vec3_sub(c, a));
     }
     int n = 0;
     for (int i = 0; i < 4; i++) {
         for (int j = i + 1; j < 4; j++) {
-            const double sine = vec3_length(vec3_cross(normal[i], normal[j])), cosine = -vec3_dot(normal[i], normal[j]);
+            const double sine = vec3_length(vec3_cross(normal[i], normal[j])),
+                         cosine = -vec3_dot(normal[i], normal[j]);
             angle[n++] = angle_atan2(sine, cosine) * (180 / ANGLE_PI);
         }
     }

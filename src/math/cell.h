@@ -6,8 +6,8 @@
 /* The corners of the face opposite each corner, counter-clockwise seen from outside. */
 extern const int cell_face[4][3];
 
-/* The six dihedral angles, degrees, between the faces opposite corners 01 02 03 12 13 23: 70.5288 in a regular cell. The same
- * on every machine (angle.h). */
+/* The six dihedral angles, degrees, between the faces opposite corners 01 02 03 12 13 23: 70.5288
+ * in a regular cell. The same on every machine (angle.h). */
 void cell_dihedral(const double p[4][3], double angle[6]);
 
 #endif

@@ -1,6 +1,7 @@
 /* cubes: points by the cube that they are in, for finding those near a place.
  *
- * Space is cut into cubes, hashed into a table: what is within one cube's size of a place is in the 27 cubes around it.
+ * Space is cut into cubes, hashed into a table: what is within one cube's size of a place is in the
+ * 27 cubes around it.
  */
 #ifndef CUBES_H
 #define CUBES_H
@@ -26,8 +27,9 @@ void cubes_clear(struct cubes *cubes);
 /* Adds a point: its index is the number of points before it. */
 void cubes_add(struct cubes *cubes, const double p[3]);
 
-/* Whether a point nearer to p than `reach` (at most the cubes' size) is accepted; *found is its index, where wanted. */
-bool cubes_find(const struct cubes *cubes, const double p[3], double reach, bool (*accepts)(void *context, const double *point),
-                void *context, int32_t *found);
+/* Whether a point nearer to p than `reach` (at most the cubes' size) is accepted; *found is its
+ * index, where wanted. */
+bool cubes_find(const struct cubes *cubes, const double p[3], double reach,
+                bool (*accepts)(void *context, const double *point), void *context, int32_t *found);
 
 #endif

@@ -1,10 +1,11 @@
-/* Based on: J.-M. Muller, "Elementary Functions: Algorithms and Implementation", 3rd ed., 2016, sec. 5.2 and 11.4: reduction of the
- * argument by powers of two, then a power series. */
+/* Based on: J.-M. Muller, "Elementary Functions: Algorithms and Implementation", 3rd ed., 2016,
+ * sec. 5.2 and 11.4: reduction of the argument by powers of two, then a power series. */
 #include "math/power.h"
 
 #include <math.h>
 
-/* ln 2 as the sum of a number of few bits, whose products with an exponent are exact, and the rest. */
+/* ln 2 as the sum of a number of few bits, whose products with an exponent are exact, and the
+ * rest. */
 static const double ln2_high = 0x1.62e42fefa38p-1, ln2_low = 0x1.ef35793c7673p-45;
 
 double power_log(double x)

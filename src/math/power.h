@@ -1,7 +1,8 @@
 /* power: logarithm, exponential and powers that come out the same on every machine.
  *
- * libm picks its instructions by the processor, so its last bit differs between machines; these use + - * / alone, and frexp
- * and ldexp, which are exact. Within 4e-16 of the true value, times 1 + |x| for the exponential of x.
+ * libm picks its instructions by the processor, so its last bit differs between machines; these use
+ * + - * / alone, and frexp and ldexp, which are exact. Within 4e-16 of the true value, times 1 +
+ * |x| for the exponential of x.
  */
 #ifndef POWER_H
 #define POWER_H

@@ -19,6 +19,7 @@ struct random random_start(uint64_t seed, uint64_t name, uint32_t index)
 
 uint64_t random_hash_position(const double position[3])
 {
-    const double canonical[3] = {position[0] + 0.0, position[1] + 0.0, position[2] + 0.0}; /* -0 + 0 = 0 */
+    /* -0 + 0 = 0 */
+    const double canonical[3] = {position[0] + 0.0, position[1] + 0.0, position[2] + 0.0};
     return XXH3_64bits(canonical, sizeof canonical);
 }

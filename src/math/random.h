@@ -2,9 +2,10 @@
  *
  * A thing is random by what it is, never by when it is done: a generator is made from a seed
  * and up to 96 bits that name the thing (a probe's position, a sample's index), and gives the
- * same numbers on any thread, in any order, on any machine. The name is hashed by Philox 4x32-10 (Salmon et al.,
- * "Parallel random numbers: as easy as 1, 2, 3", SC 2011, through Random123) into the state of xoshiro128++ (Blackman and
- * Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 2021), which is cheaper a number.
+ * same numbers on any thread, in any order, on any machine. The name is hashed by Philox 4x32-10
+ * (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011, through Random123) into
+ * the state of xoshiro128++ (Blackman and Vigna, "Scrambled linear pseudorandom number generators",
+ * ACM TOMS 2021), which is cheaper a number.
  *
  *     struct random r = random_start(seed, random_hash_position(p), sample);
  *     const float u = random_float(&r);
@@ -18,7 +19,8 @@ struct random {
     uint32_t state[4];
 };
 
-/* The stream of numbers named by (seed, name, index). Streams with different names are independent. */
+/* The stream of numbers named by (seed, name, index). Streams with different names are
+ * independent. */
 struct random random_start(uint64_t seed, uint64_t name, uint32_t index);
 
 /* 32 uniform bits. */
@@ -48,7 +50,8 @@ static inline double random_double(struct random *r)
     return (double)((high << 32 | low) >> 11) * 0x1p-53;
 }
 
-/* A name for a position: a hash of its bits, with -0 as 0, so that equal positions have equal names. */
+/* A name for a position: a hash of its bits, with -0 as 0, so that equal positions have equal
+ * names. */
 uint64_t random_hash_position(const double position[3]);
 
 #endif

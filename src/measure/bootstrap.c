@@ -16,8 +16,8 @@ struct job {
     int figures;
     bootstrap_reckon *reckon;
     const void *context;
-    uint32_t **times;  /* by thread */
-    double *figure;    /* figures of each set */
+    uint32_t **times; /* by thread */
+    double *figure;   /* figures of each set */
 };
 
 static struct error *draw_set(void *context, size_t index, int thread)
@@ -39,7 +39,8 @@ static int compare(const void *a, const void *b)
 }
 
 /* The middle 95 % of one figure's values. */
-static void set_interval(const struct job *job, int figure, double *value, struct estimate *estimate)
+static void set_interval(const struct job *job, int figure, double *value,
+                         struct estimate *estimate)
 {
     for (size_t i = 0; i < BOOTSTRAP_SETS; i++)
         value[i] = job->figure[(size_t)job->figures * i + (size_t)figure];
@@ -53,7 +54,8 @@ static struct error *make_intervals(struct job *job, int threads, struct estimat
     double *value = NULL;
     struct error *err = array_create(&job->times, (size_t)threads, sizeof *job->times);
     if (!err)
-        err = array_create(&job->figure, BOOTSTRAP_SETS * (size_t)job->figures, sizeof *job->figure);
+        err =
+            array_create(&job->figure, BOOTSTRAP_SETS * (size_t)job->figures, sizeof *job->figure);
     if (!err)
         err = array_create(&value, BOOTSTRAP_SETS, sizeof *value);
     for (int i = 0; i < threads && !err; i++)
@@ -70,10 +72,16 @@ static struct error *make_intervals(struct job *job, int threads, struct estimat
     return err;
 }
 
-struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures, bootstrap_reckon *reckon, const void *context,
-                        int threads, struct estimate *estimate)
+struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures,
+                        bootstrap_reckon *reckon, const void *context, int threads,
+                        struct estimate *estimate)
 {
-    struct job job = {.count = count, .seed = seed, .name = name, .figures = figures, .reckon = reckon, .context = context};
+    struct job job = {.count = count,
+                      .seed = seed,
+                      .name = name,
+                      .figures = figures,
+                      .reckon = reckon,
+                      .context = context};
     uint32_t *once = NULL;
     double *figure = NULL;
     struct error *err = array_create(&once, count, sizeof *once);
@@ -84,7 +92,8 @@ struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures,
     if (!err)
         reckon(context, once, figure);
     for (int f = 0; f < figures && !err; f++)
-        estimate[f] = (struct estimate){.value = figure[f], .low = (double)NAN, .high = (double)NAN};
+        estimate[f] =
+            (struct estimate){.value = figure[f], .low = (double)NAN, .high = (double)NAN};
     if (!err && count >= POINTS_LEAST)
         err = make_intervals(&job, threads, estimate);
     free(once);

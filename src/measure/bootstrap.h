@@ -1,9 +1,10 @@
 /* bootstrap: how far a figure could be off because other points might have been drawn.
  *
- * The points are drawn again, with replacement, as many as there are, a thousand times; the figure is reckoned from each such
- * set, and the middle 95 % of the results are its interval (the percentile method: Efron and Tibshirani, "An introduction to
- * the bootstrap", 1993, ch. 13). What noise each point's value has is in it, since it is drawn along. It says little of figures
- * that one point decides.
+ * The points are drawn again, with replacement, as many as there are, a thousand times; the figure
+ * is reckoned from each such set, and the middle 95 % of the results are its interval (the
+ * percentile method: Efron and Tibshirani, "An introduction to the bootstrap", 1993, ch. 13). What
+ * noise each point's value has is in it, since it is drawn along. It says little of figures that
+ * one point decides.
  */
 #ifndef BOOTSTRAP_H
 #define BOOTSTRAP_H
@@ -20,11 +21,14 @@ struct estimate {
 
 enum { BOOTSTRAP_SETS = 1000 };
 
-/* Reckons `figures` figures from a set in which point i counts times[i] times (they sum to the number of points). Any thread. */
+/* Reckons `figures` figures from a set in which point i counts times[i] times (they sum to the
+ * number of points). Any thread. */
 typedef void bootstrap_reckon(const void *context, const uint32_t *times, double *figure);
 
-/* Fills estimate[figures]. Fewer than 8 points have no interval. The sets depend on the seed, the name and the count alone. */
-struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures, bootstrap_reckon *reckon, const void *context,
-                        int threads, struct estimate *estimate);
+/* Fills estimate[figures]. Fewer than 8 points have no interval. The sets depend on the seed, the
+ * name and the count alone. */
+struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures,
+                        bootstrap_reckon *reckon, const void *context, int threads,
+                        struct estimate *estimate);
 
 #endif

@@ -20,17 +20,18 @@ enum { FOR_PARTS = 16 }; /* what random numbers are for: part of their name */
 
 /* What one point says of the stream. */
 struct point {
-    bool inside;            /* of the hull */
-    double surface;         /* distance; NaN: there is none */
-    double truth;           /* mean irradiance */
-    double square, colour;  /* mean over directions of e^2 without noise: of luminance; of the three colours */
-    double noise;           /* of y^2 */
-    double doubt;           /* variance of square, by noise */
-    double mean, absolute;  /* of e, of |e| */
-    double bright, dark;    /* shares of the directions */
-    double unseen;          /* NaN: there are no cells */
+    bool inside;    /* of the hull */
+    double surface; /* distance; NaN: there is none */
+    double truth;   /* mean irradiance */
+    /* mean over directions of e^2 without noise: of luminance; of the three colours */
+    double square, colour;
+    double noise;                  /* of y^2 */
+    double doubt;                  /* variance of square, by noise */
+    double mean, absolute;         /* of e, of |e| */
+    double bright, dark;           /* shares of the directions */
+    double unseen;                 /* NaN: there are no cells */
     double cut_off, capture_noise; /* squares */
-    double error[SPHERE_COUNT]; /* e */
+    double error[SPHERE_COUNT];    /* e */
 };
 
 struct job {
@@ -44,8 +45,8 @@ struct job {
 };
 
 /* The stream's irradiance at p along the set, RGB. */
-static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis, const double p[3],
-                                  struct probe_place *place, double *rgb)
+static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis,
+                                  const double p[3], struct probe_place *place, double *rgb)
 {
     double sh[3 * SH_COUNT_MAX];
     *place = (struct probe_place){.cell = PROBE_COLD};
@@ -63,7 +64,8 @@ static double colour_square(const struct truth *t, size_t i, const double *rgb)
     for (size_t d = 0; d < SPHERE_COUNT; d++) {
         product[d] = 0;
         for (size_t k = 3 * d; k < 3 * d + 3; k++)
-            product[d] += (rgb[k] - (double)t->half[0][TRUTH_WIDTH * i + k]) * (rgb[k] - (double)t->half[1][TRUTH_WIDTH * i + k]) / 3;
+            product[d] += (rgb[k] - (double)t->half[0][TRUTH_WIDTH * i + k]) *
+                          (rgb[k] - (double)t->half[1][TRUTH_WIDTH * i + k]) / 3;
     }
     return sphere_mean(product);
 }
@@ -95,7 +97,8 @@ static struct error *measure_point(void *context, size_t i, int thread)
     (void)thread;
     const struct job *job = context;
     struct point *point = &job->point[i];
-    const double *p = job->truth->position + 3 * i, tolerance = job->settings->tolerance * job->scene_mean;
+    const double *p = job->truth->position + 3 * i,
+                 tolerance = job->settings->tolerance * job->scene_mean;
     double rgb[TRUTH_WIDTH], light[SPHERE_COUNT], truth[SPHERE_COUNT], y[SPHERE_COUNT];
     struct probe_place place;
     struct unseen unseen;
@@ -104,8 +107,8 @@ static struct error *measure_point(void *context, size_t i, int thread)
         return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
     sphere_luminance(rgb, light);
     truth_luminance(job->truth, i, truth, y);
-    double square[SPHERE_COUNT], noise[SPHERE_COUNT], mixed[SPHERE_COUNT], absolute[SPHERE_COUNT], bright[SPHERE_COUNT],
-        dark[SPHERE_COUNT];
+    double square[SPHERE_COUNT], noise[SPHERE_COUNT], mixed[SPHERE_COUNT], absolute[SPHERE_COUNT],
+        bright[SPHERE_COUNT], dark[SPHERE_COUNT];
     for (int d = 0; d < SPHERE_COUNT; d++) {
         const double x = light[d] - truth[d];
         point->error[d] = x;
@@ -177,9 +180,14 @@ enum { RMS, RMS_COLOUR, BIAS, MEAN, P95, P99, BRIGHT, DARK, UNSEEN, FIGURES };
 static const struct {
     const char *name;
     bool light; /* and so has a form relative to the scene's mean */
-} figures[FIGURES] = {[RMS] = {"rms", true}, [RMS_COLOUR] = {"rms_colour", true}, [BIAS] = {"bias", true}, [MEAN] = {"mean", true},
-                      [P95] = {"p95", true}, [P99] = {"p99", true}, [BRIGHT] = {"too_bright", false},
-                          [DARK] = {"too_dark", false},
+} figures[FIGURES] = {[RMS] = {"rms", true},
+                      [RMS_COLOUR] = {"rms_colour", true},
+                      [BIAS] = {"bias", true},
+                      [MEAN] = {"mean", true},
+                      [P95] = {"p95", true},
+                      [P99] = {"p99", true},
+                      [BRIGHT] = {"too_bright", false},
+                      [DARK] = {"too_dark", false},
                       [UNSEEN] = {"unseen", false}};
 
 static void reckon(const void *context, const uint32_t *times, double *figure)
@@ -205,7 +213,8 @@ static void reckon(const void *context, const uint32_t *times, double *figure)
     for (int f = P99; f >= P95; f--) {
         const double most = f == P99 ? 0.01 : 0.05;
         for (; k < SPHERE_COUNT * part->count; k++) {
-            const double share = times[part->value[k].point] * sphere_weight[part->value[k].direction] / n;
+            const double share = times[part->value[k].point] *
+                                 sphere_weight[part->value[k].direction] / n;
             if (above + share > most + 1e-12)
                 break;
             above += share;
@@ -214,8 +223,8 @@ static void reckon(const void *context, const uint32_t *times, double *figure)
     }
 }
 
-static struct error *report_light(struct report *report, const char *name, const char *of, struct estimate e,
-                                  double scene_mean_irradiance)
+static struct error *report_light(struct report *report, const char *name, const char *of,
+                                  struct estimate e, double scene_mean_irradiance)
 {
     char relative[32];
     struct error *err = report_add(report, name, of, e);
@@ -232,7 +241,8 @@ static struct estimate alone(double value)
 }
 
 /* Adds the part's figures to the report. */
-static struct error *report_part(struct report *report, const struct job *job, struct part *part, const char *of, uint64_t name)
+static struct error *report_part(struct report *report, const struct job *job, struct part *part,
+                                 const char *of, uint64_t name)
 {
     struct estimate estimate[FIGURES];
     double truth = 0, noise = 0, noise_mean = 0, doubt = 0, cut_off = 0, capture_noise = 0;
@@ -250,11 +260,13 @@ static struct error *report_part(struct report *report, const struct job *job, s
         cut_off += p->cut_off / n;
         capture_noise += p->capture_noise / n;
         for (size_t d = 0; d < SPHERE_COUNT; d++)
-            part->value[SPHERE_COUNT * i + d] = (struct value){fabs(p->error[d]), (uint32_t)i, (uint32_t)d};
+            part->value[SPHERE_COUNT * i + d] =
+                (struct value){fabs(p->error[d]), (uint32_t)i, (uint32_t)d};
     }
     if (!err) {
         qsort(part->value, SPHERE_COUNT * part->count, sizeof *part->value, compare_values);
-        err = bootstrap(part->count, job->settings->seed, name, FIGURES, reckon, part, job->settings->threads, estimate);
+        err = bootstrap(part->count, job->settings->seed, name, FIGURES, reckon, part,
+                        job->settings->threads, estimate);
     }
     if (!err)
         err = report_light(report, "irradiance", of, alone(truth), job->scene_mean);
@@ -265,17 +277,20 @@ static struct error *report_part(struct report *report, const struct job *job, s
     if (!err && job->baked->order <= SPHERE_ORDER)
         err = report_light(report, "cut_off", of, alone(sqrt(fmax(cut_off, 0))), job->scene_mean);
     if (!err && !isnan(capture_noise))
-        err = report_light(report, "capture_noise", of, alone(sqrt(capture_noise)), job->scene_mean);
+        err =
+            report_light(report, "capture_noise", of, alone(sqrt(capture_noise)), job->scene_mean);
     for (int f = 0; f < FIGURES && !err; f++) {
         if (f == UNSEEN && !job->baked->cells)
             continue;
-        err = figures[f].light ? report_light(report, figures[f].name, of, estimate[f], job->scene_mean)
-                               : report_add(report, figures[f].name, of, estimate[f]);
+        err = figures[f].light
+                  ? report_light(report, figures[f].name, of, estimate[f], job->scene_mean)
+                  : report_add(report, figures[f].name, of, estimate[f]);
     }
     if (err)
         return err;
     /* Of a root: by its slope, but where that is steep, near 0, by the root of the doubt. */
-    const double root = sqrt(sqrt(doubt)), slope = estimate[RMS].value > 0 ? sqrt(doubt) / (2 * estimate[RMS].value) : root;
+    const double root = sqrt(sqrt(doubt)),
+                 slope = estimate[RMS].value > 0 ? sqrt(doubt) / (2 * estimate[RMS].value) : root;
     err = report_light(report, "rms_noise", of, alone(fmin(slope, root)), job->scene_mean);
     if (!err)
         err = report_light(report, "worst", of, alone(part->value[0].error), job->scene_mean);
@@ -288,9 +303,10 @@ static struct error *report_part(struct report *report, const struct job *job, s
 
 enum which { ALL, INSIDE, OUTSIDE, QUARTER, LIT = QUARTER + 4, DIM, SEEN, LEAKY, PARTS };
 
-static bool belongs(const struct job *job, const struct point *p, enum which which, const double quarter[5])
+static bool belongs(const struct job *job, const struct point *p, enum which which,
+                    const double quarter[5])
 {
-    const bool dim = p->truth < job->settings->dark * job->scene_mean, leaky = p->unseen > 0;
+    const bool dim = p->truth<job->settings->dark * job->scene_mean, leaky = p->unseen> 0;
     const int k = (int)which - QUARTER;
     switch (which) {
     case ALL: return true;
@@ -300,7 +316,9 @@ static bool belongs(const struct job *job, const struct point *p, enum which whi
     case DIM: return dim;
     case SEEN: return !leaky;
     case LEAKY: return leaky;
-    default: return p->surface >= quarter[k] && (p->surface < quarter[k + 1] || (k == 3 && p->surface <= quarter[4]));
+    default:
+        return p->surface >= quarter[k] &&
+               (p->surface < quarter[k + 1] || (k == 3 && p->surface <= quarter[4]));
     }
 }
 
@@ -310,7 +328,8 @@ static int compare_doubles(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* Distances from the nearest surface that cut the points into quarters; false: there is no surface. */
+/* Distances from the nearest surface that cut the points into quarters; false: there is no
+ * surface. */
 static struct error *find_quarters(const struct job *job, double quarter[5], bool *there)
 {
     double *distance = NULL;
@@ -334,8 +353,9 @@ static struct error *find_quarters(const struct job *job, double quarter[5], boo
 
 static struct error *report_parts(struct report *report, const struct job *job)
 {
-    static const char *const names[PARTS] = {"all", "inside-hull", "outside-hull", "surface-1", "surface-2", "surface-3",
-                                             "surface-4", "lit", "dark", "all-seen", "some-unseen"};
+    static const char *const names[PARTS] = {
+        "all",       "inside-hull", "outside-hull", "surface-1", "surface-2",  "surface-3",
+        "surface-4", "lit",         "dark",         "all-seen",  "some-unseen"};
     double quarter[5];
     bool surfaces;
     struct error *err = find_quarters(job, quarter, &surfaces);
@@ -374,10 +394,12 @@ static struct error *fill_map(struct table *map, const struct job *job)
         err = table_add_column(map, "outside", COLUMN_I32, 1, NULL);
     if (err)
         return err;
-    memcpy(table_column(map, "position")->data, job->truth->position, 3 * map->rows * sizeof(double));
+    memcpy(table_column(map, "position")->data, job->truth->position,
+           3 * map->rows * sizeof(double));
     for (size_t i = 0; i < map->rows; i++) {
         const struct point *p = &job->point[i];
-        const double value[NAMES] = {sqrt(fmax(p->square, 0)), p->mean, p->truth, p->unseen, p->surface};
+        const double value[NAMES] = {sqrt(fmax(p->square, 0)), p->mean, p->truth, p->unseen,
+                                     p->surface};
         for (int k = 0; k < NAMES; k++)
             column_f32(table_column(map, names[k]))[i] = (float)value[k];
         column_i32(table_column(map, "outside"))[i] = !p->inside;
@@ -385,10 +407,15 @@ static struct error *fill_map(struct table *map, const struct job *job)
     return NULL;
 }
 
-struct error *measure_error(struct report *report, const struct truth *truth, const struct baked *baked,
-                            const struct tracer *tracer, const struct measure_settings *settings, struct table *map)
+struct error *measure_error(struct report *report, const struct truth *truth,
+                            const struct baked *baked, const struct tracer *tracer,
+                            const struct measure_settings *settings, struct table *map)
 {
-    struct job job = {.truth = truth, .baked = baked, .tracer = tracer, .settings = settings, .scene_mean = scene_mean(truth),
+    struct job job = {.truth = truth,
+                      .baked = baked,
+                      .tracer = tracer,
+                      .settings = settings,
+                      .scene_mean = scene_mean(truth),
                       .basis = sphere_basis_make(baked->order, baked->convolved)};
     struct error *err = array_create(&job.point, truth->points, sizeof *job.point);
     if (!err)
@@ -411,21 +438,25 @@ struct step {
     int32_t path;
 };
 
-static struct step make_step(double now[3][SPHERE_COUNT], double before[3][SPHERE_COUNT], double length, int32_t path)
+static struct step make_step(double now[3][SPHERE_COUNT], double before[3][SPHERE_COUNT],
+                             double length, int32_t path)
 {
     double product[3][SPHERE_COUNT];
     for (int d = 0; d < SPHERE_COUNT; d++) {
-        const double s = (now[0][d] - before[0][d]) / length, a = (now[1][d] - before[1][d]) / length,
+        const double s = (now[0][d] - before[0][d]) / length,
+                     a = (now[1][d] - before[1][d]) / length,
                      b = (now[2][d] - before[2][d]) / length;
         product[0][d] = s * s;
         product[1][d] = a * b;
         product[2][d] = (a - b) * (a - b) / 4;
     }
-    return (struct step){sphere_mean(product[0]), sphere_mean(product[1]), sphere_mean(product[2]), path};
+    return (struct step){sphere_mean(product[0]), sphere_mean(product[1]), sphere_mean(product[2]),
+                         path};
 }
 
 /* The steps along all paths. */
-static struct error *take_steps(const struct truth *t, const struct baked *baked, struct step *step, size_t *count, size_t *paths)
+static struct error *take_steps(const struct truth *t, const struct baked *baked, struct step *step,
+                                size_t *count, size_t *paths)
 {
     const struct sphere_basis basis = sphere_basis_make(baked->order, baked->convolved);
     double before[3][SPHERE_COUNT] = {{0}}, now[3][SPHERE_COUNT];
@@ -462,7 +493,8 @@ static double around(const struct step *step, size_t count, size_t i)
     return fmax(sum / n, 0);
 }
 
-static struct error *report_steps(struct report *report, const struct step *step, size_t count, double mean)
+static struct error *report_steps(struct report *report, const struct step *step, size_t count,
+                                  double mean)
 {
     double stream = 0, truth = 0, noise = 0, stream_most = 0, truth_most = 0, excess = 0;
     const double n = (double)count;
@@ -488,7 +520,8 @@ static struct error *report_steps(struct report *report, const struct step *step
     return err;
 }
 
-struct error *measure_change(struct report *report, const struct truth *t, const struct baked *baked)
+struct error *measure_change(struct report *report, const struct truth *t,
+                             const struct baked *baked)
 {
     struct step *step = NULL;
     size_t count = 0, paths = 0;

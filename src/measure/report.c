@@ -9,9 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct error *report_add(struct report *report, const char *measure, const char *of, struct estimate estimate)
+struct error *report_add(struct report *report, const char *measure, const char *of,
+                         struct estimate estimate)
 {
-    struct error *err = array_reserve(&report->rows, &report->capacity, report->count + 1, sizeof *report->rows);
+    struct error *err =
+        array_reserve(&report->rows, &report->capacity, report->count + 1, sizeof *report->rows);
     if (err)
         return err;
     struct report_row *row = &report->rows[report->count++];
@@ -21,9 +23,11 @@ struct error *report_add(struct report *report, const char *measure, const char 
     return NULL;
 }
 
-struct error *report_add_number(struct report *report, const char *measure, const char *of, double value)
+struct error *report_add_number(struct report *report, const char *measure, const char *of,
+                                double value)
 {
-    return report_add(report, measure, of, (struct estimate){.value = value, .low = (double)NAN, .high = (double)NAN});
+    return report_add(report, measure, of,
+                      (struct estimate){.value = value, .low = (double)NAN, .high = (double)NAN});
 }
 
 struct estimate report_get(const struct report *report, const char *measure, const char *of)
@@ -57,8 +61,10 @@ static void print_tsv(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->count; i++) {
         const struct report_row *row = &report->rows[i];
         char text[3][NUMBER_ROOM + 1];
-        fprintf(out, "%s\t%s\t%s\t%s\t%s\n", row->measure, row->of, number(row->estimate.value, "nan", text[0]),
-                number(row->estimate.low, "nan", text[1]), number(row->estimate.high, "nan", text[2]));
+        fprintf(out, "%s\t%s\t%s\t%s\t%s\n", row->measure, row->of,
+                number(row->estimate.value, "nan", text[0]),
+                number(row->estimate.low, "nan", text[1]),
+                number(row->estimate.high, "nan", text[2]));
     }
 }
 
@@ -68,9 +74,12 @@ static void print_json(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->count; i++) {
         const struct report_row *row = &report->rows[i];
         char text[3][NUMBER_ROOM + 1];
-        fprintf(out, "  {\"measure\": \"%s\", \"of\": \"%s\", \"value\": %s, \"low\": %s, \"high\": %s}%s\n", row->measure,
-                row->of, number(row->estimate.value, "null", text[0]), number(row->estimate.low, "null", text[1]),
-                number(row->estimate.high, "null", text[2]), i + 1 < report->count ? "," : "");
+        fprintf(
+            out,
+            "  {\"measure\": \"%s\", \"of\": \"%s\", \"value\": %s, \"low\": %s, \"high\": %s}%s\n",
+            row->measure, row->of, number(row->estimate.value, "null", text[0]),
+            number(row->estimate.low, "null", text[1]), number(row->estimate.high, "null", text[2]),
+            i + 1 < report->count ? "," : "");
     }
     fprintf(out, "]\n");
 }
@@ -82,7 +91,8 @@ static double value_of(const struct report *report, const char *measure, const c
     return report_get(report, measure, of).value;
 }
 
-/* Three digits, but no exponent where a whole number says it. Nine columns, right-aligned; NaN: none. */
+/* Three digits, but no exponent where a whole number says it. Nine columns, right-aligned; NaN:
+ * none. */
 static void print_cell(FILE *out, double value)
 {
     if (isnan(value))
@@ -104,13 +114,15 @@ static struct estimate light(const struct report *report, const char *measure, c
     char relative[40];
     snprintf(relative, sizeof relative, "%s_relative", measure);
     const struct estimate e = report_get(report, relative, of);
-    return isnan(e.value) ? report_get(report, measure, of) : (struct estimate){100 * e.value, 100 * e.low, 100 * e.high};
+    return isnan(e.value) ? report_get(report, measure, of)
+                          : (struct estimate){100 * e.value, 100 * e.low, 100 * e.high};
 }
 
 /* What a part of the points is called. */
 static void name_part(const struct report *report, const char *of, char *name, size_t room)
 {
-    const double from = value_of(report, "surface_from", of), to = value_of(report, "surface_to", of);
+    const double from = value_of(report, "surface_from", of),
+                 to = value_of(report, "surface_to", of);
     if (isnan(from))
         snprintf(name, room, "%s", of);
     else
@@ -131,8 +143,10 @@ static void print_part(const struct report *report, const char *of, FILE *out)
         snprintf(interval, sizeof interval, "%.3g .. %.3g", rms.low, rms.high);
     print_cell(out, rms.value);
     fprintf(out, "%19s", interval);
-    static const char *const lights[] = {"bias", "mean", "p95", "p99", "worst"},
-        *const shares[] = {"too_bright", "too_dark", "unseen"};
+    static const char *const lights[] = {"bias", "mean", "p95", "p99", "worst"}, *const shares[] = {
+                                                                                     "too_bright",
+                                                                                     "too_dark",
+                                                                                     "unseen"};
     for (size_t i = 0; i < sizeof lights / sizeof *lights; i++)
         print_cell(out, light(report, lights[i], of).value);
     for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
@@ -144,16 +158,21 @@ static void print_leak(const struct report *report, FILE *out)
 {
     if (isnan(value_of(report, "cells", "all")))
         return;
-    const struct estimate volume = report_get(report, "leak_volume", "all"), bright = report_get(report, "leak_light", "all");
-    fprintf(out, "\nlight from probes that a point cannot see, over the free space of %.0f cells:\n",
+    const struct estimate volume = report_get(report, "leak_volume", "all"),
+                          bright = report_get(report, "leak_light", "all");
+    fprintf(out,
+            "\n"
+            "light from probes that a point cannot see, over the free space of %.0f cells:\n",
             value_of(report, "cells", "all"));
-    fprintf(out, "  share of weight         %8.3g %%  (%.3g .. %.3g)\n", 100 * volume.value, 100 * volume.low, 100 * volume.high);
-    fprintf(out, "  share of light          %8.3g %%  (%.3g .. %.3g)\n", 100 * bright.value, 100 * bright.low, 100 * bright.high);
-    fprintf(out, "  light that leaks, rms   %8.3g    in the mean %+.3g\n", light(report, "leaked_rms", "all").value,
-            light(report, "leaked_bias", "all").value);
+    fprintf(out, "  share of weight         %8.3g %%  (%.3g .. %.3g)\n", 100 * volume.value,
+            100 * volume.low, 100 * volume.high);
+    fprintf(out, "  share of light          %8.3g %%  (%.3g .. %.3g)\n", 100 * bright.value,
+            100 * bright.low, 100 * bright.high);
+    fprintf(out, "  light that leaks, rms   %8.3g    in the mean %+.3g\n",
+            light(report, "leaked_rms", "all").value, light(report, "leaked_bias", "all").value);
     fprintf(out, "  points that see none    %8.3g %%\n", percent(report, "blind", "all"));
-    fprintf(out, "  worst cell              %8.0f    (%.3g %% of its weight)\n", value_of(report, "leak_worst_cell", "all"),
-            percent(report, "leak_worst", "all"));
+    fprintf(out, "  worst cell              %8.0f    (%.3g %% of its weight)\n",
+            value_of(report, "leak_worst_cell", "all"), percent(report, "leak_worst", "all"));
 }
 
 static void print_change(const struct report *report, FILE *out)
@@ -161,7 +180,8 @@ static void print_change(const struct report *report, FILE *out)
     if (isnan(value_of(report, "change_steps", "all")))
         return;
     fprintf(out, "\nchange of light along %.0f paths, %.0f steps of %.3g, a unit of length:\n",
-            value_of(report, "paths", "all"), value_of(report, "change_steps", "all"), value_of(report, "step", "all"));
+            value_of(report, "paths", "all"), value_of(report, "change_steps", "all"),
+            value_of(report, "step", "all"));
     fprintf(out, "%-15s%9s%9s\n", "", "rms", "most");
     for (int k = 0; k < 2; k++) {
         const char *of = k ? "truth" : "probes";
@@ -180,24 +200,30 @@ static void print_change(const struct report *report, FILE *out)
 static void print_table(const struct report *report, FILE *out)
 {
     const double mean = value_of(report, "irradiance", "all");
-    fprintf(out, "irradiance in the mean: %.6g%s\n", mean, mean > 0 ? "; light below is in % of it" : ": there is no light; light below is as it is");
-    fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n", light(report, "noise_mean", "all").value,
-            light(report, "noise", "all").value);
-    fprintf(out, "rms error: %.4g, known to +- %.2g (95 %%, these points); of colours %.4g\n", light(report, "rms", "all").value,
-            1.96 * light(report, "rms_noise", "all").value, light(report, "rms_colour", "all").value);
-    const double cut_off = light(report, "cut_off", "all").value, capture = light(report, "capture_noise", "all").value;
+    fprintf(out, "irradiance in the mean: %.6g%s\n", mean,
+            mean > 0 ? "; light below is in % of it"
+                     : ": there is no light; light below is as it is");
+    fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n",
+            light(report, "noise_mean", "all").value, light(report, "noise", "all").value);
+    fprintf(out, "rms error: %.4g, known to +- %.2g (95 %%, these points); of colours %.4g\n",
+            light(report, "rms", "all").value, 1.96 * light(report, "rms_noise", "all").value,
+            light(report, "rms_colour", "all").value);
+    const double cut_off = light(report, "cut_off", "all").value,
+                 capture = light(report, "capture_noise", "all").value;
     if (!isnan(cut_off))
         fprintf(out, "  cut off by the order of SH: %.3g\n", cut_off);
     if (!isnan(capture))
         fprintf(out, "  noise of the capture: %.3g\n", capture);
-    fprintf(out, "\nerror of irradiance (in parentheses: 95 %% for other points), and shares in %%\n");
-    fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias", "mean", "95 %", "99 %",
-            "worst", "bright", "dark", "unseen");
+    fprintf(out,
+            "\n"
+            "error of irradiance (in parentheses: 95 %% for other points), and shares in %%\n");
+    fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias",
+            "mean", "95 %", "99 %", "worst", "bright", "dark", "unseen");
     for (size_t i = 0; i < report->count; i++)
         if (!strcmp(report->rows[i].measure, "points"))
             print_part(report, report->rows[i].of, out);
-    fprintf(out, "worst at %.6g %.6g %.6g\n", value_of(report, "worst_x", "all"), value_of(report, "worst_y", "all"),
-            value_of(report, "worst_z", "all"));
+    fprintf(out, "worst at %.6g %.6g %.6g\n", value_of(report, "worst_x", "all"),
+            value_of(report, "worst_y", "all"), value_of(report, "worst_z", "all"));
     print_leak(report, out);
     print_change(report, out);
 }
@@ -211,5 +237,7 @@ struct error *report_print(const struct report *report, enum report_format forma
         print_tsv(report, out);
     else
         print_json(report, out);
-    return fflush(out) || ferror(out) ? error_system(errno ? errno : EIO, "%s", out == stderr ? "stderr" : "stdout") : NULL;
+    return fflush(out) || ferror(out)
+               ? error_system(errno ? errno : EIO, "%s", out == stderr ? "stderr" : "stdout")
+               : NULL;
 }

@@ -1,7 +1,8 @@
-/* report: named figures with their intervals, as a table for people, as lines for scripts, or as JSON.
+/* report: named figures with their intervals, as a table for people, as lines for scripts, or as
+ * JSON.
  *
- * A figure has the name of a measure and of what it is a measure of ("rms", "dark"). The list is the report; the formats only
- * show it.
+ * A figure has the name of a measure and of what it is a measure of ("rms", "dark"). The list is
+ * the report; the formats only show it.
  */
 #ifndef REPORT_H
 #define REPORT_H
@@ -25,10 +26,12 @@ struct report {
 
 enum report_format { REPORT_TABLE, REPORT_TSV, REPORT_JSON };
 
-struct error *report_add(struct report *report, const char *measure, const char *of, struct estimate estimate);
+struct error *report_add(struct report *report, const char *measure, const char *of,
+                         struct estimate estimate);
 
 /* A figure without an interval. */
-struct error *report_add_number(struct report *report, const char *measure, const char *of, double value);
+struct error *report_add_number(struct report *report, const char *measure, const char *of,
+                                double value);
 
 /* The figure; all NaN where there is none. */
 struct estimate report_get(const struct report *report, const char *measure, const char *of);

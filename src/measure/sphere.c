@@ -1,8 +1,8 @@
 #include "measure/sphere.h"
 #include "math/angle.h"
 
-/* Corners of the icosahedron: (0, +-1, +-p) / sqrt(1 + p^2), p the golden ratio, and what turns into them; of the dodecahedron:
- * (+-1, +-1, +-1) / sqrt 3, (0, +-p, +-1/p) / sqrt 3. */
+/* Corners of the icosahedron: (0, +-1, +-p) / sqrt(1 + p^2), p the golden ratio, and what turns
+ * into them; of the dodecahedron: (+-1, +-1, +-1) / sqrt 3, (0, +-p, +-1/p) / sqrt 3. */
 #define A 0.5257311121191336
 #define B 0.85065080835204
 #define C 0.5773502691896258
@@ -10,16 +10,17 @@
 #define E 0.35682208977308993
 
 const double sphere_direction[SPHERE_COUNT][3] = {
-    {0, A, B},  {0, A, -B},  {0, -A, B},  {0, -A, -B},  {B, 0, A},  {-B, 0, A},  {B, 0, -A},  {-B, 0, -A},
-    {A, B, 0},  {A, -B, 0},  {-A, B, 0},  {-A, -B, 0},  {C, C, C},  {C, C, -C},  {C, -C, C},  {C, -C, -C},
-    {-C, C, C}, {-C, C, -C}, {-C, -C, C}, {-C, -C, -C}, {0, D, E},  {0, D, -E},  {0, -D, E},  {0, -D, -E},
-    {E, 0, D},  {-E, 0, D},  {E, 0, -D},  {-E, 0, -D},  {D, E, 0},  {D, -E, 0},  {-D, E, 0},  {-D, -E, 0}};
+    {0, A, B},   {0, A, -B},  {0, -A, B},  {0, -A, -B}, {B, 0, A},   {-B, 0, A},   {B, 0, -A},
+    {-B, 0, -A}, {A, B, 0},   {A, -B, 0},  {-A, B, 0},  {-A, -B, 0}, {C, C, C},    {C, C, -C},
+    {C, -C, C},  {C, -C, -C}, {-C, C, C},  {-C, C, -C}, {-C, -C, C}, {-C, -C, -C}, {0, D, E},
+    {0, D, -E},  {0, -D, E},  {0, -D, -E}, {E, 0, D},   {-E, 0, D},  {E, 0, -D},   {-E, 0, -D},
+    {D, E, 0},   {D, -E, 0},  {-D, E, 0},  {-D, -E, 0}};
 
 #define I (25.0 / 840)
 #define O (27.0 / 840)
 
-const double sphere_weight[SPHERE_COUNT] = {I, I, I, I, I, I, I, I, I, I, I, I, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O,
-                                            O, O, O, O};
+const double sphere_weight[SPHERE_COUNT] = {I, I, I, I, I, I, I, I, I, I, I, I, O, O, O, O,
+                                            O, O, O, O, O, O, O, O, O, O, O, O, O, O, O, O};
 
 struct sphere_basis sphere_basis_make(int order, bool convolved)
 {

@@ -28,7 +28,12 @@ enum { FOR_POINT = 1, FOR_PATH };
 
 struct truth_settings truth_settings_default(void)
 {
-    return (struct truth_settings){.points = 1000, .paths = 16, .bounds = {NAN}, .step = NAN, .rays = 4096, .rays_most = 65536,
+    return (struct truth_settings){.points = 1000,
+                                   .paths = 16,
+                                   .bounds = {NAN},
+                                   .step = NAN,
+                                   .rays = 4096,
+                                   .rays_most = 65536,
                                    .bounces = -1};
 }
 
@@ -41,7 +46,8 @@ static struct error *set_whole(struct stream_header *header, const char *key, in
     return header_set_key(header, key, text);
 }
 
-static struct error *set_reals(struct stream_header *header, const char *key, int count, const double *value)
+static struct error *set_reals(struct stream_header *header, const char *key, int count,
+                               const double *value)
 {
     char text[6 * (NUMBER_ROOM + 1)], *at = text;
     for (int i = 0; i < count; i++) {
@@ -59,8 +65,8 @@ static int64_t bounces_of(const struct stage *stage, const struct truth_settings
 }
 
 /* The keys that say what a truth is of. bounds, step: as they were chosen. */
-static struct error *describe(struct stream_header *header, const struct stage *stage, const struct truth_settings *s,
-                              const double bounds[6], double step)
+static struct error *describe(struct stream_header *header, const struct stage *stage,
+                              const struct truth_settings *s, const double bounds[6], double step)
 {
     static const char *const lights[] = {"all", "direct", "indirect"};
     struct error *err = header_set_key(header, "scene-key", stage->key);
@@ -85,32 +91,42 @@ static struct error *describe(struct stream_header *header, const struct stage *
     return err;
 }
 
-static struct error *check_described(const struct stream_header *is, const struct stream_header *wanted,
+static struct error *check_described(const struct stream_header *is,
+                                     const struct stream_header *wanted,
                                      const struct truth_settings *s)
 {
     const struct {
         const char *key;
         bool asked;
-    } keys[] = {{"truth-light", true}, {"truth-bounces", true}, {"truth-rays", s->rays_given}, {"truth-error", s->error_given},
-                {"truth-points", s->points_given || s->points_file}, {"truth-paths", s->paths_given || s->path_file},
-                {"truth-seed", s->seed_given}, {"truth-bounds", s->bounds_given}, {"truth-step", s->step_given}};
+    } keys[] = {{"truth-light", true},
+                {"truth-bounces", true},
+                {"truth-rays", s->rays_given},
+                {"truth-error", s->error_given},
+                {"truth-points", s->points_given || s->points_file},
+                {"truth-paths", s->paths_given || s->path_file},
+                {"truth-seed", s->seed_given},
+                {"truth-bounds", s->bounds_given},
+                {"truth-step", s->step_given}};
     const char *key = header_key(is, "scene-key");
     if (!key || !header_key(is, "truth-rays"))
         return error_new("this is not a truth that probe-error made");
     if (strcmp(key, header_key(wanted, "scene-key")))
-        return error_new("this truth is of another scene, or of other light in it (its key is %s, the scene's %s)", key,
-                         header_key(wanted, "scene-key"));
+        return error_new("this truth is of another scene, or of other light in it (its key is %s, "
+                         "the scene's %s)",
+                         key, header_key(wanted, "scene-key"));
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
         const char *has = header_key(is, keys[i].key), *asked = header_key(wanted, keys[i].key);
         if (keys[i].asked && (!has || strcmp(has, asked)))
-            return error_new("this truth has %s %s, not %s as asked for", keys[i].key, has ? has : "none", asked);
+            return error_new("this truth has %s %s, not %s as asked for", keys[i].key,
+                             has ? has : "none", asked);
     }
     return NULL;
 }
 
 /* -- where ------------------------------------------------------------------------------------ */
 
-static void choose_bounds(const struct truth_settings *s, const struct scene *scene, const double box[6], double bounds[6])
+static void choose_bounds(const struct truth_settings *s, const struct scene *scene,
+                          const double box[6], double bounds[6])
 {
     const double low[3] = {scene->box_min.x, scene->box_min.y, scene->box_min.z};
     const double high[3] = {scene->box_max.x, scene->box_max.y, scene->box_max.z};
@@ -124,7 +140,8 @@ static void choose_bounds(const struct truth_settings *s, const struct scene *sc
         bounds[k] = s->bounds_given ? s->bounds[k] : !solid ? box[k] : k < 3 ? low[k] : high[k - 3];
 }
 
-static void free_candidate(const struct truth_settings *s, const double bounds[6], size_t number, double p[3])
+static void free_candidate(const struct truth_settings *s, const double bounds[6], size_t number,
+                           double p[3])
 {
     struct random r = random_start((uint64_t)s->seed, FOR_POINT, (uint32_t)number);
     for (int k = 0; k < 3; k++)
@@ -132,8 +149,9 @@ static void free_candidate(const struct truth_settings *s, const double bounds[6
 }
 
 /* The first candidates of the box that are not inside solids. */
-static struct error *place_free(struct place *place, const struct stage *stage, const struct truth_settings *s,
-                                const double bounds[6], int threads, struct warnings *warnings)
+static struct error *place_free(struct place *place, const struct stage *stage,
+                                const struct truth_settings *s, const double bounds[6], int threads,
+                                struct warnings *warnings)
 {
     const size_t wanted = (size_t)s->points;
     struct place_inside_settings inside_settings = place_inside_default();
@@ -152,10 +170,12 @@ static struct error *place_free(struct place *place, const struct stage *stage, 
         err = place_inside(&candidates, stage->tracer, &inside_settings, inside, warnings);
         for (size_t i = 0; i < wanted && place->count < wanted && !err; i++)
             if (!inside[i])
-                memcpy(place->position + 3 * place->count++, candidates.position + 3 * i, 3 * sizeof(double));
+                memcpy(place->position + 3 * place->count++, candidates.position + 3 * i,
+                       3 * sizeof(double));
     }
     if (!err && place->count < wanted)
-        err = error_new("%zu of %zu random points are in free space: --bounds says where it is", place->count, TRIES * wanted);
+        err = error_new("%zu of %zu random points are in free space: --bounds says where it is",
+                        place->count, TRIES * wanted);
     place_clear(&candidates);
     free(inside);
     return err;
@@ -163,14 +183,17 @@ static struct error *place_free(struct place *place, const struct stage *stage, 
 
 static void random_direction(struct random *r, double d[3])
 {
-    const double z = 2 * random_double(r) - 1, turn = 2 * ANGLE_PI * random_double(r), radius = sqrt(1 - z * z);
+    const double z = 2 * random_double(r) - 1, turn = 2 * ANGLE_PI * random_double(r),
+                 radius = sqrt(1 - z * z);
     d[0] = radius * angle_cos(turn);
     d[1] = radius * angle_sin(turn);
     d[2] = z;
 }
 
-/* How many steps may be taken from p along d: to shortly before a surface, and not out of the box. */
-static int free_steps(const struct stage *stage, const double bounds[6], const double p[3], const double d[3], double step)
+/* How many steps may be taken from p along d: to shortly before a surface, and not out of the
+ * box. */
+static int free_steps(const struct stage *stage, const double bounds[6], const double p[3],
+                      const double d[3], double step)
 {
     const struct trace_hit hit = trace_nearest(stage->tracer, p, d, 2 * STEPS_MOST * step);
     double most = hit.hit ? 0.95 * hit.distance : STEPS_MOST * step;
@@ -183,9 +206,12 @@ static int free_steps(const struct stage *stage, const double bounds[6], const d
     return (int)fmin(floor(most / step), STEPS_MOST);
 }
 
-/* Appends one straight path from a point on; of the directions tried, that with the longest way. Returns its steps. */
-static struct error *place_random_path(struct place *place, const struct stage *stage, const struct truth_settings *s,
-                                       const double bounds[6], const double start[3], size_t number, double step, size_t *rows)
+/* Appends one straight path from a point on; of the directions tried, that with the longest way.
+ * Returns its steps. */
+static struct error *place_random_path(struct place *place, const struct stage *stage,
+                                       const struct truth_settings *s, const double bounds[6],
+                                       const double start[3], size_t number, double step,
+                                       size_t *rows)
 {
     struct random r = random_start((uint64_t)s->seed, FOR_PATH, (uint32_t)number);
     double best[3] = {0};
@@ -200,19 +226,23 @@ static struct error *place_random_path(struct place *place, const struct stage *
         }
     }
     *rows = steps > 0 ? (size_t)steps + 1 : 0; /* a point in a corner has no way to go */
-    struct error *err = array_reserve(&place->position, &place->capacity, place->count + *rows, 3 * sizeof *place->position);
+    struct error *err = array_reserve(&place->position, &place->capacity, place->count + *rows,
+                                      3 * sizeof *place->position);
     for (size_t i = 0; i < *rows && !err; i++)
-        vec3_store(place->position + 3 * place->count++, vec3_fma(vec3_load(start), (double)i * step, vec3_load(best)));
+        vec3_store(place->position + 3 * place->count++,
+                   vec3_fma(vec3_load(start), (double)i * step, vec3_load(best)));
     return err;
 }
 
 /* The positions of points, and behind them those of paths; path[i] the number of the path. */
-static struct error *place_all(struct place *place, int32_t **path, size_t *points, const struct stage *stage,
-                               const struct truth_settings *s,
-                               const double bounds[6], double step, int threads, struct warnings *warnings)
+static struct error *place_all(struct place *place, int32_t **path, size_t *points,
+                               const struct stage *stage, const struct truth_settings *s,
+                               const double bounds[6], double step, int threads,
+                               struct warnings *warnings)
 {
     *path = NULL;
-    struct error *err = s->points_file ? place_points(place, s->points_file, 1e9) : place_free(place, stage, s, bounds, threads, warnings);
+    struct error *err = s->points_file ? place_points(place, s->points_file, 1e9)
+                                       : place_free(place, stage, s, bounds, threads, warnings);
     if (!err && !place->count)
         err = error_new("%s: expected at least one point, got none", s->points_file);
     *points = place->count;
@@ -231,7 +261,8 @@ static struct error *place_all(struct place *place, int32_t **path, size_t *poin
         rows[0] = place->count - *points;
     }
     for (size_t i = 0; i < paths && !s->path_file && !err; i++)
-        err = place_random_path(place, stage, s, bounds, starts.position + 3 * (i % *points), i, step, &rows[i]);
+        err = place_random_path(place, stage, s, bounds, starts.position + 3 * (i % *points), i,
+                                step, &rows[i]);
     if (!err)
         err = array_create(path, place->count, sizeof **path);
     for (size_t i = 0; i < *points && !err; i++)
@@ -264,7 +295,8 @@ static struct error *trace_one(void *context, size_t index, int thread)
     struct capture_settings s = job->settings;
     for (int half = 0; half < 2; half++) {
         struct capture_probe result;
-        s.seed = (uint64_t)job->seed | (uint64_t)1 << (62 + half); /* no --seed of a capture is as large */
+        /* no --seed of a capture is as large */
+        s.seed = (uint64_t)job->seed | (uint64_t)1 << (62 + half);
         struct error *err = capture_probe(job->path_tracer, &s, p, NULL, &result);
         for (size_t k = 0; k < TRUTH_WIDTH && !err; k++)
             if (!isfinite(result.sh[k]))
@@ -321,7 +353,8 @@ static struct error *find_columns(struct truth *t)
     while (t->points < t->count && t->path[t->points] < 0)
         t->points++;
     for (size_t i = 0; i < t->count; i++)
-        if ((i >= t->points) != (t->path[i] >= 0) || isnan(t->half[0][TRUTH_WIDTH * i]) || isnan(t->half[1][TRUTH_WIDTH * i]))
+        if ((i >= t->points) != (t->path[i] >= 0) || isnan(t->half[0][TRUTH_WIDTH * i]) ||
+            isnan(t->half[1][TRUTH_WIDTH * i]))
             return error_new("row %zu: a path's row before a point's, or light that is missing", i);
     return t->points ? NULL : error_new("there are no points");
 }
@@ -332,8 +365,9 @@ static double default_step(const double bounds[6])
     return vec3_length(diagonal) / STEPS_ACROSS;
 }
 
-struct error *truth_trace(struct truth *truth, const struct stage *stage, const struct truth_settings *s, const double box[6],
-                          const char *recorded, int threads, struct progress *progress, struct warnings *warnings)
+struct error *truth_trace(struct truth *truth, const struct stage *stage,
+                          const struct truth_settings *s, const double box[6], const char *recorded,
+                          int threads, struct progress *progress, struct warnings *warnings)
 {
     *truth = (struct truth){0};
     double bounds[6];
@@ -345,7 +379,8 @@ struct error *truth_trace(struct truth *truth, const struct stage *stage, const 
     const double step = s->step_given ? s->step : default_step(bounds);
     if (!(step > 0) || !(step < (double)INFINITY))
         return error_new("the box is a point: --bounds says where to look");
-    struct error *err = place_all(&place, &path, &points, stage, s, bounds, step, threads, warnings);
+    struct error *err =
+        place_all(&place, &path, &points, stage, s, bounds, step, threads, warnings);
     if (!err)
         err = stream_create(&truth->stream);
     if (!err)
@@ -361,13 +396,18 @@ struct error *truth_trace(struct truth *truth, const struct stage *stage, const 
     if (!err)
         err = describe(&truth->stream->header, stage, s, bounds, step);
     if (!err) {
-        memcpy(column_f64(table_column(table, "position")), place.position, 3 * place.count * sizeof(double));
+        memcpy(column_f64(table_column(table, "position")), place.position,
+               3 * place.count * sizeof(double));
         memcpy(column_i32(table_column(table, "path")), path, place.count * sizeof *path);
         struct path_tracer tracer = stage->path;
         tracer.bounces = (int)bounces_of(stage, s);
         const int rays = (int)((s->rays + 1) / 2);
-        struct job job = {.path_tracer = &tracer, .tracer = stage->tracer, .position = place.position, .seed = s->seed,
-                          .progress = progress, .surface = column_f32(table_column(table, "surface")),
+        struct job job = {.path_tracer = &tracer,
+                          .tracer = stage->tracer,
+                          .position = place.position,
+                          .seed = s->seed,
+                          .progress = progress,
+                          .surface = column_f32(table_column(table, "surface")),
                           .half = {column_f32(table_column(table, "irradiance_1")),
                                    column_f32(table_column(table, "irradiance_2"))},
                           .settings = stage->capture_settings};
@@ -393,7 +433,8 @@ struct error *truth_trace(struct truth *truth, const struct stage *stage, const 
 /* -- reading ---------------------------------------------------------------------------------- */
 
 /* Comma-separated numbers of a key. */
-static struct error *get_reals(const struct stream_header *header, const char *key, int count, double *value)
+static struct error *get_reals(const struct stream_header *header, const char *key, int count,
+                               double *value)
 {
     const char *at = header_key(header, key), *text = at;
     for (int i = 0; at && i < count; i++) {
@@ -403,13 +444,17 @@ static struct error *get_reals(const struct stream_header *header, const char *k
         else if (at && (*at || i + 1 < count))
             at = NULL;
     }
-    return at ? NULL : error_new("header key %s: expected %d numbers, got '%s'", key, count, text ? text : "");
+    return at ? NULL
+              : error_new("header key %s: expected %d numbers, got '%s'", key, count,
+                          text ? text : "");
 }
 
 /* Whether the rows from `first` on are at these positions, all of them. */
-static bool same_positions(const struct truth *t, size_t first, size_t count, const struct place *place)
+static bool same_positions(const struct truth *t, size_t first, size_t count,
+                           const struct place *place)
 {
-    return place->count == count && !memcmp(t->position + 3 * first, place->position, 3 * count * sizeof(double));
+    return place->count == count &&
+           !memcmp(t->position + 3 * first, place->position, 3 * count * sizeof(double));
 }
 
 static struct error *check_positions(const struct truth *t, const struct truth_settings *s)
@@ -427,7 +472,8 @@ static struct error *check_positions(const struct truth *t, const struct truth_s
     return err;
 }
 
-static struct error *check_read(struct truth *t, const struct stage *stage, const struct truth_settings *s)
+static struct error *check_read(struct truth *t, const struct stage *stage,
+                                const struct truth_settings *s)
 {
     struct stream_header wanted = {0};
     double bounds[6];
@@ -449,7 +495,8 @@ static struct error *check_read(struct truth *t, const struct stage *stage, cons
     return err;
 }
 
-struct error *truth_read(struct truth *truth, const char *file, const struct stage *stage, const struct truth_settings *settings)
+struct error *truth_read(struct truth *truth, const char *file, const struct stage *stage,
+                         const struct truth_settings *settings)
 {
     *truth = (struct truth){0};
     struct error *err = stream_read(&truth->stream, file);
@@ -471,7 +518,8 @@ void truth_luminance(const struct truth *t, size_t i, double *mean, double *nois
 {
     double sum[TRUTH_WIDTH], difference[TRUTH_WIDTH];
     for (size_t k = 0; k < TRUTH_WIDTH; k++) {
-        const double a = (double)t->half[0][TRUTH_WIDTH * i + k], b = (double)t->half[1][TRUTH_WIDTH * i + k];
+        const double a = (double)t->half[0][TRUTH_WIDTH * i + k],
+                     b = (double)t->half[1][TRUTH_WIDTH * i + k];
         sum[k] = (a + b) / 2;
         difference[k] = (a - b) / 2;
     }

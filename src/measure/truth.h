@@ -1,21 +1,23 @@
 /* truth: the light of a scene at points that no probe stands at, path traced.
  *
- * Points are spread evenly over the free space of a box, by seed, or given; paths run through free space in small steps. At each
- * the irradiance along the directions of sphere.h is traced twice, with random numbers of their own, which no capture
- * has: T1 and T2. Their mean is the truth, half their difference has its noise, and for any s
+ * Points are spread evenly over the free space of a box, by seed, or given; paths run through free
+ * space in small steps. At each the irradiance along the directions of sphere.h is traced twice,
+ * with random numbers of their own, which no capture has: T1 and T2. Their mean is the truth, half
+ * their difference has its noise, and for any s
  *
  *     E (s - T1)(s - T2) = (s - truth)^2
  *
- * exactly, whatever the noise: so a mean square error needs no estimate of a variance. Irradiance is summed from the rays of
- * the whole sphere, each by its cosine (capture.h), so nothing is cut off.
+ * exactly, whatever the noise: so a mean square error needs no estimate of a variance. Irradiance
+ * is summed from the rays of the whole sphere, each by its cosine (capture.h), so nothing is cut
+ * off.
  *
- * It is kept as a probe stream, with the scene's key and light in its header, and serves any stream that was captured
- * in that scene and light. Table probe:
+ * It is kept as a probe stream, with the scene's key and light in its header, and serves any stream
+ * that was captured in that scene and light. Table probe:
  *
  *     position:f64:3 path:i32:1 surface:f32:1 irradiance_1:f32:96 irradiance_2:f32:96
  *
- * path: -1 for a point, else the number of a path, whose rows are its steps in order; surface: distance to the nearest one,
- * missing where there is none; irradiance_*: RGB for each direction.
+ * path: -1 for a point, else the number of a path, whose rows are its steps in order; surface:
+ * distance to the nearest one, missing where there is none; irradiance_*: RGB for each direction.
  */
 #ifndef TRUTH_H
 #define TRUTH_H
@@ -34,14 +36,16 @@ struct warnings;
 
 enum { TRUTH_WIDTH = 3 * SPHERE_COUNT };
 
-/* What is asked for. Where a truth is read instead of traced, what was not `given` is taken as it comes. */
+/* What is asked for. Where a truth is read instead of traced, what was not `given` is taken as it
+ * comes. */
 struct truth_settings {
     int64_t points, paths;
     const char *points_file, *path_file; /* instead of random ones; NULL: random */
     double bounds[6];                    /* of random points; NaN: choose */
     double step;                         /* along paths, scene units; NaN: choose */
     int64_t rays;                        /* of each point, both halves together */
-    double error;                        /* of each half, as capture_settings.error; 0: rays alone count */
+    /* of each half, as capture_settings.error; 0: rays alone count */
+    double error;
     int64_t rays_most;
     int64_t bounces; /* -1: the stream's */
     int64_t seed;
@@ -63,18 +67,23 @@ struct truth {
 };
 
 /* Traces. box: of the probes, for scenes whose own has no volume. recorded: the command line. */
-struct error *truth_trace(struct truth *truth, const struct stage *stage, const struct truth_settings *settings, const double box[6],
-                          const char *recorded, int threads, struct progress *progress, struct warnings *warnings);
+struct error *truth_trace(struct truth *truth, const struct stage *stage,
+                          const struct truth_settings *settings, const double box[6],
+                          const char *recorded, int threads, struct progress *progress,
+                          struct warnings *warnings);
 
-/* Reads what truth_trace made. Errors: it is of another scene or light, or not what the settings ask for (says which). */
-struct error *truth_read(struct truth *truth, const char *file, const struct stage *stage, const struct truth_settings *settings);
+/* Reads what truth_trace made. Errors: it is of another scene or light, or not what the settings
+ * ask for (says which). */
+struct error *truth_read(struct truth *truth, const char *file, const struct stage *stage,
+                         const struct truth_settings *settings);
 
 void truth_clear(struct truth *truth);
 
 /* How many points truth_trace will trace at the most, for progress. */
 size_t truth_size(const struct truth_settings *settings);
 
-/* Luminance of row i's irradiance: the mean of both halves, and half their difference. Either may be NULL. */
+/* Luminance of row i's irradiance: the mean of both halves, and half their difference. Either may
+ * be NULL. */
 void truth_luminance(const struct truth *truth, size_t i, double *mean, double *noise);
 
 #endif

@@ -22,18 +22,21 @@ static void add_probe(const struct baked *baked, int32_t probe, double factor, d
 {
     const float *c = baked->sh + baked->width * (size_t)probe;
     for (int i = 0; i < baked->order * baked->order; i++)
-        luminance[i] += factor * (0.2126 * (double)c[3 * i] + 0.7152 * (double)c[3 * i + 1] + 0.0722 * (double)c[3 * i + 2]);
+        luminance[i] += factor * (0.2126 * (double)c[3 * i] + 0.7152 * (double)c[3 * i + 1] +
+                                  0.0722 * (double)c[3 * i + 2]);
 }
 
-void unseen_at(const struct tracer *tracer, const struct baked *baked, const struct sphere_basis *basis, const double p[3],
-               const struct probe_place *at, struct unseen *unseen)
+void unseen_at(const struct tracer *tracer, const struct baked *baked,
+               const struct sphere_basis *basis, const double p[3], const struct probe_place *at,
+               struct unseen *unseen)
 {
     double visible[4], seen = 0, leak[SH_COUNT_MAX] = {0};
     *unseen = (struct unseen){0};
     for (int i = 0; i < 4; i++) {
         if (!(at->weight[i] > 0))
             continue;
-        visible[i] = (double)trace_visibility(tracer, p, baked->position + 3 * (size_t)at->probe[i]);
+        visible[i] =
+            (double)trace_visibility(tracer, p, baked->position + 3 * (size_t)at->probe[i]);
         const double brightness = baked_brightness(baked, at->probe[i]);
         seen += at->weight[i] * visible[i];
         unseen->weight += at->weight[i] * (1 - visible[i]);
@@ -71,8 +74,8 @@ static struct vec3 corner(const struct baked *b, size_t cell, size_t i)
     return vec3_load(b->position + 3 * (size_t)b->mesh.vertex[4 * cell + i]);
 }
 
-/* The i-th point of a cell: evenly spread, by the gaps between three sorted numbers (Devroye, "Non-uniform random variate
- * generation", 1986, ch. V, theorem 2.1). */
+/* The i-th point of a cell: evenly spread, by the gaps between three sorted numbers (Devroye,
+ * "Non-uniform random variate generation", 1986, ch. V, theorem 2.1). */
 static void point_in_cell(const struct job *job, size_t cell, int i, double p[3])
 {
     struct random r = random_start(job->seed, FOR_CELL | cell, (uint32_t)i);
@@ -107,15 +110,19 @@ static struct error *look_from_cell(void *context, size_t cell, int thread)
         double square[SPHERE_COUNT];
         for (int d = 0; d < SPHERE_COUNT; d++)
             square[d] = u.leak[d] * u.leak[d];
-        *s = (struct sample){.weight = (float)u.weight, .light = (float)u.light, .bright = (float)u.bright,
-                             .leak_square = (float)sphere_mean(square), .leak_mean = (float)sphere_mean(u.leak), .blind = u.blind,
+        *s = (struct sample){.weight = (float)u.weight,
+                             .light = (float)u.light,
+                             .bright = (float)u.bright,
+                             .leak_square = (float)sphere_mean(square),
+                             .leak_mean = (float)sphere_mean(u.leak),
+                             .blind = u.blind,
                              .free = !u.blind};
     }
     return NULL;
 }
 
-/* Finds out which of the blind points are free. As many that see are asked with them: place_inside judges the scene's faces by
- * what all see. */
+/* Finds out which of the blind points are free. As many that see are asked with them: place_inside
+ * judges the scene's faces by what all see. */
 static struct error *judge_blind(const struct job *job, size_t count, int threads)
 {
     struct place place = {0};
@@ -138,7 +145,8 @@ static struct error *judge_blind(const struct job *job, size_t count, int thread
             if (job->sample[i].blind == (turn == 0))
                 index[asked++] = i;
     for (size_t k = 0; k < asked && !err; k++)
-        point_in_cell(job, index[k] / (size_t)job->samples, (int)(index[k] % (size_t)job->samples), place.position + 3 * k);
+        point_in_cell(job, index[k] / (size_t)job->samples, (int)(index[k] % (size_t)job->samples),
+                      place.position + 3 * k);
     place.count = asked;
     if (!err)
         err = place_inside(&place, job->tracer, &settings, inside, NULL);
@@ -153,11 +161,14 @@ static struct error *judge_blind(const struct job *job, size_t count, int thread
 static double volume_of(const struct baked *b, size_t cell)
 {
     const struct vec3 p = corner(b, cell, 0);
-    return fabs(vec3_dot(vec3_sub(corner(b, cell, 1), p),
-                         vec3_cross(vec3_sub(corner(b, cell, 2), p), vec3_sub(corner(b, cell, 3), p)))) / 6;
+    return fabs(vec3_dot(
+               vec3_sub(corner(b, cell, 1), p),
+               vec3_cross(vec3_sub(corner(b, cell, 2), p), vec3_sub(corner(b, cell, 3), p)))) /
+           6;
 }
 
-/* The ratio of two means over free space, by volume, with its interval. which: 0 weight over 1, 1 light over bright. */
+/* The ratio of two means over free space, by volume, with its interval. which: 0 weight over 1, 1
+ * light over bright. */
 static struct estimate ratio(const struct job *job, int which)
 {
     const size_t n = (size_t)job->samples;
@@ -177,11 +188,15 @@ static struct estimate ratio(const struct job *job, int which)
                 below += turn ? 0 : volume * x / (double)n;
             }
             if (turn)
-                variance += volume * volume * fmax(square - sum * sum / (double)n, 0) / (double)(n - 1) / (double)n;
+                variance += volume * volume * fmax(square - sum * sum / (double)n, 0) /
+                            (double)(n - 1) / (double)n;
         }
     }
-    const double value = below > 0 ? above / below : 0, error = below > 0 ? sqrt(variance) / below : 0;
-    return (struct estimate){.value = value, .low = fmax(value - 1.96 * error, 0), .high = fmin(value + 1.96 * error, 1)};
+    const double value = below > 0 ? above / below : 0,
+                 error = below > 0 ? sqrt(variance) / below : 0;
+    return (struct estimate){.value = value,
+                             .low = fmax(value - 1.96 * error, 0),
+                             .high = fmin(value + 1.96 * error, 1)};
 }
 
 static void sum_up(const struct job *job, struct unseen_cells *cells)
@@ -227,13 +242,18 @@ static struct error *check_light(const struct baked *b)
     return NULL;
 }
 
-struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer, const struct baked *baked, int samples,
-                           uint64_t seed, int threads)
+struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer,
+                           const struct baked *baked, int samples, uint64_t seed, int threads)
 {
-    struct job job = {.tracer = tracer, .baked = baked, .samples = samples, .seed = seed,
+    struct job job = {.tracer = tracer,
+                      .baked = baked,
+                      .samples = samples,
+                      .seed = seed,
                       .basis = sphere_basis_make(baked->order, baked->convolved)};
     *cells = (struct unseen_cells){0};
-    struct error *err = baked->mesh.corners == 4 ? check_light(baked) : error_new("leaks are measured of tetrahedra alone");
+    struct error *err = baked->mesh.corners == 4
+                            ? check_light(baked)
+                            : error_new("leaks are measured of tetrahedra alone");
     if (!err)
         err = array_create(&job.sample, baked->mesh.cells * (size_t)samples, sizeof *job.sample);
     if (!err)
@@ -287,6 +307,7 @@ struct error *unseen_report(struct report *report, const struct unseen_cells *ce
     if (!err)
         err = report_add_number(report, "leak_worst_cell", "all", (double)cells->worst_cell);
     if (!err)
-        err = report_add_number(report, "leak_worst", "all", (double)cells->cell_weight[cells->worst_cell]);
+        err = report_add_number(report, "leak_worst", "all",
+                                (double)cells->cell_weight[cells->worst_cell]);
     return err;
 }

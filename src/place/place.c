@@ -31,7 +31,8 @@ static struct error *check_count(double count, double most)
 static struct error *append(struct place *place, const double p[3])
 {
     size_t room = place->capacity;
-    struct error *err = array_reserve(&place->position, &room, place->count + 1, 3 * sizeof *place->position);
+    struct error *err =
+        array_reserve(&place->position, &room, place->count + 1, 3 * sizeof *place->position);
     if (err)
         return err;
     place->capacity = room;
@@ -49,7 +50,8 @@ void place_grid_nodes(const struct place_grid *grid, double nodes[3])
 
 static double node_count(const double min[3], const double max[3], double spacing)
 {
-    const struct place_grid grid = {.min = {min[0], min[1], min[2]}, .max = {max[0], max[1], max[2]},
+    const struct place_grid grid = {.min = {min[0], min[1], min[2]},
+                                    .max = {max[0], max[1], max[2]},
                                     .spacing = {spacing, spacing, spacing}};
     double nodes[3];
     place_grid_nodes(&grid, nodes);
@@ -81,7 +83,8 @@ struct error *place_grid(struct place *place, const struct place_grid *grid, dou
     for (double z = 0; z < nodes[2] && !err; z++)
         for (double y = 0; y < nodes[1] && !err; y++)
             for (double x = 0; x < nodes[0] && !err; x++)
-                err = append(place, (const double[3]){start[0] + x * grid->spacing[0], start[1] + y * grid->spacing[1],
+                err = append(place, (const double[3]){start[0] + x * grid->spacing[0],
+                                                      start[1] + y * grid->spacing[1],
                                                       start[2] + z * grid->spacing[2]});
     return err;
 }
@@ -121,7 +124,8 @@ struct error *place_path(struct place *place, const char *path, double step, dou
         if (err || i + 1 == vertices.count)
             break;
         const struct vec3 way = vec3_sub(vec3_load(vertices.position + 3 * (i + 1)), a);
-        const double parts = ceil(vec3_length(way) / step * (1 - 1e-12)); /* none longer than the step */
+        /* none longer than the step */
+        const double parts = ceil(vec3_length(way) / step * (1 - 1e-12));
         err = check_count((double)place->count + parts, most);
         for (double n = 1; n < parts && !err; n++) {
             double p[3];
@@ -135,7 +139,8 @@ struct error *place_path(struct place *place, const char *path, double step, dou
 
 /* -- vertices --------------------------------------------------------------------------------- */
 
-struct error *place_vertices(struct place *place, const struct scene *scene, double offset, double crease, double most)
+struct error *place_vertices(struct place *place, const struct scene *scene, double offset,
+                             double crease, double most)
 {
     struct vertices vertices = {0};
     struct error *err = vertices_find(scene, crease, &vertices);
@@ -165,7 +170,8 @@ struct box {
     double low[3], high[3];
 };
 
-static void box_of_pieces(const struct scene *scene, const struct scene_solids *solids, struct box *box)
+static void box_of_pieces(const struct scene *scene, const struct scene_solids *solids,
+                          struct box *box)
 {
     for (size_t i = 0; i < solids->count; i++)
         box[i] = (struct box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -177,7 +183,8 @@ static void box_of_pieces(const struct scene *scene, const struct scene_solids *
             for (size_t c = 0; c < 3; c++) {
                 const double *p = mesh->position + 3 * (size_t)mesh->index[3 * t + c];
                 for (int k = 0; k < 3; k++) {
-                    const double x = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
+                    const double x = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] +
+                                     m[4 * k + 3];
                     b->low[k] = fmin(b->low[k], x);
                     b->high[k] = fmax(b->high[k], x);
                 }
@@ -208,7 +215,8 @@ static bool holds_box(const struct box *outer, const struct box *inner)
     return well_within(outer, centre);
 }
 
-static bool is_room(const struct scene *scene, const struct scene_solids *solids, const struct box *box, size_t piece)
+static bool is_room(const struct scene *scene, const struct scene_solids *solids,
+                    const struct box *box, size_t piece)
 {
     for (size_t i = 0; i < solids->count; i++)
         if (i != piece && holds_box(&box[piece], &box[i]))
@@ -235,7 +243,8 @@ static int compare_sizes(const void *a, const void *b)
     return x->piece < y->piece ? -1 : 1;
 }
 
-static struct error *judge_pieces(const struct scene *scene, const struct scene_solids *solids, enum piece *kind)
+static struct error *judge_pieces(const struct scene *scene, const struct scene_solids *solids,
+                                  enum piece *kind)
 {
     enum { ROOMS_LOOKED_FOR = 256 }; /* among the largest pieces: a room is no small one */
     struct box *box = NULL;
@@ -247,7 +256,9 @@ static struct error *judge_pieces(const struct scene *scene, const struct scene_
         box_of_pieces(scene, solids, box);
         size_t closed = 0;
         for (size_t i = 0; i < solids->count; i++) {
-            kind[i] = !solids->closed[i] ? PIECE_OPEN : solids->volume[i] > 0 ? PIECE_SOLID : PIECE_ROOM;
+            kind[i] = !solids->closed[i]      ? PIECE_OPEN
+                      : solids->volume[i] > 0 ? PIECE_SOLID
+                                              : PIECE_ROOM;
             if (kind[i] == PIECE_SOLID)
                 order[closed++] = (struct by_size){solids->volume[i], i};
         }
@@ -278,7 +289,8 @@ struct look_job {
 /* Directions of a spherical Fibonacci lattice (Marques et al. 2013). */
 static void lattice_direction(int i, int count, double d[3])
 {
-    const double golden = 0.61803398874989484820, turn = (i * golden - floor(i * golden)) * 2 * ANGLE_PI;
+    const double golden = 0.61803398874989484820,
+                 turn = (i * golden - floor(i * golden)) * 2 * ANGLE_PI;
     const double z = 1 - (2 * i + 1.0) / count, r = sqrt(1 - z * z);
     d[0] = r * angle_cos(turn);
     d[1] = r * angle_sin(turn);
@@ -292,10 +304,12 @@ static struct error *look_around(void *context, size_t index, int thread)
     for (int i = 0; i < job->settings->rays; i++) {
         double d[3];
         lattice_direction(i, job->settings->rays, d);
-        const struct trace_hit hit = trace_nearest(job->tracer, job->place->position + 3 * index, d, INFINITY);
+        const struct trace_hit hit =
+            trace_nearest(job->tracer, job->place->position + 3 * index, d, INFINITY);
         if (!hit.hit || hit.front)
             continue;
-        const enum piece kind = job->kind[job->solids->piece_of[job->solids->offset[hit.instance] + hit.triangle]];
+        const enum piece kind =
+            job->kind[job->solids->piece_of[job->solids->offset[hit.instance] + hit.triangle]];
         job->look[index].solid += kind == PIECE_SOLID;
         job->look[index].open += kind == PIECE_OPEN;
     }
@@ -307,34 +321,42 @@ struct place_inside_settings place_inside_default(void)
     return (struct place_inside_settings){.rays = 64, .backface_share = 0.9, .threads = 1};
 }
 
-/* Where more of the positions than this see back faces of open pieces, the faces are not oriented: even a level that is hewn
- * out of rock has more air than that. */
+/* Where more of the positions than this see back faces of open pieces, the faces are not oriented:
+ * even a level that is hewn out of rock has more air than that. */
 #define ORIENTED_SHARE 0.95
 
-static void judge_positions(const struct place *place, const struct place_inside_settings *settings, const struct look *look,
-                            bool *inside, struct warnings *warnings)
+static void judge_positions(const struct place *place, const struct place_inside_settings *settings,
+                            const struct look *look, bool *inside, struct warnings *warnings)
 {
     size_t by_open = 0;
     for (size_t i = 0; i < place->count; i++) {
-        inside[i] = 4 * look[i].solid > settings->rays; /* half of them, from a position on a solid's surface */
-        by_open += !inside[i] && look[i].solid + look[i].open > settings->backface_share * settings->rays;
+        /* half of them, from a position on a solid's surface */
+        inside[i] = 4 * look[i].solid > settings->rays;
+        by_open += !inside[i] &&
+                   look[i].solid + look[i].open > settings->backface_share * settings->rays;
     }
     if ((double)by_open > ORIENTED_SHARE * (double)place->count) {
-        warnings_add(warnings, "orientation", "%zu of %zu probes see back faces nearly everywhere: the scene's faces are not "
-                     "oriented, and only closed solids are recognised", by_open, place->count);
+        warnings_add(
+            warnings, "orientation",
+            "%zu of %zu probes see back faces nearly everywhere: the scene's faces are not "
+            "oriented, and only closed solids are recognised",
+            by_open, place->count);
         return;
     }
     for (size_t i = 0; i < place->count; i++)
-        inside[i] = inside[i] || look[i].solid + look[i].open > settings->backface_share * settings->rays;
+        inside[i] = inside[i] ||
+                    look[i].solid + look[i].open > settings->backface_share * settings->rays;
 }
 
-struct error *place_inside(const struct place *place, const struct tracer *tracer, const struct place_inside_settings *settings,
-                           bool *inside, struct warnings *warnings)
+struct error *place_inside(const struct place *place, const struct tracer *tracer,
+                           const struct place_inside_settings *settings, bool *inside,
+                           struct warnings *warnings)
 {
     const struct scene *scene = trace_scene(tracer);
     struct scene_solids solids = {0};
     enum piece *kind = NULL;
-    struct look_job job = {.place = place, .tracer = tracer, .settings = settings, .solids = &solids};
+    struct look_job job = {
+        .place = place, .tracer = tracer, .settings = settings, .solids = &solids};
     struct error *err = scene_solids(scene, &solids, warnings);
     if (!err)
         err = array_create(&kind, solids.count, sizeof *kind);

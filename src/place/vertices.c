@@ -17,7 +17,8 @@ struct corner {
 
 static struct vec3 place_point(const double *m, const double *p)
 {
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
+    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
+                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
                          m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
 }
 
@@ -33,12 +34,13 @@ static double angle_between(struct vec3 a, struct vec3 b)
 }
 
 /* The three corners of a triangle; returns false where it has no area in the scene. */
-static bool make_corners(const struct scene_mesh *mesh, const struct scene_instance *instance, size_t triangle,
-                         struct corner corner[3])
+static bool make_corners(const struct scene_mesh *mesh, const struct scene_instance *instance,
+                         size_t triangle, struct corner corner[3])
 {
     struct vec3 p[3];
     for (size_t c = 0; c < 3; c++)
-        p[c] = place_point(instance->transform, mesh->position + 3 * (size_t)mesh->index[3 * triangle + c]);
+        p[c] = place_point(instance->transform,
+                           mesh->position + 3 * (size_t)mesh->index[3 * triangle + c]);
     struct vec3 normal = vec3_normalize(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
     if (!(vec3_length(normal) > 0))
         return false;
@@ -46,7 +48,8 @@ static bool make_corners(const struct scene_mesh *mesh, const struct scene_insta
         normal = vec3_scale(-1, normal);
     for (size_t c = 0; c < 3; c++) {
         const struct vec3 a = vec3_sub(p[(c + 1) % 3], p[c]), b = vec3_sub(p[(c + 2) % 3], p[c]);
-        corner[c] = (struct corner){.position = p[c], .normal = normal, .angle = angle_between(a, b)};
+        corner[c] =
+            (struct corner){.position = p[c], .normal = normal, .angle = angle_between(a, b)};
     }
     return true;
 }
@@ -123,19 +126,22 @@ static struct vertex make_vertex(const struct corner *corner, size_t count)
         sum = vec3_fma(sum, corner[i].angle, corner[i].normal);
         vertex.corner = corner[i].number < vertex.corner ? corner[i].number : vertex.corner;
     }
-    const double least = 1e-9; /* radians: what is left of normals that cancel each other, around a pinched tube */
+    /* radians: what is left of normals that cancel each other, around a pinched tube */
+    const double least = 1e-9;
     vec3_store(vertex.position, corner->position);
     vec3_store(vertex.normal, vec3_length(sum) > least ? vec3_normalize(sum) : corner->normal);
     return vertex;
 }
 
 /* The vertices of corners at one place. */
-static struct error *split_place(struct corner *corner, size_t count, double cosine, struct vertices *vertices)
+static struct error *split_place(struct corner *corner, size_t count, double cosine,
+                                 struct vertices *vertices)
 {
     struct error *err = NULL;
     while (count && !err) {
         const size_t group = gather_group(corner, count, cosine);
-        err = array_reserve(&vertices->list, &vertices->capacity, vertices->count + 1, sizeof *vertices->list);
+        err = array_reserve(&vertices->list, &vertices->capacity, vertices->count + 1,
+                            sizeof *vertices->list);
         if (!err)
             vertices->list[vertices->count++] = make_vertex(corner, group);
         corner += group;

@@ -1,13 +1,15 @@
 /* vertices: the points of a scene's surface at which faces meet, each with its normal.
  *
- * Corners of triangles that stand at one place are welded, across meshes and instances, as long as their faces agree: two
- * corners whose faces turn no more than the crease belong together, and so does what is connected by such pairs. So each place
- * has one vertex for each smooth group of faces around it: one on a sphere, three at a cube's corner, two where a sheet is
- * modelled on both sides.
+ * Corners of triangles that stand at one place are welded, across meshes and instances, as long as
+ * their faces agree: two corners whose faces turn no more than the crease belong together, and so
+ * does what is connected by such pairs. So each place has one vertex for each smooth group of faces
+ * around it: one on a sphere, three at a cube's corner, two where a sheet is modelled on both
+ * sides.
  *
- * The normal of a vertex is the mean of its faces' normals, weighted with the angle that each face has there, so it depends on
- * the surface and not on how that is cut into triangles. Based on: Thuermer and Wuethrich, "Computing vertex normals from
- * polygonal facets", Journal of Graphics Tools 3(1), 1998.
+ * The normal of a vertex is the mean of its faces' normals, weighted with the angle that each face
+ * has there, so it depends on the surface and not on how that is cut into triangles. Based on:
+ * Thuermer and Wuethrich, "Computing vertex normals from polygonal facets", Journal of Graphics
+ * Tools 3(1), 1998.
  */
 #ifndef VERTICES_H
 #define VERTICES_H
@@ -18,8 +20,10 @@ struct error;
 struct scene;
 
 struct vertex {
-    double position[3], normal[3]; /* of the scene; normal: unit, outward where faces are counter-clockwise */
-    size_t corner;                 /* the first of its corners, counted over instances, triangles and their corners */
+    /* of the scene; normal: unit, outward where faces are counter-clockwise */
+    double position[3], normal[3];
+    /* the first of its corners, counted over instances, triangles and their corners */
+    size_t corner;
 };
 
 struct vertices {

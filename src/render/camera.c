@@ -6,18 +6,23 @@
 static struct vec3 unit(struct vec3 a)
 {
     const double most = fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
-    return most > 0 && most < INFINITY ? vec3_normalize((struct vec3){a.x / most, a.y / most, a.z / most}) : (struct vec3){0};
+    return most > 0 && most < INFINITY
+               ? vec3_normalize((struct vec3){a.x / most, a.y / most, a.z / most})
+               : (struct vec3){0};
 }
 
-struct error *camera_create(struct camera *c, struct vec3 eye, struct vec3 look_at, struct vec3 up, double fov, size_t width,
-                            size_t height)
+struct error *camera_create(struct camera *c, struct vec3 eye, struct vec3 look_at, struct vec3 up,
+                            double fov, size_t width, size_t height)
 {
-    *c = (struct camera){.eye = eye, .forward = unit(vec3_sub(look_at, eye)), .width = width, .height = height};
+    *c = (struct camera){
+        .eye = eye, .forward = unit(vec3_sub(look_at, eye)), .width = width, .height = height};
     if (!(vec3_length(c->forward) > 0))
-        return error_usage("expected --look-at other than --eye, got (%g, %g, %g) for both", eye.x, eye.y, eye.z);
+        return error_usage("expected --look-at other than --eye, got (%g, %g, %g) for both", eye.x,
+                           eye.y, eye.z);
     const struct vec3 across = vec3_cross(c->forward, unit(up));
     if (!(vec3_length(across) > 1e-6))
-        return error_usage("expected --up across the view, got (%g, %g, %g) along it", up.x, up.y, up.z);
+        return error_usage("expected --up across the view, got (%g, %g, %g) along it", up.x, up.y,
+                           up.z);
     if (!(fov > 0 && fov < 180))
         return error_usage("expected --fov above 0 and below 180 degrees, got %g", fov);
     c->right = vec3_normalize(across);
@@ -30,7 +35,8 @@ struct error *camera_create(struct camera *c, struct vec3 eye, struct vec3 look_
 
 struct vec3 camera_direction(const struct camera *c, double x, double y)
 {
-    const double right = (2 * x / (double)c->width - 1) * c->half_width, up = (1 - 2 * y / (double)c->height) * c->half_height;
+    const double right = (2 * x / (double)c->width - 1) * c->half_width,
+                 up = (1 - 2 * y / (double)c->height) * c->half_height;
     return vec3_normalize(vec3_fma(vec3_fma(c->forward, right, c->right), up, c->up));
 }
 

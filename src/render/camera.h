@@ -1,7 +1,7 @@
 /* camera: a pinhole, where its rays go and where a point falls on the picture.
  *
- * Pixel coordinates run from (0, 0), the left upper corner of the picture, to (width, height); the middle of the first
- * pixel is (0.5, 0.5). World coordinates.
+ * Pixel coordinates run from (0, 0), the left upper corner of the picture, to (width, height); the
+ * middle of the first pixel is (0.5, 0.5). World coordinates.
  */
 #ifndef CAMERA_H
 #define CAMERA_H
@@ -20,15 +20,16 @@ struct camera {
     size_t width, height;           /* pixels */
 };
 
-/* fov: the whole vertical angle, degrees, above 0 and below 180. Errors: nothing to look at (look_at is eye), up along the
- * view. */
-struct error *camera_create(struct camera *camera, struct vec3 eye, struct vec3 look_at, struct vec3 up, double fov, size_t width,
-                            size_t height);
+/* fov: the whole vertical angle, degrees, above 0 and below 180. Errors: nothing to look at
+ * (look_at is eye), up along the view. */
+struct error *camera_create(struct camera *camera, struct vec3 eye, struct vec3 look_at,
+                            struct vec3 up, double fov, size_t width, size_t height);
 
 /* The unit direction through a point of the picture. */
 struct vec3 camera_direction(const struct camera *camera, double x, double y);
 
 /* Where p falls, and how far it is along the view; false where it is not before the eye. */
-bool camera_project(const struct camera *camera, struct vec3 p, double *x, double *y, double *depth);
+bool camera_project(const struct camera *camera, struct vec3 p, double *x, double *y,
+                    double *depth);
 
 #endif

@@ -26,7 +26,8 @@ struct error *film_write(const struct shot *shot, const char *output, const char
 {
     struct error *err = NULL;
     if (output)
-        err = is_pfm(output) ? picture_write(&shot->linear, output, false) : picture_write(&shot->shown, output, true);
+        err = is_pfm(output) ? picture_write(&shot->linear, output, false)
+                             : picture_write(&shot->shown, output, true);
     if (!err && pfm)
         err = picture_write(&shot->linear, pfm, false);
     return err;
@@ -34,7 +35,9 @@ struct error *film_write(const struct shot *shot, const char *output, const char
 
 static struct error *print(FILE *out, const char *frame, const char *name, double value)
 {
-    return isnan(value) || fprintf(out, "%s%s %.6g\n", frame ? frame : "", name, value) >= 0 ? NULL : error_system(errno, "stdout");
+    return isnan(value) || fprintf(out, "%s%s %.6g\n", frame ? frame : "", name, value) >= 0
+               ? NULL
+               : error_system(errno, "stdout");
 }
 
 struct error *film_print(const struct shot *shot, const char *output, const char *frame)
@@ -59,8 +62,10 @@ struct error *film_print(const struct shot *shot, const char *output, const char
     return err || !fflush(out) ? err : error_system(errno, "stdout");
 }
 
-/* "frame-%04d.png": where the %d is, and how many digits; false: there is none. Another % than one such is an error. */
-static struct error *find_number(const char *path, const char **start, const char **end, int *digits)
+/* "frame-%04d.png": where the %d is, and how many digits; false: there is none. Another % than one
+ * such is an error. */
+static struct error *find_number(const char *path, const char **start, const char **end,
+                                 int *digits)
 {
     const char *percent = path ? strchr(path, '%') : NULL;
     *start = NULL;
@@ -109,7 +114,8 @@ static struct error *write_frame(const struct film *film, const struct shot *sho
 
 /* -- shots ------------------------------------------------------------------------------------- */
 
-static struct error *take_overlay(const struct film *film, const struct render *render, struct overlay *overlay)
+static struct error *take_overlay(const struct film *film, const struct render *render,
+                                  struct overlay *overlay)
 {
     if (!(film->overlay.probe_radius > 0) && !film->overlay.cells)
         return NULL;
@@ -117,8 +123,8 @@ static struct error *take_overlay(const struct film *film, const struct render *
 }
 
 /* One shot of the scene as it stands; object: what moves in it, or NULL. */
-static struct error *take_shot(const struct film *film, const struct render_object *object, double exposure,
-                               struct progress *progress, struct shot *shot)
+static struct error *take_shot(const struct film *film, const struct render_object *object,
+                               double exposure, struct progress *progress, struct shot *shot)
 {
     struct tracer *tracer = NULL;
     struct path_tracer path = {0};
@@ -145,7 +151,8 @@ static struct error *take_shot(const struct film *film, const struct render_obje
 
 /* -- a path ------------------------------------------------------------------------------------ */
 
-static struct error *read_path(const char *path, const struct scene *scene, double **point, size_t *count)
+static struct error *read_path(const char *path, const struct scene *scene, double **point,
+                               size_t *count)
 {
     struct points *points = NULL;
     const struct vec3 centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
@@ -162,7 +169,9 @@ static struct error *read_path(const char *path, const struct scene *scene, doub
         for (size_t i = 0; i < got && !err; i++, ++*count) {
             memcpy(*point + 3 * *count, block + i * width, 3 * sizeof **point);
             if (!(vec3_length(vec3_sub(vec3_load(block + i * width), centre)) <= reach))
-                err = points_place(points, i, error_new("the point is farther out than 1e6 times the scene's size"));
+                err = points_place(
+                    points, i,
+                    error_new("the point is farther out than 1e6 times the scene's size"));
         }
     }
     points_close(points);
@@ -175,27 +184,34 @@ struct sheet {
     struct shot whole;
 };
 
-static struct error *sheet_add(struct sheet *sheet, size_t frame, size_t count, const struct shot *shot)
+static struct error *sheet_add(struct sheet *sheet, size_t frame, size_t count,
+                               const struct shot *shot)
 {
     struct error *err = NULL;
     if (!frame) {
         while (sheet->across * sheet->across < count)
             sheet->across++;
         sheet->down = (count + sheet->across - 1) / sheet->across;
-        err = picture_create(&sheet->whole.shown, sheet->across * shot->shown.width, sheet->down * shot->shown.height);
+        err = picture_create(&sheet->whole.shown, sheet->across * shot->shown.width,
+                             sheet->down * shot->shown.height);
         if (!err)
-            err = picture_create(&sheet->whole.linear, sheet->across * shot->shown.width, sheet->down * shot->shown.height);
+            err = picture_create(&sheet->whole.linear, sheet->across * shot->shown.width,
+                                 sheet->down * shot->shown.height);
         if (err)
-            return error_wrap(err, "the sheet of %zu frames (%%d in the output's name makes a file of each)", count);
+            return error_wrap(
+                err, "the sheet of %zu frames (%%d in the output's name makes a file of each)",
+                count);
     }
-    const size_t x = frame % sheet->across * shot->shown.width, y = frame / sheet->across * shot->shown.height;
+    const size_t x = frame % sheet->across * shot->shown.width,
+                 y = frame / sheet->across * shot->shown.height;
     picture_paste(&sheet->whole.shown, x, y, &shot->shown);
     picture_paste(&sheet->whole.linear, x, y, &shot->linear);
     return NULL;
 }
 
-static struct error *take_frames(const struct film *film, const double *point, size_t count, const struct object *object,
-                                 bool numbered, struct progress *progress)
+static struct error *take_frames(const struct film *film, const double *point, size_t count,
+                                 const struct object *object, bool numbered,
+                                 struct progress *progress)
 {
     struct sheet sheet = {.across = 1};
     double exposure = film->shot->exposure; /* the first frame's holds for all */
@@ -212,7 +228,8 @@ static struct error *take_frames(const struct film *film, const double *point, s
             annotate_text(&shot.shown, annotate_height(&shot.shown) / 2,
                           (double)shot.shown.height - 2 * annotate_height(&shot.shown), name);
         if (!err)
-            err = numbered ? write_frame(film, &shot, frame) : sheet_add(&sheet, frame, count, &shot);
+            err = numbered ? write_frame(film, &shot, frame)
+                           : sheet_add(&sheet, frame, count, &shot);
         if (!err)
             err = film_print(&shot, film->output, count > 1 ? name : NULL);
         exposure = shot.exposure;
@@ -273,7 +290,8 @@ static struct error *take_path(const struct film *film, struct warnings *warning
         err = object_create(&object, film->scene, film->object, film->object_radius, warnings);
     if (!err) {
         struct progress *progress = progress_start(film->progress, film->program, "tiles",
-                                                   count * render_tiles(film->render->camera) * (size_t)shot_pictures(film->shot));
+                                                   count * render_tiles(film->render->camera) *
+                                                       (size_t)shot_pictures(film->shot));
         err = take_frames(film, point, count, &object, numbered, progress);
         progress_end(progress);
     }

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVELS = 5 }; /* of a sphere: 20 * 4^LEVELS triangles, whose normals are within a degree of its own */
+/* of a sphere: 20 * 4^LEVELS triangles, whose normals are within a degree of its own */
+enum { LEVELS = 5 };
 
 /* -- a sphere ---------------------------------------------------------------------------------- */
 
@@ -30,7 +31,7 @@ static void split(struct sphere *s, struct vec3 a, struct vec3 b, struct vec3 c,
         return;
     }
     const struct vec3 ab = vec3_normalize(vec3_add(a, b)), bc = vec3_normalize(vec3_add(b, c)),
-        ca = vec3_normalize(vec3_add(c, a));
+                      ca = vec3_normalize(vec3_add(c, a));
     split(s, a, ab, ca, levels - 1);
     split(s, ab, b, bc, levels - 1);
     split(s, ca, bc, c, levels - 1);
@@ -48,7 +49,8 @@ static struct error *add_sphere(struct scene *scene)
     if (!err)
         err = array_create(&s.index, 3 * triangles, sizeof *s.index);
     for (int i = 0; i < 8 && !err; i++) {
-        const struct vec3 x = {i & 1 ? -1 : 1, 0, 0}, y = {0, i & 2 ? -1 : 1, 0}, z = {0, 0, i & 4 ? -1 : 1};
+        const struct vec3 x = {i & 1 ? -1 : 1, 0, 0}, y = {0, i & 2 ? -1 : 1, 0},
+                          z = {0, 0, i & 4 ? -1 : 1};
         const bool turned = (i ^ i >> 1 ^ i >> 2) & 1;
         split(&s, x, turned ? z : y, turned ? y : z, LEVELS);
     }
@@ -67,10 +69,12 @@ static void shift_map(struct scene_map *map, size_t textures)
         map->texture += (int32_t)textures;
 }
 
-/* Moves what `from` holds, but its lights, to the end of `to`. What was moved is emptied, so that both can be destroyed. */
+/* Moves what `from` holds, but its lights, to the end of `to`. What was moved is emptied, so that
+ * both can be destroyed. */
 static struct error *move_over(struct scene *to, struct scene *from)
 {
-    const size_t textures = to->texture_count, materials = to->material_count, meshes = to->mesh_count;
+    const size_t textures = to->texture_count, materials = to->material_count,
+                 meshes = to->mesh_count;
     struct error *err = NULL;
     for (size_t i = 0; i < from->texture_count && !err; i++) {
         err = scene_push_texture(to, from->textures[i], NULL);
@@ -92,12 +96,13 @@ static struct error *move_over(struct scene *to, struct scene *from)
         err = scene_push_mesh(to, mesh, NULL);
     }
     for (size_t i = 0; i < from->instance_count && !err; i++)
-        err = scene_push_instance(to, meshes + from->instances[i].mesh, from->instances[i].transform);
+        err =
+            scene_push_instance(to, meshes + from->instances[i].mesh, from->instances[i].transform);
     return err;
 }
 
-static struct error *add_file(struct scene *scene, const char *path, struct vec3 *centre, double *radius,
-                              struct warnings *warnings)
+static struct error *add_file(struct scene *scene, const char *path, struct vec3 *centre,
+                              double *radius, struct warnings *warnings)
 {
     const struct scene_settings settings = scene_settings_default();
     struct scene *mesh = NULL;
@@ -113,12 +118,18 @@ static struct error *add_file(struct scene *scene, const char *path, struct vec3
 
 /* -- the object -------------------------------------------------------------------------------- */
 
-struct error *object_create(struct object *o, struct scene *scene, const char *path, double radius, struct warnings *warnings)
+struct error *object_create(struct object *o, struct scene *scene, const char *path, double radius,
+                            struct warnings *warnings)
 {
     struct vec3 centre = {0};
-    *o = (struct object){.scene = scene, .first = scene->instance_count, .radius = 1, .sphere = !strcmp(path, "sphere"),
-                         .box_min = scene->box_min, .box_max = scene->box_max};
-    struct error *err = o->sphere ? add_sphere(scene) : add_file(scene, path, &centre, &o->radius, warnings);
+    *o = (struct object){.scene = scene,
+                         .first = scene->instance_count,
+                         .radius = 1,
+                         .sphere = !strcmp(path, "sphere"),
+                         .box_min = scene->box_min,
+                         .box_max = scene->box_max};
+    struct error *err = o->sphere ? add_sphere(scene)
+                                  : add_file(scene, path, &centre, &o->radius, warnings);
     o->count = scene->instance_count - o->first;
     if (!err)
         err = array_create(&o->own, o->count, sizeof *o->own);
@@ -130,7 +141,8 @@ struct error *object_create(struct object *o, struct scene *scene, const char *p
         o->own[i][7] -= centre.y;
         o->own[i][11] -= centre.z;
     }
-    const double usual = o->sphere ? 0.03 * vec3_length(vec3_sub(o->box_max, o->box_min)) : o->radius;
+    const double usual = o->sphere ? 0.03 * vec3_length(vec3_sub(o->box_max, o->box_min))
+                                   : o->radius;
     o->scale = (radius > 0 ? radius : usual) / o->radius;
     return NULL;
 }
@@ -146,12 +158,16 @@ void object_place(const struct object *o, struct vec3 p)
     const double offset[3] = {p.x, p.y, p.z}, r = o->radius * o->scale;
     for (size_t i = 0; i < o->count; i++)
         for (int k = 0; k < 12; k++)
-            o->scene->instances[o->first + i].transform[k] = o->scale * o->own[i][k] + (k % 4 == 3 ? offset[k / 4] : 0);
-    o->scene->box_min = (struct vec3){fmin(o->box_min.x, p.x - r), fmin(o->box_min.y, p.y - r), fmin(o->box_min.z, p.z - r)};
-    o->scene->box_max = (struct vec3){fmax(o->box_max.x, p.x + r), fmax(o->box_max.y, p.y + r), fmax(o->box_max.z, p.z + r)};
+            o->scene->instances[o->first + i].transform[k] = o->scale * o->own[i][k] +
+                                                             (k % 4 == 3 ? offset[k / 4] : 0);
+    o->scene->box_min = (struct vec3){fmin(o->box_min.x, p.x - r), fmin(o->box_min.y, p.y - r),
+                                      fmin(o->box_min.z, p.z - r)};
+    o->scene->box_max = (struct vec3){fmax(o->box_max.x, p.x + r), fmax(o->box_max.y, p.y + r),
+                                      fmax(o->box_max.z, p.z + r)};
 }
 
 struct render_object object_at(const struct object *o, struct vec3 p, bool per_pixel)
 {
-    return (struct render_object){.first = o->first, .centre = p, .sphere = o->sphere, .per_pixel = per_pixel};
+    return (struct render_object){
+        .first = o->first, .centre = p, .sphere = o->sphere, .per_pixel = per_pixel};
 }

@@ -17,7 +17,8 @@ enum { TILE = RENDER_TILE, ACROSS = 4 }; /* rays of a pixel: ACROSS^2 */
 
 static const double line_width = 1; /* pixels */
 static const float line_opacity = 0.5f;
-static const double line_lift = 1e-4;  /* share of its distance by which a line may be behind a surface that it lies on */
+/* share of its distance by which a line may be behind a surface that it lies on */
+static const double line_lift = 1e-4;
 const struct vec3f overlay_line = {0.95f, 0.75f, 0.05f};
 
 /* A cell's edge on the picture: its ends in pixels, and 1 / depth there. */
@@ -66,7 +67,8 @@ static void quotient_range(double a0, double a1, double z0, double z1, double *l
 static bool sphere_box(const struct camera *c, struct vec3 centre, double radius, struct box *box)
 {
     const struct vec3 way = vec3_sub(centre, c->eye);
-    const double x = vec3_dot(way, c->right), y = -vec3_dot(way, c->up), z = vec3_dot(way, c->forward);
+    const double x = vec3_dot(way, c->right), y = -vec3_dot(way, c->up),
+                 z = vec3_dot(way, c->forward);
     *box = everywhere(c);
     if (z + radius <= 0)
         return false;
@@ -79,7 +81,8 @@ static bool sphere_box(const struct camera *c, struct vec3 centre, double radius
     quotient_range(y - radius, y + radius, z - radius, z + radius, &low, &high);
     box->top = (low / c->half_height + 1) / 2 * (double)c->height;
     box->bottom = (high / c->half_height + 1) / 2 * (double)c->height;
-    return box->right > 0 && box->left < (double)c->width && box->bottom > 0 && box->top < (double)c->height;
+    return box->right > 0 && box->left < (double)c->width && box->bottom > 0 &&
+           box->top < (double)c->height;
 }
 
 /* Cuts a line to the picture, with a margin (Liang and Barsky 1984); false: nothing is left. */
@@ -126,13 +129,16 @@ static size_t tile_of(double pixel, size_t count)
     return t < 0 ? 0 : t < (double)count ? (size_t)t : count - 1;
 }
 
-/* Calls once for each tile that item i may touch: counts them, or where bins->item is there puts i into them. */
-static void touch(const struct drawing *d, struct bins *bins, uint32_t i, const struct box *box, const struct line *line)
+/* Calls once for each tile that item i may touch: counts them, or where bins->item is there puts i
+ * into them. */
+static void touch(const struct drawing *d, struct bins *bins, uint32_t i, const struct box *box,
+                  const struct line *line)
 {
     const size_t down = d->tiles / d->across;
     const double reach = TILE * 0.70710678118654752 + line_width;
     for (size_t row = tile_of(box->top, down); row <= tile_of(box->bottom, down); row++)
-        for (size_t column = tile_of(box->left, d->across); column <= tile_of(box->right, d->across); column++) {
+        for (size_t column = tile_of(box->left, d->across);
+             column <= tile_of(box->right, d->across); column++) {
             double at;
             const double x = ((double)column + 0.5) * TILE, y = ((double)row + 0.5) * TILE;
             if (line && line_square(line, x, y, &at) > reach * reach)
@@ -150,8 +156,9 @@ static void touch_all(const struct drawing *d, struct bins *bins, bool lines)
     const double radius = d->radius;
     for (size_t i = 0; lines && i < d->line_count; i++) {
         const struct line *l = &d->lines[i];
-        const struct box box = {fmin(l->x[0], l->x[1]) - line_width, fmin(l->y[0], l->y[1]) - line_width,
-                                fmax(l->x[0], l->x[1]) + line_width, fmax(l->y[0], l->y[1]) + line_width};
+        const struct box box = {
+            fmin(l->x[0], l->x[1]) - line_width, fmin(l->y[0], l->y[1]) - line_width,
+            fmax(l->x[0], l->x[1]) + line_width, fmax(l->y[0], l->y[1]) + line_width};
         touch(d, bins, (uint32_t)i, &box, l);
     }
     struct box box;
@@ -160,7 +167,8 @@ static void touch_all(const struct drawing *d, struct bins *bins, bool lines)
             touch(d, bins, (uint32_t)i, &box, NULL);
 }
 
-/* Two passes: counts become starts, and each item that is put in moves its tile's start on, to the next's in the end. */
+/* Two passes: counts become starts, and each item that is put in moves its tile's start on, to the
+ * next's in the end. */
 static struct error *bins_create(struct bins *bins, const struct drawing *d, bool lines)
 {
     struct error *err = array_create(&bins->start, d->tiles + 1, sizeof *bins->start);
@@ -204,7 +212,8 @@ static struct error *find_edges(const struct stream *stream, uint64_t **edge, si
     for (size_t cell = 0; cell < mesh.cells; cell++)
         for (size_t i = 0; i < corners; i++)
             for (size_t k = i + 1; k < corners; k++) {
-                const uint64_t a = (uint64_t)mesh.vertex[corners * cell + i], b = (uint64_t)mesh.vertex[corners * cell + k];
+                const uint64_t a = (uint64_t)mesh.vertex[corners * cell + i],
+                               b = (uint64_t)mesh.vertex[corners * cell + k];
                 (*edge)[all++] = a < b ? a << 32 | b : b << 32 | a;
             }
     qsort(*edge, most, sizeof **edge, compare_edges);
@@ -217,7 +226,8 @@ static struct error *find_edges(const struct stream *stream, uint64_t **edge, si
 /* An edge as it falls on the picture; false: it does not. */
 static bool project_edge(const struct camera *c, struct vec3 a, struct vec3 b, struct line *l)
 {
-    const double za = vec3_dot(vec3_sub(a, c->eye), c->forward), zb = vec3_dot(vec3_sub(b, c->eye), c->forward);
+    const double za = vec3_dot(vec3_sub(a, c->eye), c->forward),
+                 zb = vec3_dot(vec3_sub(b, c->eye), c->forward);
     const double near = 1e-6 * (fabs(za) + fabs(zb));
     double depth;
     if (!(za > near || zb > near))
@@ -243,8 +253,10 @@ static struct error *find_lines(struct drawing *d, const struct stream *stream)
     if (!err)
         err = array_create(&d->lines, count, sizeof *d->lines);
     for (size_t i = 0; i < count && !err; i++) {
-        const double *a = d->position + 3 * (size_t)(edge[i] >> 32), *b = d->position + 3 * (size_t)(edge[i] & UINT32_MAX);
-        d->line_count += project_edge(d->render->camera, vec3_load(a), vec3_load(b), &d->lines[d->line_count]);
+        const double *a = d->position + 3 * (size_t)(edge[i] >> 32),
+                     *b = d->position + 3 * (size_t)(edge[i] & UINT32_MAX);
+        d->line_count +=
+            project_edge(d->render->camera, vec3_load(a), vec3_load(b), &d->lines[d->line_count]);
     }
     free(edge);
     return err;
@@ -264,7 +276,8 @@ static double scene_depth(const struct render *r, struct vec3 direction)
 }
 
 /* The nearest sphere before `depth`: its number, or SIZE_MAX; *depth becomes its own. */
-static size_t nearest_sphere(const struct drawing *d, size_t tile, struct vec3 direction, double *depth)
+static size_t nearest_sphere(const struct drawing *d, size_t tile, struct vec3 direction,
+                             double *depth)
 {
     size_t found = SIZE_MAX;
     for (size_t k = d->sphere_bins.start[tile]; k < d->sphere_bins.start[tile + 1]; k++) {
@@ -272,7 +285,8 @@ static size_t nearest_sphere(const struct drawing *d, size_t tile, struct vec3 d
         const struct vec3 way = vec3_sub(vec3_load(d->position + 3 * i), d->render->camera->eye);
         const double along = vec3_dot(way, direction);
         const struct vec3 aside = vec3_fma(way, -along, direction);
-        const double under = d->radius * d->radius - vec3_dot(aside, aside), t = along - sqrt(fmax(under, 0));
+        const double under = d->radius * d->radius - vec3_dot(aside, aside),
+                     t = along - sqrt(fmax(under, 0));
         if (under > 0 && t > 0 && t < *depth) {
             *depth = t;
             found = i;
@@ -283,7 +297,8 @@ static size_t nearest_sphere(const struct drawing *d, size_t tile, struct vec3 d
 
 static bool line_before(const struct drawing *d, size_t tile, double x, double y, double depth)
 {
-    for (size_t k = d->line_bins.start ? d->line_bins.start[tile] : 0; d->line_bins.start && k < d->line_bins.start[tile + 1]; k++) {
+    for (size_t k = d->line_bins.start ? d->line_bins.start[tile] : 0;
+         d->line_bins.start && k < d->line_bins.start[tile + 1]; k++) {
         const struct line *l = &d->lines[d->line_bins.item[k]];
         double at;
         if (line_square(l, x, y, &at) > line_width * line_width / 4)
@@ -295,7 +310,8 @@ static bool line_before(const struct drawing *d, size_t tile, double x, double y
     return false;
 }
 
-static struct vec3f sphere_light(const struct drawing *d, size_t probe, struct vec3 direction, double depth)
+static struct vec3f sphere_light(const struct drawing *d, size_t probe, struct vec3 direction,
+                                 double depth)
 {
     const struct vec3 at = vec3_fma(d->render->camera->eye, depth, direction);
     const struct vec3 normal = vec3_normalize(vec3_sub(at, vec3_load(d->position + 3 * probe)));
@@ -305,7 +321,8 @@ static struct vec3f sphere_light(const struct drawing *d, size_t probe, struct v
         e[k] = -vec3_dot(normal, direction); /* grey, as if lit from the eye */
     if (d->baked)
         baked_probe_irradiance(d->baked, probe, n, e);
-    return (struct vec3f){(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI), (float)(e[2] / ANGLE_PI)};
+    return (struct vec3f){(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI),
+                          (float)(e[2] / ANGLE_PI)};
 }
 
 static void draw_pixel(const struct drawing *d, size_t tile, size_t x, size_t y)
@@ -314,7 +331,8 @@ static void draw_pixel(const struct drawing *d, size_t tile, size_t x, size_t y)
     struct vec3f light = {0};
     int spheres = 0, lines = 0;
     for (int i = 0; i < ACROSS * ACROSS; i++) {
-        const double px = (double)x + (i % ACROSS + 0.5) / ACROSS, py = (double)y + (0.5 + (double)(i / ACROSS)) / ACROSS;
+        const double px = (double)x + (i % ACROSS + 0.5) / ACROSS,
+                     py = (double)y + (0.5 + (double)(i / ACROSS)) / ACROSS;
         const struct vec3 direction = camera_direction(c, px, py);
         double depth = scene_depth(d->render, direction);
         const size_t sphere = nearest_sphere(d, tile, direction, &depth);
@@ -328,7 +346,8 @@ static void draw_pixel(const struct drawing *d, size_t tile, size_t x, size_t y)
     if (spheres)
         picture_set(&d->overlay->light, x, y, vec3f_scale(1 / (float)spheres, light));
     const float rays = ACROSS * ACROSS;
-    picture_set(&d->overlay->share, x, y, (struct vec3f){(float)spheres / rays, line_opacity * (float)lines / rays, 0});
+    picture_set(&d->overlay->share, x, y,
+                (struct vec3f){(float)spheres / rays, line_opacity * (float)lines / rays, 0});
 }
 
 static struct error *draw_tile(void *context, size_t tile, int thread)
@@ -337,7 +356,8 @@ static struct error *draw_tile(void *context, size_t tile, int thread)
     const struct drawing *d = context;
     const struct camera *c = d->render->camera;
     const bool spheres = d->sphere_bins.start[tile] < d->sphere_bins.start[tile + 1];
-    const bool lines = d->line_bins.start && d->line_bins.start[tile] < d->line_bins.start[tile + 1];
+    const bool lines = d->line_bins.start &&
+                       d->line_bins.start[tile] < d->line_bins.start[tile + 1];
     const size_t left = tile % d->across * TILE, top = tile / d->across * TILE;
     if (!spheres && !lines)
         return NULL;
@@ -349,16 +369,22 @@ static struct error *draw_tile(void *context, size_t tile, int thread)
 
 /* -- all of it -------------------------------------------------------------------------------- */
 
-struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream,
-                             const struct baked *baked, const struct overlay_settings *settings)
+struct error *overlay_create(struct overlay *overlay, const struct render *render,
+                             const struct stream *stream, const struct baked *baked,
+                             const struct overlay_settings *settings)
 {
     const struct camera *c = render->camera;
     const struct table *probes = stream_table(stream, "probe");
     if (!probes)
         return error_new("there is no table probe");
-    struct drawing d = {.render = render, .baked = baked, .position = column_f64(table_column(probes, "position")),
-                        .probes = probes->rows, .radius = settings->probe_radius, .across = (c->width + TILE - 1) / TILE,
-                        .tiles = render_tiles(c), .overlay = overlay};
+    struct drawing d = {.render = render,
+                        .baked = baked,
+                        .position = column_f64(table_column(probes, "position")),
+                        .probes = probes->rows,
+                        .radius = settings->probe_radius,
+                        .across = (c->width + TILE - 1) / TILE,
+                        .tiles = render_tiles(c),
+                        .overlay = overlay};
     struct error *err = picture_create(&overlay->light, c->width, c->height);
     if (!err)
         err = picture_create(&overlay->share, c->width, c->height);
@@ -405,7 +431,8 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing)
     if (!err)
         err = array_create(&length, count, sizeof *length);
     for (size_t i = 0; i < count && !err; i++)
-        length[i] = vec3_length(vec3_sub(vec3_load(p + 3 * (edge[i] >> 32)), vec3_load(p + 3 * (edge[i] & UINT32_MAX))));
+        length[i] = vec3_length(vec3_sub(vec3_load(p + 3 * (edge[i] >> 32)),
+                                         vec3_load(p + 3 * (edge[i] & UINT32_MAX))));
     if (count && !err) {
         qsort(length, count, sizeof *length, compare_doubles);
         *spacing = length[count / 2];
@@ -426,7 +453,8 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing)
     return err;
 }
 
-struct vec3f overlay_over(const struct overlay *o, size_t x, size_t y, struct vec3f under, struct vec3f light, struct vec3f line)
+struct vec3f overlay_over(const struct overlay *o, size_t x, size_t y, struct vec3f under,
+                          struct vec3f light, struct vec3f line)
 {
     const struct vec3f share = picture_get(&o->share, x, y);
     return vec3f_add(vec3f_scale(1 - share.x - share.y, under),

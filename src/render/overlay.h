@@ -1,7 +1,9 @@
-/* overlay: the probes and cells of a stream, drawn over a picture of the scene, with the scene's depth.
+/* overlay: the probes and cells of a stream, drawn over a picture of the scene, with the scene's
+ * depth.
  *
- * Probes are spheres with their own light: the radiance of a white surface, E(n) / pi; probes without light are grey. Cells are
- * their edges, lines of a width in pixels. Both are cut off where the scene is nearer. 4 x 4 rays a pixel.
+ * Probes are spheres with their own light: the radiance of a white surface, E(n) / pi; probes
+ * without light are grey. Cells are their edges, lines of a width in pixels. Both are cut off where
+ * the scene is nearer. 4 x 4 rays a pixel.
  */
 #ifndef OVERLAY_H
 #define OVERLAY_H
@@ -18,23 +20,25 @@ struct overlay_settings {
 
 /* What covers a picture. */
 struct overlay {
-    struct picture light;   /* mean radiance of the spheres in a pixel, where there are any */
-    struct picture share;   /* x: covered by spheres, y: by lines */
+    struct picture light; /* mean radiance of the spheres in a pixel, where there are any */
+    struct picture share; /* x: covered by spheres, y: by lines */
 };
 
 /* baked: NULL where the probes have no light. Makes the overlay; starts as {0}. */
-struct error *overlay_create(struct overlay *overlay, const struct render *render, const struct stream *stream,
-                             const struct baked *baked, const struct overlay_settings *settings);
+struct error *overlay_create(struct overlay *overlay, const struct render *render,
+                             const struct stream *stream, const struct baked *baked,
+                             const struct overlay_settings *settings);
 void overlay_clear(struct overlay *overlay);
 
-/* The median distance between neighbours, by the cells' edges; without cells, the cube root of a probe's share of their box. */
+/* The median distance between neighbours, by the cells' edges; without cells, the cube root of a
+ * probe's share of their box. */
 struct error *overlay_spacing(const struct stream *stream, double *spacing);
 
 /* The colour of lines on a screen. */
 extern const struct vec3f overlay_line;
 
 /* A pixel with what covers it; `light` and `line` are in the pixel's own terms (exposed or not). */
-struct vec3f overlay_over(const struct overlay *overlay, size_t x, size_t y, struct vec3f under, struct vec3f light,
-                          struct vec3f line);
+struct vec3f overlay_over(const struct overlay *overlay, size_t x, size_t y, struct vec3f under,
+                          struct vec3f light, struct vec3f line);
 
 #endif

@@ -1,6 +1,7 @@
 /* Based on:
  * Kajiya, "The rendering equation", SIGGRAPH 1986.
- * M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: R2, the sequence of the plastic number.
+ * M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: R2, the sequence of
+ * the plastic number.
  */
 #include "render/render.h"
 #include "base/array.h"
@@ -28,11 +29,14 @@ struct render_ray render_ray(const struct render *r, struct vec3 direction)
 {
     const struct tracer *t = r->path->tracer;
     const struct vec3 centre = vec3_scale(0.5, vec3_add(t->scene->box_min, t->scene->box_max));
-    const double skipped = fmax(vec3_dot(vec3_sub(centre, r->camera->eye), direction) - scene_size(t->scene), 0);
+    const double skipped =
+        fmax(vec3_dot(vec3_sub(centre, r->camera->eye), direction) - scene_size(t->scene), 0);
     double start[3];
     vec3_store(start, vec3_fma(r->camera->eye, skipped, direction));
-    return (struct render_ray){.origin = trace_to_local(t, start), .skipped = skipped,
-                               .direction = {(float)direction.x, (float)direction.y, (float)direction.z}};
+    return (struct render_ray){
+        .origin = trace_to_local(t, start),
+        .skipped = skipped,
+        .direction = {(float)direction.x, (float)direction.y, (float)direction.z}};
 }
 
 /* -- samples ---------------------------------------------------------------------------------- */
@@ -42,7 +46,8 @@ struct tile {
     const struct render *render;
     struct path_tracer direct; /* of one bounce */
     enum render_light light;
-    struct probe_place place; /* where the next lookup starts; the tile's first starts cold, so that no other tile matters */
+    /* where the next lookup starts; the tile's first starts cold, so that no other tile matters */
+    struct probe_place place;
 };
 
 /* Sums over a pixel's samples. */
@@ -54,7 +59,8 @@ struct pixel {
     bool wanted; /* more */
 };
 
-/* Samples that go together from one origin: whose they are, their directions, and what their paths are random by. */
+/* Samples that go together from one origin: whose they are, their directions, and what their paths
+ * are random by. */
 struct wave {
     size_t count;
     struct vec3f origin;
@@ -64,7 +70,8 @@ struct wave {
 };
 
 /* What the probes make of point i of a wave. */
-static struct vec3f lit_by_probes(struct tile *tile, const struct trace_points *at, size_t i, struct vec3f direction)
+static struct vec3f lit_by_probes(struct tile *tile, const struct trace_points *at, size_t i,
+                                  struct vec3f direction)
 {
     const struct render *r = tile->render;
     const struct tracer *t = r->path->tracer;
@@ -78,9 +85,11 @@ static struct vec3f lit_by_probes(struct tile *tile, const struct trace_points *
         normal = vec3_normalize(vec3_sub(position, r->object.centre));
     double p[3], n[3], e[3];
     vec3_store(n, normal);
-    vec3_store(p, of_object && !r->object.per_pixel ? r->object.centre : vec3_fma(position, r->offset, normal));
+    vec3_store(p, of_object && !r->object.per_pixel ? r->object.centre
+                                                    : vec3_fma(position, r->offset, normal));
     baked_irradiance(r->baked, &tile->place, p, n, e);
-    const struct vec3f irradiance = {(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI), (float)(e[2] / ANGLE_PI)};
+    const struct vec3f irradiance = {(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI),
+                                     (float)(e[2] / ANGLE_PI)};
     return vec3f_mul(scene_albedo(t->scene, at->material[i], at->u[i], at->v[i]), irradiance);
 }
 
@@ -95,7 +104,8 @@ static void add_probes(struct tile *tile, const struct wave *w, struct vec3f *li
         wave_put(&rays.origin, i, w->origin);
         wave_put(&rays.direction, i, w->direction[i]);
         rays.most[i] = INFINITY;
-        rays.salt[i] = t->has_alpha ? random_u32(&random) : 0; /* as path_samples draws it, so that both meet the same surfaces */
+        /* as path_samples draws it, so that both meet the same surfaces */
+        rays.salt[i] = t->has_alpha ? random_u32(&random) : 0;
     }
     trace_rays_nearest(t, w->count, &rays, &at);
     for (size_t i = 0; i < w->count; i++)
@@ -106,10 +116,13 @@ static void add_probes(struct tile *tile, const struct wave *w, struct vec3f *li
 /* The light of a wave's samples. */
 static void take_wave(struct tile *tile, const struct wave *w, struct vec3f *light)
 {
-    const struct path_tracer *path = tile->light == RENDER_DIRECT || tile->light == RENDER_MIXED ? &tile->direct : tile->render->path;
+    const struct path_tracer *path = tile->light == RENDER_DIRECT || tile->light == RENDER_MIXED
+                                         ? &tile->direct
+                                         : tile->render->path;
     const struct path_receiver receiver = {.at = {.position = w->origin}};
     struct path_sample sample[PATH_WAVE];
-    path_samples(path, &receiver, w->count, w->direction, tile->light != RENDER_PROBES, w->random, sample);
+    path_samples(path, &receiver, w->count, w->direction, tile->light != RENDER_PROBES, w->random,
+                 sample);
     for (size_t i = 0; i < w->count; i++)
         light[i] = vec3f_add(sample[i].straight, sample[i].scattered);
     if (tile->light == RENDER_PROBES || tile->light == RENDER_MIXED)
@@ -124,7 +137,7 @@ static void end_wave(struct tile *tile, struct wave *w)
     for (size_t i = 0; i < w->count; i++) {
         struct pixel *p = w->pixel[i];
         const double rgb[3] = {(double)light[i].x, (double)light[i].y, (double)light[i].z},
-            luminance = (double)vec3f_luminance(light[i]);
+                     luminance = (double)vec3f_luminance(light[i]);
         for (int k = 0; k < 3; k++) {
             p->sum[k] += rgb[k];
             p->square[k] += rgb[k] * rgb[k];
@@ -143,7 +156,8 @@ static uint64_t pixel_name(const struct pixel *p)
 static void add_sample(struct tile *tile, struct wave *w, struct pixel *p)
 {
     const struct render *r = tile->render;
-    const double across = p->shift[0] + 0.75487766624669276 * p->samples, down = p->shift[1] + 0.56984029099805327 * p->samples;
+    const double across = p->shift[0] + 0.75487766624669276 * p->samples,
+                 down = p->shift[1] + 0.56984029099805327 * p->samples;
     const struct vec3 direction = camera_direction(r->camera, (double)p->x + across - floor(across),
                                                    (double)p->y + down - floor(down));
     const struct render_ray ray = render_ray(r, direction);
@@ -181,14 +195,15 @@ static double luminance_sum(const struct pixel *p)
     return 0.2126 * p->sum[0] + 0.7152 * p->sum[1] + 0.0722 * p->sum[2];
 }
 
-/* Decides which pixels of a tile need more. The variance is a mean over neighbours, since a pixel alone that has not met the
- * bright thing that others met would think that it was done. */
+/* Decides which pixels of a tile need more. The variance is a mean over neighbours, since a pixel
+ * alone that has not met the bright thing that others met would think that it was done. */
 static bool want_more(const struct render *r, struct pixel *pixel, size_t width, size_t height)
 {
     double variance[PIXELS], mean = 0;
     bool any = false;
     for (size_t i = 0; i < width * height; i++) {
-        variance[i] = variance_of_mean(luminance_sum(&pixel[i]), pixel[i].luminance_square, pixel[i].samples);
+        variance[i] =
+            variance_of_mean(luminance_sum(&pixel[i]), pixel[i].luminance_square, pixel[i].samples);
         mean += luminance_sum(&pixel[i]) / pixel[i].samples / (double)(width * height);
     }
     for (size_t i = 0; i < width * height; i++) {
@@ -196,10 +211,12 @@ static bool want_more(const struct render *r, struct pixel *pixel, size_t width,
         double around = 0;
         int count = 0;
         for (size_t row = y ? y - 1 : 0; row <= y + 1 && row < height; row++)
-            for (size_t column = x ? x - 1 : 0; column <= x + 1 && column < width; column++, count++)
+            for (size_t column = x ? x - 1 : 0; column <= x + 1 && column < width;
+                 column++, count++)
                 around += variance[row * width + column];
         const double level = fmax(luminance_sum(&pixel[i]) / pixel[i].samples, 0.1 * mean);
-        pixel[i].wanted = sqrt(around / count) > r->error * level && pixel[i].samples + r->samples <= r->samples_most;
+        pixel[i].wanted = sqrt(around / count) > r->error * level &&
+                          pixel[i].samples + r->samples <= r->samples_most;
         any = any || pixel[i].wanted;
     }
     return any;
@@ -229,12 +246,14 @@ static struct error *store_pixel(const struct job *job, const struct pixel *pixe
         mean[k] = (float)(pixel->sum[k] / pixel->samples);
         variance[k] = (float)variance_of_mean(pixel->sum[k], pixel->square[k], pixel->samples);
         if (!isfinite(mean[k]) || !isfinite(variance[k]))
-            return error_new("pixel (%zu, %zu): light is beyond what 32 bits can hold: --light-scale brings light down", pixel->x,
-                             pixel->y);
+            return error_new("pixel (%zu, %zu): light is beyond what 32 bits can hold: "
+                             "--light-scale brings light down",
+                             pixel->x, pixel->y);
     }
     picture_set(job->picture, pixel->x, pixel->y, (struct vec3f){mean[0], mean[1], mean[2]});
     if (job->variance)
-        picture_set(job->variance, pixel->x, pixel->y, (struct vec3f){variance[0], variance[1], variance[2]});
+        picture_set(job->variance, pixel->x, pixel->y,
+                    (struct vec3f){variance[0], variance[1], variance[2]});
     return NULL;
 }
 
@@ -244,9 +263,11 @@ static struct error *take_tile(void *context, size_t index, int thread)
     const struct job *job = context;
     const struct render *r = job->render;
     const struct camera *camera = r->camera;
-    struct tile tile = {.render = r, .direct = *r->path, .light = job->light, .place = {.cell = PROBE_COLD}};
+    struct tile tile = {
+        .render = r, .direct = *r->path, .light = job->light, .place = {.cell = PROBE_COLD}};
     struct pixel pixel[PIXELS];
-    const size_t left = index % tiles_across(camera) * RENDER_TILE, top = index / tiles_across(camera) * RENDER_TILE;
+    const size_t left = index % tiles_across(camera) * RENDER_TILE,
+                 top = index / tiles_across(camera) * RENDER_TILE;
     const size_t width = camera->width - left < RENDER_TILE ? camera->width - left : RENDER_TILE;
     const size_t height = camera->height - top < RENDER_TILE ? camera->height - top : RENDER_TILE;
     tile.direct.bounces = tile.direct.bounces < 1 ? tile.direct.bounces : 1;
@@ -265,7 +286,8 @@ static struct error *take_tile(void *context, size_t index, int thread)
     return err;
 }
 
-struct error *render_picture(const struct render *r, enum render_light light, struct picture *picture, struct picture *variance,
+struct error *render_picture(const struct render *r, enum render_light light,
+                             struct picture *picture, struct picture *variance,
                              struct progress *progress)
 {
     const struct scene *scene = r->path->tracer->scene;
@@ -274,11 +296,15 @@ struct error *render_picture(const struct render *r, enum render_light light, st
     if (variance)
         *variance = (struct picture){0};
     if (!(vec3_length(vec3_sub(r->camera->eye, centre)) <= 1e9 * scene_size(scene)))
-        return error_new("the eye is farther out than 1e9 times the scene's size: (%g, %g, %g)", r->camera->eye.x,
-                         r->camera->eye.y, r->camera->eye.z);
+        return error_new("the eye is farther out than 1e9 times the scene's size: (%g, %g, %g)",
+                         r->camera->eye.x, r->camera->eye.y, r->camera->eye.z);
     struct error *err = picture_create(picture, r->camera->width, r->camera->height);
     if (!err && variance)
         err = picture_create(variance, r->camera->width, r->camera->height);
-    struct job job = {.render = r, .light = light, .picture = picture, .variance = variance, .progress = progress};
+    struct job job = {.render = r,
+                      .light = light,
+                      .picture = picture,
+                      .variance = variance,
+                      .progress = progress};
     return err ? err : threads_for(r->threads, render_tiles(r->camera), take_tile, &job);
 }

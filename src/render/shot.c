@@ -34,14 +34,19 @@ static struct vec3f screen_light(const struct compare_screen *screen, struct vec
                           (float)display_tone(screen->tone, screen->exposure * (double)c.z)};
 }
 
-/* Puts the overlay over a picture, exposed (screen: how) or linear (its lines are as bright as they look on the screen). */
-static void draw_overlay(const struct picture *p, const struct overlay *o, const struct compare_screen *screen, bool exposed)
+/* Puts the overlay over a picture, exposed (screen: how) or linear (its lines are as bright as they
+ * look on the screen). */
+static void draw_overlay(const struct picture *p, const struct overlay *o,
+                         const struct compare_screen *screen, bool exposed)
 {
-    const struct vec3f line = exposed ? overlay_line : vec3f_scale((float)(1 / screen->exposure), overlay_line);
+    const struct vec3f line = exposed ? overlay_line
+                                      : vec3f_scale((float)(1 / screen->exposure), overlay_line);
     for (size_t y = 0; o && y < p->height; y++)
         for (size_t x = 0; x < p->width; x++) {
             const struct vec3f light = picture_get(&o->light, x, y);
-            picture_set(p, x, y, overlay_over(o, x, y, picture_get(p, x, y), exposed ? screen_light(screen, light) : light, line));
+            picture_set(p, x, y,
+                        overlay_over(o, x, y, picture_get(p, x, y),
+                                     exposed ? screen_light(screen, light) : light, line));
         }
 }
 
@@ -96,14 +101,15 @@ static struct error *choose_scale(const float *difference, size_t count, double 
 /* L* of what the screen shows. */
 static double lightness(const struct picture *p, size_t i, const struct compare_screen *screen)
 {
-    const struct vec3f c = screen_light(screen, (struct vec3f){p->rgb[3 * i], p->rgb[3 * i + 1], p->rgb[3 * i + 2]});
+    const struct vec3f c =
+        screen_light(screen, (struct vec3f){p->rgb[3 * i], p->rgb[3 * i + 1], p->rgb[3 * i + 2]});
     double lab[3];
     cielab_of((const double[3]){(double)c.x, (double)c.y, (double)c.z}, lab);
     return lab[0];
 }
 
-static struct error *show_difference(struct shot *shot, const struct picture *truth, const struct picture *test,
-                                     const struct shot_settings *s)
+static struct error *show_difference(struct shot *shot, const struct picture *truth,
+                                     const struct picture *test, const struct shot_settings *s)
 {
     const struct compare_screen screen = {shot->exposure, s->tone};
     const size_t count = truth->width * truth->height;
@@ -130,11 +136,13 @@ static struct error *show_difference(struct shot *shot, const struct picture *tr
     draw_overlay(&shot->shown, s->overlay, &screen, true);
     snprintf(low, sizeof low, "%g too dark", -shot->scale);
     snprintf(high, sizeof high, "+%g too bright", shot->scale);
-    annotate_scale(&shot->shown, COLOUR_COOL_WARM, "lightness L* less the truth's", (const char *const[]){low, "0", high});
+    annotate_scale(&shot->shown, COLOUR_COOL_WARM, "lightness L* less the truth's",
+                   (const char *const[]){low, "0", high});
     return NULL;
 }
 
-static struct error *show_flip(struct shot *shot, const struct picture *truth, const float *map, const struct shot_settings *s)
+static struct error *show_flip(struct shot *shot, const struct picture *truth, const float *map,
+                               const struct shot_settings *s)
 {
     const struct compare_screen screen = {shot->exposure, s->tone};
     struct error *err = picture_create(&shot->linear, truth->width, truth->height);
@@ -148,7 +156,8 @@ static struct error *show_flip(struct shot *shot, const struct picture *truth, c
     if (err)
         return err;
     draw_overlay(&shot->shown, s->overlay, &screen, true);
-    annotate_scale(&shot->shown, COLOUR_MAGMA, "FLIP", (const char *const[]){"0 alike", "0.5", "1"});
+    annotate_scale(&shot->shown, COLOUR_MAGMA, "FLIP",
+                   (const char *const[]){"0 alike", "0.5", "1"});
     return NULL;
 }
 
@@ -156,7 +165,9 @@ static struct error *show_flip(struct shot *shot, const struct picture *truth, c
 
 static const char *light_name(enum render_light light)
 {
-    static const char *const name[] = {[RENDER_TRUTH] = "truth", [RENDER_DIRECT] = "truth, direct", [RENDER_PROBES] = "probes",
+    static const char *const name[] = {[RENDER_TRUTH] = "truth",
+                                       [RENDER_DIRECT] = "truth, direct",
+                                       [RENDER_PROBES] = "probes",
                                        [RENDER_MIXED] = "probes and direct"};
     return name[light];
 }
@@ -170,8 +181,8 @@ static void label_two(const struct picture *p, double second, const struct shot_
 }
 
 /* The left half of one and the right half of the other. */
-static struct error *show_split(struct shot *shot, const struct picture *truth, const struct picture *test,
-                                const struct shot_settings *s)
+static struct error *show_split(struct shot *shot, const struct picture *truth,
+                                const struct picture *test, const struct shot_settings *s)
 {
     struct picture both = {0};
     struct error *err = picture_create(&both, truth->width, truth->height);
@@ -189,8 +200,8 @@ static struct error *show_split(struct shot *shot, const struct picture *truth, 
     return NULL;
 }
 
-static struct error *show_pair(struct shot *shot, const struct picture *truth, const struct picture *test,
-                               const struct shot_settings *s)
+static struct error *show_pair(struct shot *shot, const struct picture *truth,
+                               const struct picture *test, const struct shot_settings *s)
 {
     struct shot one = {.exposure = shot->exposure};
     struct error *err = picture_create(&shot->shown, 2 * truth->width, truth->height);
@@ -215,8 +226,9 @@ static struct error *show_pair(struct shot *shot, const struct picture *truth, c
     return err;
 }
 
-struct error *shot_compose(struct shot *shot, const struct picture *truth, const struct picture *variance,
-                           const struct picture *test, const struct shot_settings *s, int threads)
+struct error *shot_compose(struct shot *shot, const struct picture *truth,
+                           const struct picture *variance, const struct picture *test,
+                           const struct shot_settings *s, int threads)
 {
     float *map = NULL;
     shot->exposure = s->exposure;
@@ -246,11 +258,14 @@ struct error *shot_compose(struct shot *shot, const struct picture *truth, const
 
 static enum render_light light_of(enum shot_mode mode)
 {
-    return mode == SHOT_PROBES ? RENDER_PROBES : mode == SHOT_MIXED ? RENDER_MIXED : mode == SHOT_NONE ? RENDER_DIRECT : RENDER_TRUTH;
+    return mode == SHOT_PROBES  ? RENDER_PROBES
+           : mode == SHOT_MIXED ? RENDER_MIXED
+           : mode == SHOT_NONE  ? RENDER_DIRECT
+                                : RENDER_TRUTH;
 }
 
-static struct error *take_one(struct shot *shot, const struct render *render, const struct shot_settings *s,
-                              struct progress *progress)
+static struct error *take_one(struct shot *shot, const struct render *render,
+                              const struct shot_settings *s, struct progress *progress)
 {
     struct picture picture = {0};
     struct error *err = render_picture(render, light_of(s->mode), &picture, NULL, progress);
@@ -263,16 +278,19 @@ static struct error *take_one(struct shot *shot, const struct render *render, co
     return err;
 }
 
-struct error *shot_take(struct shot *shot, const struct render *render, const struct shot_settings *s, struct progress *progress)
+struct error *shot_take(struct shot *shot, const struct render *render,
+                        const struct shot_settings *s, struct progress *progress)
 {
     if (!shot_compares(s->mode))
         return take_one(shot, render, s, progress);
     struct picture truth = {0}, variance = {0}, test = {0};
-    struct error *err = s->given_truth ? NULL : render_picture(render, s->truth, &truth, &variance, progress);
+    struct error *err =
+        s->given_truth ? NULL : render_picture(render, s->truth, &truth, &variance, progress);
     if (!err)
         err = render_picture(render, s->test, &test, NULL, progress);
     if (!err)
-        err = shot_compose(shot, s->given_truth ? s->given_truth : &truth, s->given_truth ? NULL : &variance, &test, s, render->threads);
+        err = shot_compose(shot, s->given_truth ? s->given_truth : &truth,
+                           s->given_truth ? NULL : &variance, &test, s, render->threads);
     picture_clear(&truth);
     picture_clear(&variance);
     picture_clear(&test);

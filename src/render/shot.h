@@ -1,7 +1,8 @@
 /* shot: a picture to look at: what is rendered, compared, laid out and written on it.
  *
- * Light is exposed, so that the 95th percentile of the truth's luminance (of the picture's, where no truth is taken) is 0.7 of
- * white, or as asked for; the same factor holds for all that is in the picture.
+ * Light is exposed, so that the 95th percentile of the truth's luminance (of the picture's, where
+ * no truth is taken) is 0.7 of white, or as asked for; the same factor holds for all that is in the
+ * picture.
  */
 #ifndef SHOT_H
 #define SHOT_H
@@ -17,24 +18,27 @@ enum shot_mode {
     SHOT_TRUTH,
     SHOT_PROBES,
     SHOT_MIXED,
-    SHOT_NONE,       /* direct light alone */
-    SHOT_SPLIT,      /* the left half of the truth, the right half by the probes */
-    SHOT_PAIR,       /* the two beside each other */
-    SHOT_DIFFERENCE, /* CIE lightness L* (0 black, 100 white) that the screen shows by the probes, less the truth's: from too dark
-                        (blue) to too bright (red) */
-    SHOT_FLIP,       /* FLIP's map (flip.h) */
+    SHOT_NONE,  /* direct light alone */
+    SHOT_SPLIT, /* the left half of the truth, the right half by the probes */
+    SHOT_PAIR,  /* the two beside each other */
+    /* CIE lightness L* (0 black, 100 white) that the screen shows by the probes, less the truth's:
+     * from too dark (blue) to too bright (red) */
+    SHOT_DIFFERENCE,
+    SHOT_FLIP, /* FLIP's map (flip.h) */
 };
 
 struct shot_settings {
     enum shot_mode mode;
-    /* what is held against what where two are: RENDER_PROBES or RENDER_MIXED, RENDER_TRUTH or RENDER_DIRECT */
+    /* what is held against what where two are: RENDER_PROBES or RENDER_MIXED, RENDER_TRUTH or
+     * RENDER_DIRECT */
     enum render_light test, truth;
-    double exposure;               /* 0: automatic */
+    double exposure; /* 0: automatic */
     enum display_tone tone;
-    double scale;                       /* the difference that the colours' ends stand for; 0: automatic, of 1, 2 or 5 times a power of ten
-                                           the least that 99 % of the pixels are within */
-    const struct picture *given_truth;  /* NULL: rendered */
-    const struct overlay *overlay;      /* NULL: none */
+    /* the difference that the colours' ends stand for; 0: automatic, of 1, 2 or 5 times a power of
+     * ten the least that 99 % of the pixels are within */
+    double scale;
+    const struct picture *given_truth; /* NULL: rendered */
+    const struct overlay *overlay;     /* NULL: none */
 };
 
 struct shot {
@@ -52,12 +56,14 @@ bool shot_compares(enum shot_mode mode);
 int shot_pictures(const struct shot_settings *settings);
 
 /* Makes the shot; starts as {0}. */
-struct error *shot_take(struct shot *shot, const struct render *render, const struct shot_settings *settings,
-                        struct progress *progress);
+struct error *shot_take(struct shot *shot, const struct render *render,
+                        const struct shot_settings *settings, struct progress *progress);
 
-/* The same of two pictures that are there (variance: NULL, or of the truth); of the mode, those that compare. */
-struct error *shot_compose(struct shot *shot, const struct picture *truth, const struct picture *variance,
-                           const struct picture *test, const struct shot_settings *settings, int threads);
+/* The same of two pictures that are there (variance: NULL, or of the truth); of the mode, those
+ * that compare. */
+struct error *shot_compose(struct shot *shot, const struct picture *truth,
+                           const struct picture *variance, const struct picture *test,
+                           const struct shot_settings *settings, int threads);
 
 void shot_clear(struct shot *shot);
 

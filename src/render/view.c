@@ -10,13 +10,13 @@
 #include <string.h>
 
 enum {
-    PLACES = 300,  /* about, in the scene's box */
+    PLACES = 300, /* about, in the scene's box */
     ACROSS_MOST = 12,
-    RAYS = 32,     /* that tell whether a place is free */
-    COMPASS = 16,  /* directions that are tried from each eye */
+    RAYS = 32,    /* that tell whether a place is free */
+    COMPASS = 16, /* directions that are tried from each eye */
     FINALISTS = 96,
     EYE_FINALISTS = 2, /* of one eye, so that they differ */
-    FAN = 12,      /* rays across and down a finalist's picture */
+    FAN = 12,          /* rays across and down a finalist's picture */
 };
 
 struct place {
@@ -86,18 +86,21 @@ static struct error *find_places(struct choice *c)
     c->spacing = step;
     struct error *err = array_create(&c->place, n[0] * n[1] * n[2] + 26, sizeof *c->place);
     for (size_t i = 0; i < n[0] * n[1] * n[2] && !err; i++) {
-        const struct vec3 p = {scene->box_min.x + ((double)(i % n[0]) + 0.5) / (double)n[0] * size.x,
-                               scene->box_min.y + ((double)(i / n[0] % n[1]) + 0.5) / (double)n[1] * size.y,
-                               scene->box_min.z + ((double)(i / n[0] / n[1]) + 0.5) / (double)n[2] * size.z};
+        const struct vec3 p = {
+            scene->box_min.x + ((double)(i % n[0]) + 0.5) / (double)n[0] * size.x,
+            scene->box_min.y + ((double)(i / n[0] % n[1]) + 0.5) / (double)n[1] * size.y,
+            scene->box_min.z + ((double)(i / n[0] / n[1]) + 0.5) / (double)n[2] * size.z};
         if (is_free(c, p))
             c->place[c->count++].position = p;
     }
     c->seen = c->count;
-    const double half = fmax(c->fov, 1) * (ANGLE_PI / 360), away = c->radius / angle_sin(half) * fmax(1, 1 / c->aspect);
+    const double half = fmax(c->fov, 1) * (ANGLE_PI / 360),
+                 away = c->radius / angle_sin(half) * fmax(1, 1 / c->aspect);
     for (int i = 0; i < 27 && !err; i++) {
         const struct vec3 d = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
         if (vec3_length(d) > 0)
-            c->place[c->count++] = (struct place){vec3_fma(c->centre, away, vec3_normalize(d)), true};
+            c->place[c->count++] =
+                (struct place){vec3_fma(c->centre, away, vec3_normalize(d)), true};
     }
     return err;
 }
@@ -107,16 +110,21 @@ static double count_seen(const struct choice *c, size_t eye, const struct camera
 {
     double count = 0, x, y, depth;
     for (size_t i = 0; i < c->seen; i++)
-        count += c->sees[eye * c->seen + i] && camera_project(camera, c->place[i].position, &x, &y, &depth) &&
-                 depth > c->spacing && x > 0 && x < (double)camera->width && y > 0 && y < (double)camera->height;
+        count += c->sees[eye * c->seen + i] &&
+                 camera_project(camera, c->place[i].position, &x, &y, &depth) &&
+                 depth > c->spacing && x > 0 && x < (double)camera->width && y > 0 &&
+                 y < (double)camera->height;
     return count;
 }
 
-static struct error *aim(const struct choice *c, const struct candidate *candidate, struct camera *camera)
+static struct error *aim(const struct choice *c, const struct candidate *candidate,
+                         struct camera *camera)
 {
     const struct vec3 eye = c->place[candidate->eye].position;
-    const struct vec3 up = fabs(candidate->forward.y) > 0.99 ? (struct vec3){0, 0, -1} : (struct vec3){0, 1, 0};
-    return camera_create(camera, eye, vec3_fma(eye, c->radius, candidate->forward), up, c->fov, (size_t)(1000 * c->aspect) + 1, 1000);
+    const struct vec3 up = fabs(candidate->forward.y) > 0.99 ? (struct vec3){0, 0, -1}
+                                                             : (struct vec3){0, 1, 0};
+    return camera_create(camera, eye, vec3_fma(eye, c->radius, candidate->forward), up, c->fov,
+                         (size_t)(1000 * c->aspect) + 1, 1000);
 }
 
 /* Puts a candidate among the finalists, which are in order, if it is good enough. */
@@ -139,10 +147,15 @@ static struct error *try_eye(struct choice *c, size_t eye)
     for (int i = 0; i < (outside ? 1 : COMPASS) && !err; i++) {
         const double turn = 2 * ANGLE_PI * i / COMPASS;
         const struct vec3 level = {angle_cos(turn), -0.15, angle_sin(turn)};
-        struct candidate candidate = {.eye = eye, .forward = vec3_normalize(outside ? vec3_sub(c->centre, c->place[eye].position) : level)};
+        struct candidate candidate = {
+            .eye = eye,
+            .forward =
+                vec3_normalize(outside ? vec3_sub(c->centre, c->place[eye].position) : level)};
         struct camera camera;
         err = aim(c, &candidate, &camera);
-        const double seen = err ? 0 : count_seen(c, eye, &camera) * (1 - 0.5 * candidate.forward.y * candidate.forward.y);
+        const double seen = err ? 0
+                                : count_seen(c, eye, &camera) *
+                                      (1 - 0.5 * candidate.forward.y * candidate.forward.y);
         /* from outside, all is to be seen or it is no view */
         candidate.score = outside && c->seen ? seen * seen / (double)c->seen : seen;
         if (candidate.score > best[0].score) {
@@ -158,8 +171,8 @@ static struct error *try_eye(struct choice *c, size_t eye)
     return err;
 }
 
-/* What a finalist's picture shows. Its worth is 1 where it is full of fronts; sky counts a little, backs count against it, and
- * so does what is close to the eye. */
+/* What a finalist's picture shows. Its worth is 1 where it is full of fronts; sky counts a little,
+ * backs count against it, and so does what is close to the eye. */
 static struct error *look_around(const struct choice *c, struct candidate *finalist, size_t number)
 {
     struct camera camera;
@@ -174,16 +187,20 @@ static struct error *look_around(const struct choice *c, struct candidate *final
         struct random random[FAN];
         struct path_sample sample[FAN];
         for (size_t i = 0; i < FAN; i++) {
-            const struct vec3 d = camera_direction(&camera, ((double)i + 0.5) / FAN * (double)camera.width,
-                                                   ((double)row + 0.5) / FAN * (double)camera.height);
+            const struct vec3 d =
+                camera_direction(&camera, ((double)i + 0.5) / FAN * (double)camera.width,
+                                 ((double)row + 0.5) / FAN * (double)camera.height);
             direction[i] = (struct vec3f){(float)d.x, (float)d.y, (float)d.z};
             random[i] = random_start(0, number, (uint32_t)(FAN * row + i));
         }
         path_samples(c->path, &receiver, FAN, direction, true, random, sample);
         for (size_t i = 0; i < FAN; i++) {
             const struct path_sample *s = &sample[i];
-            finalist->light[FAN * row + i] = (double)vec3f_luminance(vec3f_add(s->straight, s->scattered));
-            sum += !s->hit ? 0.4 : s->front ? fmin((double)s->distance / c->tracer->scale / c->spacing, 1) : -1;
+            finalist->light[FAN * row + i] =
+                (double)vec3f_luminance(vec3f_add(s->straight, s->scattered));
+            sum += !s->hit    ? 0.4
+                   : s->front ? fmin((double)s->distance / c->tracer->scale / c->spacing, 1)
+                              : -1;
         }
     }
     finalist->worth = fmax(sum / (FAN * FAN), 0.01);
@@ -230,11 +247,16 @@ static struct error *choose(struct choice *c, struct vec3 *eye, struct vec3 *loo
     return err;
 }
 
-struct error *view_choose(const struct path_tracer *path, double fov, double aspect, struct vec3 *eye, struct vec3 *look_at)
+struct error *view_choose(const struct path_tracer *path, double fov, double aspect,
+                          struct vec3 *eye, struct vec3 *look_at)
 {
     const struct scene *scene = path->tracer->scene;
-    struct choice c = {.path = path, .tracer = path->tracer, .centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max)),
-                       .radius = vec3_length(vec3_sub(scene->box_max, scene->box_min)) / 2, .fov = fov, .aspect = aspect};
+    struct choice c = {.path = path,
+                       .tracer = path->tracer,
+                       .centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max)),
+                       .radius = vec3_length(vec3_sub(scene->box_max, scene->box_min)) / 2,
+                       .fov = fov,
+                       .aspect = aspect};
     struct error *err = choose(&c, eye, look_at);
     free(c.place);
     free(c.sees);

@@ -71,8 +71,8 @@ struct scene_material scene_material_default(void)
 
 struct error *scene_push_mesh(struct scene *scene, struct scene_mesh mesh, size_t *index)
 {
-    struct error *err =
-        array_reserve(&scene->meshes, &scene->mesh_capacity, scene->mesh_count + 1, sizeof *scene->meshes);
+    struct error *err = array_reserve(&scene->meshes, &scene->mesh_capacity, scene->mesh_count + 1,
+                                      sizeof *scene->meshes);
     if (err) {
         scene_mesh_clear(&mesh);
         return err;
@@ -85,8 +85,8 @@ struct error *scene_push_mesh(struct scene *scene, struct scene_mesh mesh, size_
 
 struct error *scene_push_instance(struct scene *scene, size_t mesh, const double transform[12])
 {
-    struct error *err = array_reserve(&scene->instances, &scene->instance_capacity, scene->instance_count + 1,
-                                      sizeof *scene->instances);
+    struct error *err = array_reserve(&scene->instances, &scene->instance_capacity,
+                                      scene->instance_count + 1, sizeof *scene->instances);
     if (err)
         return err;
     struct scene_instance *instance = &scene->instances[scene->instance_count++];
@@ -95,9 +95,11 @@ struct error *scene_push_instance(struct scene *scene, size_t mesh, const double
     return NULL;
 }
 
-struct error *scene_push_material(struct scene *scene, struct scene_material material, int32_t *index)
+struct error *scene_push_material(struct scene *scene, struct scene_material material,
+                                  int32_t *index)
 {
-    struct error *err = scene->material_count < INT32_MAX ? NULL : error_new("more than 2^31 materials");
+    struct error *err = scene->material_count < INT32_MAX ? NULL
+                                                          : error_new("more than 2^31 materials");
     if (!err && !material.name)
         err = array_create(&material.name, 1, 1);
     if (!err)
@@ -115,7 +117,8 @@ struct error *scene_push_material(struct scene *scene, struct scene_material mat
 
 struct error *scene_push_texture(struct scene *scene, struct scene_texture texture, int32_t *index)
 {
-    struct error *err = scene->texture_count < INT32_MAX ? NULL : error_new("more than 2^31 textures");
+    struct error *err = scene->texture_count < INT32_MAX ? NULL
+                                                         : error_new("more than 2^31 textures");
     if (!err)
         err = array_reserve(&scene->textures, &scene->texture_capacity, scene->texture_count + 1,
                             sizeof *scene->textures);
@@ -131,15 +134,16 @@ struct error *scene_push_texture(struct scene *scene, struct scene_texture textu
 
 struct error *scene_push_light(struct scene *scene, struct scene_light light)
 {
-    struct error *err =
-        array_reserve(&scene->lights, &scene->light_capacity, scene->light_count + 1, sizeof *scene->lights);
+    struct error *err = array_reserve(&scene->lights, &scene->light_capacity,
+                                      scene->light_count + 1, sizeof *scene->lights);
     if (!err)
         scene->lights[scene->light_count++] = light;
     return err;
 }
 
-struct error *scene_add_mesh(struct scene *scene, size_t vertex_count, const double *position, size_t triangle_count,
-                             const uint32_t *index, const struct scene_material *material)
+struct error *scene_add_mesh(struct scene *scene, size_t vertex_count, const double *position,
+                             size_t triangle_count, const uint32_t *index,
+                             const struct scene_material *material)
 {
     struct scene_mesh mesh = {.vertex_count = vertex_count, .triangle_count = triangle_count};
     struct scene_material copy = *material;
@@ -179,10 +183,12 @@ size_t scene_triangle_count(const struct scene *scene)
 
 static void hash_texture(XXH3_state_t *state, const struct scene_texture *t)
 {
-    const uint32_t shape[] = {t->width, t->height, t->channels, t->bytes, t->wrap_u, t->wrap_v, t->nearest};
+    const uint32_t shape[] = {t->width,  t->height, t->channels, t->bytes,
+                              t->wrap_u, t->wrap_v, t->nearest};
     XXH3_64bits_update(state, shape, sizeof shape);
     XXH3_64bits_update(state, t->texels,
-                       (size_t)t->width * t->height * t->channels * (t->bytes ? sizeof(uint8_t) : sizeof(float)));
+                       (size_t)t->width * t->height * t->channels *
+                           (t->bytes ? sizeof(uint8_t) : sizeof(float)));
 }
 
 static void hash_map(XXH3_state_t *state, const struct scene_map *map)
@@ -217,9 +223,9 @@ static void hash_mesh(XXH3_state_t *state, const struct scene_mesh *mesh)
 static void hash_light(XXH3_state_t *state, const struct scene_light *l)
 {
     const uint32_t kind = l->kind;
-    const double numbers[] = {l->position.x,   l->position.y,   l->position.z,   l->direction.x,
-                              l->direction.y,  l->direction.z,  l->intensity[0], l->intensity[1],
-                              l->intensity[2], l->cos_inner,    l->cos_outer};
+    const double numbers[] = {l->position.x,   l->position.y,  l->position.z,   l->direction.x,
+                              l->direction.y,  l->direction.z, l->intensity[0], l->intensity[1],
+                              l->intensity[2], l->cos_inner,   l->cos_outer};
     XXH3_64bits_update(state, &kind, sizeof kind);
     XXH3_64bits_update(state, numbers, sizeof numbers);
 }
@@ -230,16 +236,17 @@ uint64_t scene_key(const struct scene *scene)
         return scene->whole_key;
     XXH3_state_t state;
     XXH3_64bits_reset(&state);
-    const uint64_t shape[] = {scene->mesh_count,    scene->instance_count,  scene->material_count,
-                              scene->texture_count, scene->light_count,     scene->emit_front_only,
-                              scene->sky.picture != NULL};
+    const uint64_t shape[] = {
+        scene->mesh_count,  scene->instance_count,  scene->material_count,     scene->texture_count,
+        scene->light_count, scene->emit_front_only, scene->sky.picture != NULL};
     XXH3_64bits_update(&state, shape, sizeof shape);
     for (size_t i = 0; i < scene->mesh_count; i++)
         hash_mesh(&state, &scene->meshes[i]);
     for (size_t i = 0; i < scene->instance_count; i++) {
         const uint64_t mesh = scene->instances[i].mesh;
         XXH3_64bits_update(&state, &mesh, sizeof mesh);
-        XXH3_64bits_update(&state, scene->instances[i].transform, sizeof scene->instances[i].transform);
+        XXH3_64bits_update(&state, scene->instances[i].transform,
+                           sizeof scene->instances[i].transform);
     }
     for (size_t i = 0; i < scene->material_count; i++)
         hash_material(&state, &scene->materials[i]);

@@ -1,4 +1,5 @@
-/* What makes a legal scene of what an importer read: triangles with an area, numbers in range, the user's settings. */
+/* What makes a legal scene of what an importer read: triangles with an area, numbers in range, the
+ * user's settings. */
 #include "import/import.h"
 
 #include <float.h>
@@ -28,8 +29,9 @@ static double largest(struct vec3 a)
     return fmax(fmax(fabs(a.x), fabs(a.y)), fabs(a.z));
 }
 
-/* Whether the cross product of the edges is no more than the rounding of its own computation (also when it is not
- * a number). The edges are brought near 1 first, so that neither tiny nor huge scenes leave the range of double. */
+/* Whether the cross product of the edges is no more than the rounding of its own computation (also
+ * when it is not a number). The edges are brought near 1 first, so that neither tiny nor huge
+ * scenes leave the range of double. */
 static bool is_degenerate(const double *a, const double *b, const double *c)
 {
     struct vec3 e = vec3_sub(vec3_load(b), vec3_load(a)), f = vec3_sub(vec3_load(c), vec3_load(a));
@@ -47,10 +49,12 @@ static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnin
     size_t kept = 0;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *i = &mesh->index[3 * t];
-        if (i[0] >= mesh->vertex_count || i[1] >= mesh->vertex_count || i[2] >= mesh->vertex_count) {
+        if (i[0] >= mesh->vertex_count || i[1] >= mesh->vertex_count ||
+            i[2] >= mesh->vertex_count) {
             warnings_add(warnings, "index out of range",
-                         "triangle %zu of mesh %zu has a corner that is not among the mesh's %zu vertices: left out", t,
-                         number, mesh->vertex_count);
+                         "triangle %zu of mesh %zu has a corner that is not among the mesh's %zu "
+                         "vertices: left out",
+                         t, number, mesh->vertex_count);
             continue;
         }
         const double *p = mesh->position;
@@ -73,7 +77,8 @@ static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnin
     for (size_t v = 0; v < mesh->vertex_count; v++) {
         if (!place[v])
             continue;
-        memmove(&mesh->position[3 * (size_t)used], &mesh->position[3 * v], 3 * sizeof *mesh->position);
+        memmove(&mesh->position[3 * (size_t)used], &mesh->position[3 * v],
+                3 * sizeof *mesh->position);
         place[v] = ++used;
     }
     for (size_t k = 0; k < 3 * kept; k++)
@@ -90,13 +95,14 @@ static void mesh_clean_uv(struct scene_mesh *mesh, struct warnings *warnings, si
             continue;
         mesh->uv[k] = 0;
         warnings_add(warnings, "texture coordinate not finite",
-                     "triangle %zu of mesh %zu has a texture coordinate that is not a finite number: 0 is used", k / 6,
-                     number);
+                     "triangle %zu of mesh %zu has a texture coordinate that is not a finite "
+                     "number: 0 is used",
+                     k / 6, number);
     }
 }
 
-/* The volume of a transformed unit cube, after each row was brought near 1: 0 when space is squeezed flat, negative
- * when it is mirrored. */
+/* The volume of a transformed unit cube, after each row was brought near 1: 0 when space is
+ * squeezed flat, negative when it is mirrored. */
 static double openness(const double m[12])
 {
     struct vec3 row[3];
@@ -132,7 +138,8 @@ static struct error *instance_flatten(struct scene *scene, size_t number)
     double matrix[12];
     memcpy(matrix, scene->instances[number].transform, sizeof matrix);
     const struct scene_mesh *from = &scene->meshes[scene->instances[number].mesh];
-    struct scene_mesh mesh = {.vertex_count = from->vertex_count, .triangle_count = from->triangle_count};
+    struct scene_mesh mesh = {.vertex_count = from->vertex_count,
+                              .triangle_count = from->triangle_count};
     struct error *err = array_create(&mesh.position, 3 * mesh.vertex_count, sizeof *mesh.position);
     if (!err)
         err = array_create(&mesh.index, 3 * mesh.triangle_count, sizeof *mesh.index);
@@ -167,7 +174,8 @@ static struct error *check_instances(struct scene *scene)
     for (size_t i = 0; i < scene->instance_count && !err; i++) {
         const struct scene_instance *instance = &scene->instances[i];
         if (instance->mesh >= scene->mesh_count)
-            err = error_new("instance %zu places mesh %zu of %zu", i, instance->mesh, scene->mesh_count);
+            err = error_new("instance %zu places mesh %zu of %zu", i, instance->mesh,
+                            scene->mesh_count);
         else if (!all_finite(instance->transform, 12))
             err = error_new("instance %zu has a transform that is not finite", i);
         else if (!(fabs(openness(instance->transform)) > openness_least))
@@ -184,7 +192,8 @@ static struct error *drop_unused(struct scene *scene)
     if (err)
         return err;
     for (size_t i = 0; i < scene->instance_count; i++)
-        place[scene->instances[i].mesh] = scene->meshes[scene->instances[i].mesh].triangle_count > 0;
+        place[scene->instances[i].mesh] = scene->meshes[scene->instances[i].mesh].triangle_count >
+                                          0;
     size_t meshes = 0, instances = 0;
     for (size_t i = 0; i < scene->mesh_count; i++) {
         if (!place[i]) {
@@ -209,7 +218,8 @@ static struct error *drop_unused(struct scene *scene)
 
 static struct error *find_box(struct scene *scene)
 {
-    double low[3] = {(double)INFINITY, (double)INFINITY, (double)INFINITY}, high[3] = {-low[0], -low[1], -low[2]};
+    double low[3] = {(double)INFINITY, (double)INFINITY, (double)INFINITY},
+           high[3] = {-low[0], -low[1], -low[2]};
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct scene_instance *instance = &scene->instances[i];
         const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
@@ -239,10 +249,11 @@ struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnin
         struct scene_mesh *mesh = &scene->meshes[i];
         for (size_t t = 0; t < mesh->triangle_count && !err; t++)
             if (mesh->material[t] < 0 || (size_t)mesh->material[t] >= scene->material_count)
-                err = error_new("triangle %zu of mesh %zu has material %d of %zu", t, i, (int)mesh->material[t],
-                                scene->material_count);
+                err = error_new("triangle %zu of mesh %zu has material %d of %zu", t, i,
+                                (int)mesh->material[t], scene->material_count);
         if (!err && mesh->vertex_count > UINT32_MAX)
-            err = error_new("mesh %zu has %zu vertices, expected at most 2^32", i, mesh->vertex_count);
+            err = error_new("mesh %zu has %zu vertices, expected at most 2^32", i,
+                            mesh->vertex_count);
         before += mesh->triangle_count;
         if (!err)
             err = mesh_clean(mesh, warnings, i);
@@ -252,8 +263,10 @@ struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnin
     }
     scene->degenerate_count = before - after;
     if (!err && before > after)
-        warnings_add(warnings, "degenerate triangles", "%s%s%zu of %zu triangles have no area and are left out",
-                     scene->path ? scene->path : "", scene->path ? ": " : "", before - after, before);
+        warnings_add(warnings, "degenerate triangles",
+                     "%s%s%zu of %zu triangles have no area and are left out",
+                     scene->path ? scene->path : "", scene->path ? ": " : "", before - after,
+                     before);
     if (!err)
         err = drop_unused(scene);
     return err ? err : find_box(scene);
@@ -262,39 +275,47 @@ struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnin
 /* -- materials, lights, settings --------------------------------------------------------------- */
 
 /* Makes a factor legal: a negative number or none becomes 0. */
-static float legal_factor(float x, const char *what, const struct scene_material *m, struct warnings *warnings)
+static float legal_factor(float x, const char *what, const struct scene_material *m,
+                          struct warnings *warnings)
 {
     if (isfinite(x) && x >= 0)
         return x;
-    warnings_add(warnings, "material out of range", "material '%s': %s of %g: 0 is used", m->name, what, (double)x);
+    warnings_add(warnings, "material out of range", "material '%s': %s of %g: 0 is used", m->name,
+                 what, (double)x);
     return 0;
 }
 
 static struct vec3f legal_colour(struct vec3f c, const char *what, const struct scene_material *m,
                                  struct warnings *warnings)
 {
-    return (struct vec3f){legal_factor(c.x, what, m, warnings), legal_factor(c.y, what, m, warnings),
+    return (struct vec3f){legal_factor(c.x, what, m, warnings),
+                          legal_factor(c.y, what, m, warnings),
                           legal_factor(c.z, what, m, warnings)};
 }
 
 /* Scaled in double; light that is too bright for a float is no darkness, so it is an error. */
-static struct error *finish_emission(struct scene_material *m, double scale, struct warnings *warnings)
+static struct error *finish_emission(struct scene_material *m, double scale,
+                                     struct warnings *warnings)
 {
     float *const channel[3] = {&m->emission.x, &m->emission.y, &m->emission.z};
     for (int c = 0; c < 3; c++) {
         const double scaled = (double)*channel[c] * scale;
         if (scaled > (double)FLT_MAX)
-            return error_new("material '%s': an emission of %g is beyond what 32 bits can hold", m->name, scaled);
-        *channel[c] = (float)((double)legal_factor(*channel[c], "an emission", m, warnings) * scale);
+            return error_new("material '%s': an emission of %g is beyond what 32 bits can hold",
+                             m->name, scaled);
+        *channel[c] =
+            (float)((double)legal_factor(*channel[c], "an emission", m, warnings) * scale);
     }
     return NULL;
 }
 
-static struct error *check_map(const struct scene *scene, struct scene_map *map, const struct scene_material *m,
-                               struct warnings *warnings)
+static struct error *check_map(const struct scene *scene, struct scene_map *map,
+                               const struct scene_material *m, struct warnings *warnings)
 {
-    if (map->texture != SCENE_NONE && (map->texture < 0 || (size_t)map->texture >= scene->texture_count))
-        return error_new("material '%s' reads texture %d of %zu", m->name, (int)map->texture, scene->texture_count);
+    if (map->texture != SCENE_NONE &&
+        (map->texture < 0 || (size_t)map->texture >= scene->texture_count))
+        return error_new("material '%s' reads texture %d of %zu", m->name, (int)map->texture,
+                         scene->texture_count);
     for (int i = 0; i < 6; i++) {
         if (isfinite(map->transform[i]))
             continue;
@@ -320,8 +341,10 @@ static float texture_most(const struct scene_texture *t)
     return most;
 }
 
-/* Says once a kind where max_albedo takes light away; the limit itself is applied in scene_albedo. */
-static void warn_albedo(const struct scene *scene, const struct scene_material *m, struct warnings *warnings)
+/* Says once a kind where max_albedo takes light away; the limit itself is applied in
+ * scene_albedo. */
+static void warn_albedo(const struct scene *scene, const struct scene_material *m,
+                        struct warnings *warnings)
 {
     float most = fmaxf(fmaxf(m->albedo.x, m->albedo.y), m->albedo.z);
     if (m->albedo_map.texture != SCENE_NONE) {
@@ -330,12 +353,14 @@ static void warn_albedo(const struct scene *scene, const struct scene_material *
             most *= texture_most(t);
     }
     if (most > scene->max_albedo)
-        warnings_add(warnings, "albedo limited", "material '%s': its albedo of up to %.4g is limited to %.4g", m->name,
+        warnings_add(warnings, "albedo limited",
+                     "material '%s': its albedo of up to %.4g is limited to %.4g", m->name,
                      (double)most, (double)scene->max_albedo);
 }
 
 static struct error *finish_material(struct scene *scene, struct scene_material *m,
-                                     const struct scene_settings *settings, struct warnings *warnings)
+                                     const struct scene_settings *settings,
+                                     struct warnings *warnings)
 {
     struct error *err = check_map(scene, &m->albedo_map, m, warnings);
     if (!err)
@@ -345,15 +370,17 @@ static struct error *finish_material(struct scene *scene, struct scene_material 
     if (err)
         return err;
     m->textured = m->albedo_map.texture != SCENE_NONE || m->emission_map.texture != SCENE_NONE ||
-        m->alpha_map.texture != SCENE_NONE;
-    m->albedo = vec3f_scale((float)settings->albedo_scale, legal_colour(m->albedo, "an albedo", m, warnings));
+                  m->alpha_map.texture != SCENE_NONE;
+    m->albedo = vec3f_scale((float)settings->albedo_scale,
+                            legal_colour(m->albedo, "an albedo", m, warnings));
     err = finish_emission(m, settings->light_scale, warnings);
     if (err)
         return err;
     if (!(m->opacity >= 0 && m->opacity <= 1)) {
         const float used = m->opacity < 0 ? 0.0f : 1.0f;
-        warnings_add(warnings, "material out of range", "material '%s': an opacity of %g: %g is used", m->name,
-                     (double)m->opacity, (double)used);
+        warnings_add(warnings, "material out of range",
+                     "material '%s': an opacity of %g: %g is used", m->name, (double)m->opacity,
+                     (double)used);
         m->opacity = used;
     }
     if (!isfinite(m->cutoff))
@@ -365,8 +392,9 @@ static struct error *finish_material(struct scene *scene, struct scene_material 
 static bool light_is_legal(const struct scene_light *light)
 {
     const double d = vec3_dot(light->direction, light->direction);
-    const bool placed = light->kind == SCENE_SUN ||
-                        (isfinite(light->position.x) && isfinite(light->position.y) && isfinite(light->position.z));
+    const bool placed =
+        light->kind == SCENE_SUN ||
+        (isfinite(light->position.x) && isfinite(light->position.y) && isfinite(light->position.z));
     const bool aimed = light->kind == SCENE_POINT || fabs(d - 1) < 1e-6;
     const bool cone = light->kind != SCENE_SPOT || light->cos_inner >= light->cos_outer;
     return placed && aimed && cone && all_finite(light->intensity, 3) && light->intensity[0] >= 0 &&
@@ -381,8 +409,10 @@ static struct error *finish_lights(struct scene *scene, const struct scene_setti
     for (size_t i = 0; i < scene->light_count; i++) {
         struct scene_light light = scene->lights[i];
         if (!light_is_legal(&light)) {
-            warnings_add(warnings, "light out of range",
-                         "light %zu has a negative or endless intensity, no place or no direction: left out", i);
+            warnings_add(
+                warnings, "light out of range",
+                "light %zu has a negative or endless intensity, no place or no direction: left out",
+                i);
             continue;
         }
         for (int c = 0; c < 3; c++)
@@ -425,7 +455,8 @@ static struct error *finish_sky(struct scene *scene, const struct scene_settings
     return settings->sky_file ? read_sky(&scene->sky.picture, settings->sky_file) : NULL;
 }
 
-struct error *scene_finish(struct scene *scene, const struct scene_settings *settings, struct warnings *warnings)
+struct error *scene_finish(struct scene *scene, const struct scene_settings *settings,
+                           struct warnings *warnings)
 {
     const struct scene_settings none = scene_settings_default();
     if (!settings)

@@ -59,7 +59,8 @@ static struct error *make_unit(struct vec3 *direction)
     const double size = fmax(fmax(fabs(direction->x), fabs(direction->y)), fabs(direction->z));
     if (!(size > 0))
         return error_usage("expected a direction, got 0,0,0");
-    *direction = vec3_normalize((struct vec3){direction->x / size, direction->y / size, direction->z / size});
+    *direction = vec3_normalize(
+        (struct vec3){direction->x / size, direction->y / size, direction->z / size});
     return NULL;
 }
 
@@ -92,7 +93,8 @@ static struct error *parse_sun(void *value, const char *text)
     struct error *err = options_reals("--sun", text, 6, n);
     if (err)
         return err;
-    struct scene_light light = {.kind = SCENE_SUN, .direction = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
+    struct scene_light light = {
+        .kind = SCENE_SUN, .direction = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
     err = make_unit(&light.direction);
     return err ? err : give_light(value, &light);
 }
@@ -101,7 +103,8 @@ static struct error *parse_point(void *value, const char *text)
 {
     double n[6];
     struct error *err = options_reals("--point", text, 6, n);
-    const struct scene_light light = {.kind = SCENE_POINT, .position = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
+    const struct scene_light light = {
+        .kind = SCENE_POINT, .position = vec3_load(n), .intensity = {n[3], n[4], n[5]}};
     return err ? err : give_light(value, &light);
 }
 
@@ -112,7 +115,8 @@ static struct error *parse_spot(void *value, const char *text)
     if (err)
         return err;
     if (!(0 <= n[6] && n[6] <= n[7] && n[7] <= 90))
-        return error_usage("expected angles 0 <= INNER <= OUTER <= 90, got %.15g and %.15g", n[6], n[7]);
+        return error_usage("expected angles 0 <= INNER <= OUTER <= 90, got %.15g and %.15g", n[6],
+                           n[7]);
     struct scene_light light = {.kind = SCENE_SPOT,
                                 .position = vec3_load(n),
                                 .direction = vec3_load(n + 3),
@@ -132,29 +136,63 @@ static struct error *parse_emit(void *value, const char *text)
     return NULL;
 }
 
-const struct option_row *scene_settings_rows(struct scene_settings *settings, struct option_row *rows)
+const struct option_row *scene_settings_rows(struct scene_settings *settings,
+                                             struct option_row *rows)
 {
     const struct option_row table[SCENE_SETTINGS_ROWS] = {
-        {.name = "sky", .argument = "R,G,B|FILE.hdr", .kind = OPTION_CALL, .value = settings, .parse = parse_sky,
-         .help = "radiance where there is no surface: one colour, or an\nequirectangular Radiance picture",
+        {.name = "sky",
+         .argument = "R,G,B|FILE.hdr",
+         .kind = OPTION_CALL,
+         .value = settings,
+         .parse = parse_sky,
+         .help = "radiance where there is no surface: one colour, or an\n"
+                 "equirectangular Radiance picture",
          .shown = "0,0,0"},
-        {.name = "sun", .argument = "DX,DY,DZ,R,G,B", .kind = OPTION_CALL, .value = settings, .parse = parse_sun,
+        {.name = "sun",
+         .argument = "DX,DY,DZ,R,G,B",
+         .kind = OPTION_CALL,
+         .value = settings,
+         .parse = parse_sun,
          .help = "parallel light: the direction that it travels, and its\n"
                  "irradiance on a perpendicular surface; may repeat"},
-        {.name = "point", .argument = "X,Y,Z,R,G,B", .kind = OPTION_CALL, .value = settings, .parse = parse_point,
+        {.name = "point",
+         .argument = "X,Y,Z,R,G,B",
+         .kind = OPTION_CALL,
+         .value = settings,
+         .parse = parse_point,
          .help = "point light: place and radiant intensity; may repeat"},
-        {.name = "spot", .argument = "X,Y,Z,DX,DY,DZ,INNER,OUTER,R,G,B", .kind = OPTION_CALL, .value = settings,
+        {.name = "spot",
+         .argument = "X,Y,Z,DX,DY,DZ,INNER,OUTER,R,G,B",
+         .kind = OPTION_CALL,
+         .value = settings,
          .parse = parse_spot,
          .help = "spot light: place, direction, the half angles in degrees\n"
                  "where it begins to fall off and ends, radiant intensity;\nmay repeat"},
-        {.name = "emit", .argument = "SIDES", .kind = OPTION_CALL, .value = settings, .parse = parse_emit,
-         .help = "sides from which surfaces emit: both or front", .shown = "both"},
-        {.name = "albedo-scale", .argument = "FACTOR", .kind = OPTION_REAL, .value = &settings->albedo_scale,
-         .most = (double)INFINITY, .help = "multiplies every albedo"},
-        {.name = "max-albedo", .argument = "ALBEDO", .kind = OPTION_REAL, .value = &settings->max_albedo, .most = 1,
+        {.name = "emit",
+         .argument = "SIDES",
+         .kind = OPTION_CALL,
+         .value = settings,
+         .parse = parse_emit,
+         .help = "sides from which surfaces emit: both or front",
+         .shown = "both"},
+        {.name = "albedo-scale",
+         .argument = "FACTOR",
+         .kind = OPTION_REAL,
+         .value = &settings->albedo_scale,
+         .most = (double)INFINITY,
+         .help = "multiplies every albedo"},
+        {.name = "max-albedo",
+         .argument = "ALBEDO",
+         .kind = OPTION_REAL,
+         .value = &settings->max_albedo,
+         .most = 1,
          .help = "limits every albedo, after the scale"},
-        {.name = "light-scale", .argument = "FACTOR", .kind = OPTION_REAL, .value = &settings->light_scale,
-         .most = (double)INFINITY, .help = "multiplies the lights and the emission of the scene's file"},
+        {.name = "light-scale",
+         .argument = "FACTOR",
+         .kind = OPTION_REAL,
+         .value = &settings->light_scale,
+         .most = (double)INFINITY,
+         .help = "multiplies the lights and the emission of the scene's file"},
     };
     memcpy(rows, table, sizeof table);
     return rows;
@@ -207,7 +245,8 @@ static struct scene_light light_from_numbers(enum scene_light_kind kind, const d
     return light;
 }
 
-static struct error *set_numbers(struct stream_header *header, const char *name, const double *numbers, int count)
+static struct error *set_numbers(struct stream_header *header, const char *name,
+                                 const double *numbers, int count)
 {
     char text[NUMBERS_MOST * (NUMBER_ROOM + 1)], *to = text;
     for (int i = 0; i < count; i++) {
@@ -223,8 +262,9 @@ static const struct light_form *form_of_key(const char *key)
 {
     for (int f = 0; f < FORM_COUNT; f++) {
         const size_t length = strlen(light_forms[f].name);
-        if (!strncmp(key, light_forms[f].name, length) && key[length] == '-' && key[length + 1] >= '1' &&
-            key[length + 1] <= '9' && key[length + 1 + strspn(key + length + 1, "0123456789")] == 0)
+        if (!strncmp(key, light_forms[f].name, length) && key[length] == '-' &&
+            key[length + 1] >= '1' && key[length + 1] <= '9' &&
+            key[length + 1 + strspn(key + length + 1, "0123456789")] == 0)
             return &light_forms[f];
     }
     return NULL;
@@ -238,7 +278,8 @@ static const struct light_form *form_of_kind(enum scene_light_kind kind)
     return &light_forms[f];
 }
 
-static struct error *set_light(struct stream_header *header, const struct scene_light *light, size_t number)
+static struct error *set_light(struct stream_header *header, const struct scene_light *light,
+                               size_t number)
 {
     const struct light_form *form = form_of_kind(light->kind);
     double numbers[NUMBERS_MOST];
@@ -248,7 +289,8 @@ static struct error *set_light(struct stream_header *header, const struct scene_
     return set_numbers(header, name, numbers, form->count);
 }
 
-struct error *scene_settings_to_header(const struct scene_settings *settings, struct stream_header *header)
+struct error *scene_settings_to_header(const struct scene_settings *settings,
+                                       struct stream_header *header)
 {
     for (size_t k = header->key_count; k-- > 0;)
         if (form_of_key(header->keys[k].name))
@@ -270,7 +312,8 @@ struct error *scene_settings_to_header(const struct scene_settings *settings, st
     return err;
 }
 
-/* What a key holds, read as an option's argument is; a wrong value is bad data here, not a wrong command line. */
+/* What a key holds, read as an option's argument is; a wrong value is bad data here, not a wrong
+ * command line. */
 static struct error *as_data(struct error *err)
 {
     if (!err || err == error_memory())
@@ -280,8 +323,8 @@ static struct error *as_data(struct error *err)
     return data;
 }
 
-static struct error *get_numbers(const char *name, const char *text, double *numbers, int count, double least,
-                                 double most)
+static struct error *get_numbers(const char *name, const char *text, double *numbers, int count,
+                                 double least, double most)
 {
     double read[NUMBERS_MOST];
     struct error *err = as_data(options_reals(name, text, count, read));
@@ -293,7 +336,8 @@ static struct error *get_numbers(const char *name, const char *text, double *num
     return err;
 }
 
-static struct error *get_light(struct scene_settings *settings, const struct key *key, const struct light_form *form)
+static struct error *get_light(struct scene_settings *settings, const struct key *key,
+                               const struct light_form *form)
 {
     double numbers[NUMBERS_MOST];
     struct error *err = get_numbers(key->name, key->value, numbers, form->count, -DBL_MAX, DBL_MAX);
@@ -329,7 +373,8 @@ static struct error *get_key(struct scene_settings *settings, const struct key *
     return settings->sky_file ? NULL : error_memory();
 }
 
-struct error *scene_settings_from_header(struct scene_settings *settings, const struct stream_header *header)
+struct error *scene_settings_from_header(struct scene_settings *settings,
+                                         const struct stream_header *header)
 {
     struct error *err = NULL;
     for (size_t k = 0; k < header->key_count && !err; k++)

@@ -45,13 +45,15 @@ static float wrap(enum scene_wrap wrap, float u)
     return t > 1 ? 2 - t : t;
 }
 
-/* The two texels on either side of s in [0, 1], and the share of the second. Beyond the border lies the other end of a
- * picture that repeats, the border itself of one that does not: a mirrored picture has it there too. */
+/* The two texels on either side of s in [0, 1], and the share of the second. Beyond the border lies
+ * the other end of a picture that repeats, the border itself of one that does not: a mirrored
+ * picture has it there too. */
 static float between(enum scene_wrap wrap, uint32_t count, float s, uint32_t texel[2])
 {
     const float x = s * (float)count - 0.5f, low = whole_below(x);
     const int64_t first = (int64_t)low, last = (int64_t)count - 1;
-    const int64_t before = wrap == SCENE_REPEAT ? last : 0, behind = wrap == SCENE_REPEAT ? 0 : last;
+    const int64_t before = wrap == SCENE_REPEAT ? last : 0,
+                  behind = wrap == SCENE_REPEAT ? 0 : last;
     texel[0] = (uint32_t)(first < 0 ? before : first > last ? last : first);
     texel[1] = (uint32_t)(first + 1 > last ? behind : first + 1);
     return x - low;
@@ -84,14 +86,16 @@ static void sample(const struct scene_texture *texture, float s, float t, float 
 }
 
 /* Where a map reads its texture: from the left and from the top. */
-static void map_point(const struct scene_map *map, const struct scene_texture *texture, float u, float v, float *s, float *t)
+static void map_point(const struct scene_map *map, const struct scene_texture *texture, float u,
+                      float v, float *s, float *t)
 {
     const float *m = map->transform;
     *s = wrap(texture->wrap_u, m[0] * u + m[1] * v + m[2]);
     *t = 1 - wrap(texture->wrap_v, m[3] * u + m[4] * v + m[5]);
 }
 
-void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v, float rgba[4])
+void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v,
+                      float rgba[4])
 {
     if (map->texture == SCENE_NONE) {
         rgba[0] = rgba[1] = rgba[2] = rgba[3] = 1;
@@ -103,8 +107,8 @@ void scene_map_sample(const struct scene *scene, const struct scene_map *map, fl
     sample(texture, s, t, rgba);
 }
 
-static struct vec3f colour(const struct scene *scene, struct vec3f factor, const struct scene_map *map, float u,
-                           float v)
+static struct vec3f colour(const struct scene *scene, struct vec3f factor,
+                           const struct scene_map *map, float u, float v)
 {
     if (map->texture == SCENE_NONE)
         return factor;
@@ -116,15 +120,18 @@ static struct vec3f colour(const struct scene *scene, struct vec3f factor, const
 static struct vec3f limited(const struct scene *scene, struct vec3f albedo)
 {
     const float most = scene->max_albedo;
-    return (struct vec3f){float_least(albedo.x, most), float_least(albedo.y, most), float_least(albedo.z, most)};
+    return (struct vec3f){float_least(albedo.x, most), float_least(albedo.y, most),
+                          float_least(albedo.z, most)};
 }
 
-struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u, float v)
+struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u,
+                          float v)
 {
     return limited(scene, colour(scene, m->albedo, &m->albedo_map, u, v));
 }
 
-struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m, float u, float v, uint32_t bits)
+struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m,
+                                    float u, float v, uint32_t bits)
 {
     struct scene_texel texel = {.material = m, .u = u, .v = v};
     if (m->albedo_map.texture == SCENE_NONE)
@@ -142,11 +149,12 @@ struct scene_texel scene_texel_draw(const struct scene *scene, const struct scen
     } else {
         uint32_t across[2], down[2];
         const float fx = between(texture->wrap_u, texture->width, s, across),
-            fy = between(texture->wrap_v, texture->height, t, down);
+                    fy = between(texture->wrap_v, texture->height, t, down);
         x = across[(float)(bits & 0xffff) < fx * 0x1p16f];
         y = down[(float)(bits >> 16) < fy * 0x1p16f];
     }
-    texel.code = (const uint8_t *)texture->texels + ((size_t)y * texture->width + x) * texture->channels;
+    texel.code = (const uint8_t *)texture->texels +
+                 ((size_t)y * texture->width + x) * texture->channels;
     __builtin_prefetch(texel.code);
     return texel;
 }
@@ -156,16 +164,19 @@ struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_te
     const struct vec3f a = texel->material->albedo;
     const uint8_t *code = texel->code;
     if (code)
-        return (struct vec3f){a.x * image_linear[code[0]], a.y * image_linear[code[1]], a.z * image_linear[code[2]]};
+        return (struct vec3f){a.x * image_linear[code[0]], a.y * image_linear[code[1]],
+                              a.z * image_linear[code[2]]};
     return scene_albedo(scene, texel->material, texel->u, texel->v);
 }
 
-struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u, float v)
+struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u,
+                            float v)
 {
     return colour(scene, m->emission, &m->emission_map, u, v);
 }
 
-float scene_transparency(const struct scene *scene, const struct scene_material *m, float u, float v)
+float scene_transparency(const struct scene *scene, const struct scene_material *m, float u,
+                         float v)
 {
     if (m->alpha == SCENE_OPAQUE)
         return 0;
@@ -180,18 +191,20 @@ float scene_transparency(const struct scene *scene, const struct scene_material 
 struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f direction)
 {
     const struct scene_sky *sky = &scene->sky;
-    const struct vec3f factor = {(float)sky->radiance[0], (float)sky->radiance[1], (float)sky->radiance[2]};
+    const struct vec3f factor = {(float)sky->radiance[0], (float)sky->radiance[1],
+                                 (float)sky->radiance[2]};
     if (!sky->picture)
         return factor;
     const double x = direction.x, y = direction.y, z = direction.z;
     const double azimuth = angle_atan2(z, x), height = angle_atan2(y, sqrt(x * x + z * z));
     float rgba[4];
-    sample(sky->picture, (float)(0.5 + azimuth / (2 * ANGLE_PI)), (float)(0.5 - height / ANGLE_PI), rgba);
+    sample(sky->picture, (float)(0.5 + azimuth / (2 * ANGLE_PI)), (float)(0.5 - height / ANGLE_PI),
+           rgba);
     return vec3f_mul(factor, (struct vec3f){rgba[0], rgba[1], rgba[2]});
 }
 
-/* The share of a spot's intensity at this cosine from its axis: glTF 2.0, KHR_lights_punctual, "Inner and Outer Cone
- * Angles". */
+/* The share of a spot's intensity at this cosine from its axis: glTF 2.0, KHR_lights_punctual,
+ * "Inner and Outer Cone Angles". */
 static double spot_falloff(const struct scene_light *light, double cosine)
 {
     if (cosine >= light->cos_inner)
@@ -202,8 +215,8 @@ static double spot_falloff(const struct scene_light *light, double cosine)
     return t * t;
 }
 
-void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3], double *distance,
-                    double rgb[3])
+void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3],
+                    double *distance, double rgb[3])
 {
     struct vec3 towards;
     double strength;

@@ -22,9 +22,11 @@ struct error *cells_find(const struct stream *stream, struct cells *cells)
     if (!cells->table)
         return error_new("there are no cells: run probe-tet");
     struct column *vertex = NULL, *neighbour = NULL;
-    struct error *err = table_require(cells->table, "vertex", COLUMN_I32, (size_t)cells->corners, &vertex);
+    struct error *err =
+        table_require(cells->table, "vertex", COLUMN_I32, (size_t)cells->corners, &vertex);
     if (!err && table_column(cells->table, "neighbour"))
-        err = table_require(cells->table, "neighbour", COLUMN_I32, (size_t)cells->corners, &neighbour);
+        err = table_require(cells->table, "neighbour", COLUMN_I32, (size_t)cells->corners,
+                            &neighbour);
     cells->vertex = vertex ? column_i32(vertex) : NULL;
     cells->neighbour = neighbour ? column_i32(neighbour) : NULL;
     return err;
@@ -56,7 +58,8 @@ static void find_program(char path[PATH_MAX])
     const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
     if (length > 0) {
         self[length] = 0;
-        if (snprintf(path, PATH_MAX, "%s/probe-tet", dirname(self)) < PATH_MAX && !access(path, X_OK))
+        if (snprintf(path, PATH_MAX, "%s/probe-tet", dirname(self)) < PATH_MAX &&
+            !access(path, X_OK))
             return;
     }
     strcpy(path, "probe-tet");
@@ -89,8 +92,8 @@ static struct error *run(const char *input, const char *output)
     return err;
 }
 
-/* A stream of the positions, and of the light that tells which of merged probes represents the others: probe-tet needs no
- * more. */
+/* A stream of the positions, and of the light that tells which of merged probes represents the
+ * others: probe-tet needs no more. */
 static struct error *write_positions(const struct table *probes, const char *path)
 {
     struct stream *stream = NULL;
@@ -113,7 +116,8 @@ static struct error *write_positions(const struct table *probes, const char *pat
     return err;
 }
 
-static struct error *take_columns(struct table *to, const struct table *from, const char *const *names, size_t count)
+static struct error *take_columns(struct table *to, const struct table *from,
+                                  const char *const *names, size_t count)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < count && !err; i++) {
@@ -123,14 +127,16 @@ static struct error *take_columns(struct table *to, const struct table *from, co
             continue;
         err = table_add_column(to, names[i], theirs->type, theirs->width, &ours);
         if (!err)
-            memcpy(ours->data, theirs->data, from->rows * theirs->width * column_type_size(theirs->type));
+            memcpy(ours->data, theirs->data,
+                   from->rows * theirs->width * column_type_size(theirs->type));
     }
     return err;
 }
 
 static struct error *take_cells(struct stream *stream, const struct stream *made)
 {
-    static const char *const of_cells[] = {"vertex", "neighbour"}, *const of_probes[] = {"hull_normal", "merged"};
+    static const char *const of_cells[] = {"vertex", "neighbour"}, *const of_probes[] = {
+                                                                       "hull_normal", "merged"};
     struct cells cells;
     struct table *to = NULL;
     struct error *err = cells_find(made, &cells);
@@ -141,14 +147,17 @@ static struct error *take_cells(struct stream *stream, const struct stream *made
         err = table_resize(to, cells.table->rows);
     if (!err)
         err = take_columns(to, cells.table, of_cells, 2);
-    return err ? err : take_columns(stream_table(stream, "probe"), stream_table(made, "probe"), of_probes, 2);
+    return err ? err
+               : take_columns(stream_table(stream, "probe"), stream_table(made, "probe"), of_probes,
+                              2);
 }
 
 struct error *cells_make(struct stream *stream)
 {
     const char *parent = getenv("TMPDIR");
     char directory[PATH_MAX], input[PATH_MAX + 16], output[PATH_MAX + 16];
-    snprintf(directory, sizeof directory, "%s/probe-cells-XXXXXX", parent && *parent ? parent : "/tmp");
+    snprintf(directory, sizeof directory, "%s/probe-cells-XXXXXX",
+             parent && *parent ? parent : "/tmp");
     if (!mkdtemp(directory))
         return error_system(errno, "%s", directory);
     snprintf(input, sizeof input, "%s/probes", directory);

@@ -21,11 +21,13 @@ struct points {
     char *rest;   /* what came behind the last whole point or line; owned */
     size_t rest_bytes, rest_capacity;
     bool ended;
-    struct points_block last; /* points_read: the block that is being handed out, and what of it is next and was last */
+    /* points_read: the block that is being handed out, and what of it is next and was last */
+    struct points_block last;
     size_t at, was;
 };
 
-struct error *points_open(struct points **points, const char *path, enum points_format format, bool normals)
+struct error *points_open(struct points **points, const char *path, enum points_format format,
+                          bool normals)
 {
     struct points *p = NULL;
     *points = NULL;
@@ -111,7 +113,8 @@ static struct error *read_line(const char *line, const char *end, double value[6
 static struct error *check_count(size_t width, size_t count)
 {
     if (!width)
-        return error_new("expected x y z or x y z nx ny nz, got %zu number%s", count, count == 1 ? "" : "s");
+        return error_new("expected x y z or x y z nx ny nz, got %zu number%s", count,
+                         count == 1 ? "" : "s");
     if (count != width)
         return error_new("expected %zu numbers, as in the lines before, got %zu", width, count);
     return NULL;
@@ -121,7 +124,9 @@ static struct error *check_finite(const double *value, size_t count)
 {
     for (size_t i = 0; i < count; i++)
         if (!isfinite(value[i]))
-            return error_new("expected finite numbers, got %s", isnan(value[i]) ? "nan" : value[i] < 0 ? "-inf" : "inf");
+            return error_new("expected finite numbers, got %s", isnan(value[i]) ? "nan"
+                                                                : value[i] < 0  ? "-inf"
+                                                                                : "inf");
     return NULL;
 }
 
@@ -190,7 +195,8 @@ static struct error *keep_rest(struct points *p, struct points_block *block, siz
 
 struct error *points_take(struct points *p, size_t most, struct points_block *block)
 {
-    const size_t bytes = most * (p->format == POINTS_BINARY ? p->width * sizeof(double) : LINE_BYTES);
+    const size_t bytes = most *
+                         (p->format == POINTS_BINARY ? p->width * sizeof(double) : LINE_BYTES);
     struct error *err = array_reserve(&block->data, &block->capacity, p->rest_bytes + bytes, 1);
     block->bytes = block->count = 0;
     if (err)
@@ -204,10 +210,12 @@ struct error *points_take(struct points *p, size_t most, struct points_block *bl
         err = read_more(p, bytes, block);
         whole = err ? 0 : whole_bytes(p, block);
         if (!err && !whole && block->bytes > STREAM_LINE_MOST)
-            err = error_new("%s:%zu: the line is longer than %d bytes", p->in.name, p->next, STREAM_LINE_MOST);
+            err = error_new("%s:%zu: the line is longer than %d bytes", p->in.name, p->next,
+                            STREAM_LINE_MOST);
     }
     if (!err && p->ended && p->format == POINTS_BINARY && block->bytes > whole)
-        err = error_new("%s: point %zu: expected %zu bytes, got %zu", p->in.name, p->next, p->width * sizeof(double), block->bytes - whole);
+        err = error_new("%s: point %zu: expected %zu bytes, got %zu", p->in.name, p->next,
+                        p->width * sizeof(double), block->bytes - whole);
     if (!err)
         err = keep_rest(p, block, whole);
     if (err)
@@ -216,7 +224,8 @@ struct error *points_take(struct points *p, size_t most, struct points_block *bl
         find_width(p, block->data, block->data + block->bytes);
     block->first = p->next;
     block->width = p->width;
-    p->next += p->format == POINTS_TEXT ? count_lines(block->data, block->data + block->bytes) : block->bytes / (p->width * sizeof(double));
+    p->next += p->format == POINTS_TEXT ? count_lines(block->data, block->data + block->bytes)
+                                        : block->bytes / (p->width * sizeof(double));
     return NULL;
 }
 
@@ -238,7 +247,8 @@ static struct error *parse_text(const struct points *p, struct points_block *blo
             err = check_finite(value, count);
         if (err)
             return error_wrap(err, "%s:%zu", p->in.name, line);
-        err = array_reserve(&block->number, &block->number_capacity, (block->count + 1) * count, sizeof *block->number);
+        err = array_reserve(&block->number, &block->number_capacity, (block->count + 1) * count,
+                            sizeof *block->number);
         if (!err)
             memcpy(block->number + block->count++ * count, value, count * sizeof *value);
     }
@@ -253,7 +263,8 @@ struct error *points_parse(const struct points *p, struct points_block *block)
     struct error *err = NULL;
     block->value = (const double *)(const void *)block->data;
     block->count = block->bytes / (block->width * sizeof(double));
-    double rest[6] = {0}; /* x - x is 0, or NaN where x is not finite; two points or one at a time */
+    /* x - x is 0, or NaN where x is not finite; two points or one at a time */
+    double rest[6] = {0};
     size_t at = 0;
     for (; at + 6 <= block->count * block->width; at += 6)
         for (size_t k = 0; k < 6; k++)
@@ -262,11 +273,13 @@ struct error *points_parse(const struct points *p, struct points_block *block)
         rest[0] += block->value[at] - block->value[at];
     const bool finite = rest[0] + rest[1] + rest[2] + rest[3] + rest[4] + rest[5] == 0;
     for (size_t i = 0; i < block->count && !finite && !err; i++)
-        err = points_block_place(p, block, i, check_finite(block->value + i * block->width, block->width));
+        err = points_block_place(p, block, i,
+                                 check_finite(block->value + i * block->width, block->width));
     return err;
 }
 
-struct error *points_block_place(const struct points *p, const struct points_block *block, size_t i, struct error *err)
+struct error *points_block_place(const struct points *p, const struct points_block *block, size_t i,
+                                 struct error *err)
 {
     if (!err)
         return NULL;

@@ -1,14 +1,15 @@
 /* points: positions, with or without a normal, from text lines or raw numbers.
  *
- * Text: one point a line, `x y z` or `x y z nx ny nz`, all lines alike; blank lines and # comments are skipped.
- * Binary: little-endian doubles, 3 or 6 a point.
+ * Text: one point a line, `x y z` or `x y z nx ny nz`, all lines alike; blank lines and # comments
+ * are skipped. Binary: little-endian doubles, 3 or 6 a point.
  *
- * They come in blocks. Taking a block is quick and done by one thread at a time; parsing it can be done by many:
+ * They come in blocks. Taking a block is quick and done by one thread at a time; parsing it can be
+ * done by many:
  *
  *     struct points_block block = {0};
  *     locked:   err = points_take(points, most, &block);       block.bytes 0: the input has ended
- *     free:     err = points_parse(points, &block);            block.value, block.count, block.width
- *     points_block_clear(&block);
+ *     free:     err = points_parse(points, &block);            block.value, block.count,
+ * block.width points_block_clear(&block);
  *
  * A block holds what has come so far, so that a pipe is answered while it runs.
  */
@@ -34,26 +35,31 @@ struct points_block {
 };
 
 /* path "-": standard input. normals: binary points have one (text tells by itself). */
-struct error *points_open(struct points **points, const char *path, enum points_format format, bool normals);
+struct error *points_open(struct points **points, const char *path, enum points_format format,
+                          bool normals);
 void points_close(struct points *points);
 
 /* Whether a take would not wait, after waiting for it no longer than so many milliseconds. */
 bool points_ready(const struct points *points, int milliseconds);
 
-/* Takes what has come, about `most` points at most; block->bytes is 0 only at the end of the input. */
+/* Takes what has come, about `most` points at most; block->bytes is 0 only at the end of the
+ * input. */
 struct error *points_take(struct points *points, size_t most, struct points_block *block);
 
 /* Finds the block's points. Errors name file and line, or point. */
 struct error *points_parse(const struct points *points, struct points_block *block);
 
-/* Where the i-th point of a block came from, in front of a message about it: "stdin:12", "stdin: point 11". NULL stays NULL. */
-struct error *points_block_place(const struct points *points, const struct points_block *block, size_t i, struct error *err);
+/* Where the i-th point of a block came from, in front of a message about it: "stdin:12", "stdin:
+ * point 11". NULL stays NULL. */
+struct error *points_block_place(const struct points *points, const struct points_block *block,
+                                 size_t i, struct error *err);
 
 void points_block_clear(struct points_block *block);
 
-/* For one thread: takes, parses and copies up to `most` points into value (room for 6 * most), *width numbers each; *got is 0
- * only at the end of the input. */
-struct error *points_read(struct points *points, size_t most, double *value, size_t *width, size_t *got);
+/* For one thread: takes, parses and copies up to `most` points into value (room for 6 * most),
+ * *width numbers each; *got is 0 only at the end of the input. */
+struct error *points_read(struct points *points, size_t most, double *value, size_t *width,
+                          size_t *got);
 
 /* Where the i-th point of the last points_read came from. */
 struct error *points_place(const struct points *points, size_t i, struct error *err);

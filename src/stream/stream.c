@@ -1,4 +1,5 @@
-/* Readers and writers: the header, the order of tables, the end; rows are stream_text.c's and stream_binary.c's. */
+/* Readers and writers: the header, the order of tables, the end; rows are stream_text.c's and
+ * stream_binary.c's. */
 #include "stream/stream.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -23,8 +24,8 @@ struct error *reader_place(const struct stream_reader *reader, struct error *err
 
 struct error *ended_within(const struct stream_reader *reader, size_t further)
 {
-    return error_new("the stream ends within table %s, after %zu rows: it is not whole", reader->schema.name,
-                     reader->row + further);
+    return error_new("the stream ends within table %s, after %zu rows: it is not whole",
+                     reader->schema.name, reader->row + further);
 }
 
 static bool is_blank(char c)
@@ -42,8 +43,8 @@ bool line_is_end(const char *line, size_t length)
     return length >= 3 && !memcmp(line, "end", 3) && (length == 3 || is_blank(line[3]));
 }
 
-/* A line of the header, or one between tables, as a string of its own, to be freed by the caller; NULL when the input
- * has ended. */
+/* A line of the header, or one between tables, as a string of its own, to be freed by the caller;
+ * NULL when the input has ended. */
 static struct error *take_line(struct stream_reader *reader, char **taken)
 {
     struct stream_input *in = &reader->in;
@@ -55,7 +56,8 @@ static struct error *take_line(struct stream_reader *reader, char **taken)
         return err;
     if (reader->checksum)
         checksum_update(reader->checksum, line, bytes);
-    const size_t text = length - (reader->encoding != STREAM_BINARY && length && line[length - 1] == '\r');
+    const size_t text = length -
+                        (reader->encoding != STREAM_BINARY && length && line[length - 1] == '\r');
     bool control = false;
     for (size_t i = 0; i < text; i++)
         control = control || ((unsigned char)line[i] < ' ' && line[i] != '\t') || line[i] == 0x7f;
@@ -89,8 +91,8 @@ static struct error *read_magic(struct stream_reader *reader)
         for (; n < got && n < sizeof shown - 1 && bytes[n] != '\n'; n++)
             shown[n] = bytes[n] < ' ' || bytes[n] >= 0x7f ? '?' : (char)bytes[n];
         shown[n] = 0;
-        return error_new("%s:1: expected a probe stream, which begins with '%s', got '%s'", in->name, magic_text,
-                         shown);
+        return error_new("%s:1: expected a probe stream, which begins with '%s', got '%s'",
+                         in->name, magic_text, shown);
     }
     if (got == sizeof magic_binary && !memcmp(bytes, magic_binary, sizeof magic_binary - 1) &&
         bytes[sizeof magic_binary - 1] == '\n') {
@@ -101,7 +103,8 @@ static struct error *read_magic(struct stream_reader *reader)
     if (!err)
         err = take_line(reader, &line);
     if (!err && strcmp(line, reader->encoding == STREAM_BINARY ? magic_binary : magic_text))
-        err = error_new("%s:1: expected '%s' or '%s', got '%.40s'", in->name, magic_text, magic_binary, line);
+        err = error_new("%s:1: expected '%s' or '%s', got '%.40s'", in->name, magic_text,
+                        magic_binary, line);
     free(line);
     return err;
 }
@@ -192,7 +195,8 @@ static struct error *parse_column(struct table *schema, char *word)
     static const enum column_type types[] = {COLUMN_F32, COLUMN_F64, COLUMN_I32};
     char *type = strchr(word, ':'), *width = type ? strchr(type + 1, ':') : NULL;
     char *end = NULL;
-    struct error *wrong = error_new("table %s: expected a column as name:type:width, got '%.40s'", schema->name, word);
+    struct error *wrong = error_new("table %s: expected a column as name:type:width, got '%.40s'",
+                                    schema->name, word);
     if (!width)
         return wrong;
     *type++ = *width++ = 0;
@@ -212,7 +216,8 @@ static struct error *parse_column(struct table *schema, char *word)
         return table_add_column(schema, word, types[i], count, NULL);
     }
     error_destroy(wrong);
-    return error_new("table %s: column %s: expected a type f32, f64 or i32, got '%.40s'", schema->name, word, type);
+    return error_new("table %s: column %s: expected a type f32, f64 or i32, got '%.40s'",
+                     schema->name, word, type);
 }
 
 static struct error *remember_table(struct stream_reader *reader, const char *name)
@@ -257,8 +262,9 @@ static struct error *read_end(struct stream_reader *reader)
     }
     struct error *err = take_line(reader, &line);
     if (!err && strcmp(line, expected))
-        err = reader_place(reader, reader->checksum ? error_new("the checksum at the end does not match")
-                                                    : error_new("expected 'end', got '%.40s'", line));
+        err = reader_place(reader, reader->checksum
+                                       ? error_new("the checksum at the end does not match")
+                                       : error_new("expected 'end', got '%.40s'", line));
     free(line);
     const unsigned char *bytes;
     size_t got = 0;
@@ -279,22 +285,25 @@ static struct error *next_table(struct stream_reader *reader)
     if (err)
         return err;
     if (!ahead)
-        return reader_place(reader, error_new("expected a table or the end, got nothing: the stream is not whole"));
+        return reader_place(
+            reader, error_new("expected a table or the end, got nothing: the stream is not whole"));
     if (line_is_end(ahead, length))
         return read_end(reader);
     const bool table = line_is_table(ahead, length);
     char *line = NULL;
     err = take_line(reader, &line);
     if (!err)
-        err = reader_place(reader, table ? read_table_line(reader, line)
-                                         : error_new("expected a table or the end, got '%.40s'", line));
+        err = reader_place(reader,
+                           table ? read_table_line(reader, line)
+                                 : error_new("expected a table or the end, got '%.40s'", line));
     free(line);
     reader->row = 0;
     reader->table_ended = false;
     return err;
 }
 
-struct error *stream_reader_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got)
+struct error *stream_reader_rows(struct stream_reader *reader, struct table *table, size_t most,
+                                 size_t *got)
 {
     *got = 0;
     const size_t block = table_block_rows(&reader->schema);
@@ -303,7 +312,8 @@ struct error *stream_reader_rows(struct stream_reader *reader, struct table *tab
         const size_t first = table->rows, wanted = most - *got < block ? most - *got : block;
         size_t some = 0;
         err = table_reserve(table, first + wanted);
-        struct table read = *table, added = *table; /* the stream's columns, and those that the caller added */
+        /* the stream's columns, and those that the caller added */
+        struct table read = *table, added = *table;
         read.column_count = reader->schema.column_count;
         added.columns += read.column_count;
         added.column_count -= read.column_count;
@@ -334,7 +344,8 @@ static struct error *skip_rows(struct stream_reader *reader)
     return err;
 }
 
-struct error *stream_reader_next_table(struct stream_reader *reader, struct table *schema, bool *more)
+struct error *stream_reader_next_table(struct stream_reader *reader, struct table *schema,
+                                       bool *more)
 {
     *schema = (struct table){0};
     *more = false;
@@ -385,8 +396,8 @@ struct error *stream_read(struct stream **stream, const char *path)
 
 /* -- writing --------------------------------------------------------------------------------- */
 
-__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer, const char *format,
-                                                                      ...)
+__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer,
+                                                                      const char *format, ...)
 {
     struct stream_output *out = &writer->out;
     va_list args;
@@ -420,8 +431,8 @@ static struct error *write_header(struct stream_writer *writer)
     return err;
 }
 
-struct error *stream_writer_open(struct stream_writer **writer, const char *path, enum stream_encoding encoding,
-                                 const struct stream_header *header)
+struct error *stream_writer_open(struct stream_writer **writer, const char *path,
+                                 enum stream_encoding encoding, const struct stream_header *header)
 {
     struct stream_writer *w = NULL;
     *writer = NULL;
@@ -472,8 +483,8 @@ struct error *stream_writer_table(struct stream_writer *writer, const struct tab
     if (!err)
         err = write_text(writer, "table %s", schema->name);
     for (size_t i = 0; i < schema->column_count && !err; i++)
-        err = write_text(writer, " %s:%s:%zu", schema->columns[i].name, column_type_name(schema->columns[i].type),
-                         schema->columns[i].width);
+        err = write_text(writer, " %s:%s:%zu", schema->columns[i].name,
+                         column_type_name(schema->columns[i].type), schema->columns[i].width);
     if (!err)
         err = write_text(writer, "\n");
     writer->row = 0;
@@ -486,12 +497,17 @@ static struct error *check_columns(const struct table *expected, const struct ta
     bool same = expected->column_count == got->column_count;
     for (size_t i = 0; same && i < got->column_count; i++)
         same = !strcmp(expected->columns[i].name, got->columns[i].name) &&
-               expected->columns[i].type == got->columns[i].type && expected->columns[i].width == got->columns[i].width;
-    return same ? NULL : error_new("table %s: rows have other columns than the table was started with", expected->name);
+               expected->columns[i].type == got->columns[i].type &&
+               expected->columns[i].width == got->columns[i].width;
+    return same ? NULL
+                : error_new("table %s: rows have other columns than the table was started with",
+                            expected->name);
 }
 
-/* Keeps rows until they fill a block, so that the bytes do not depend on how many came at a time. */
-static struct error *keep_pending(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+/* Keeps rows until they fill a block, so that the bytes do not depend on how many came at a
+ * time. */
+static struct error *keep_pending(struct stream_writer *writer, const struct table *table,
+                                  size_t first, size_t count)
 {
     struct table *pending = &writer->pending;
     struct error *err = table_reserve(pending, pending->rows + count);
@@ -505,7 +521,8 @@ static struct error *keep_pending(struct stream_writer *writer, const struct tab
     return err;
 }
 
-static struct error *write_blocks(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+static struct error *write_blocks(struct stream_writer *writer, const struct table *table,
+                                  size_t first, size_t count)
 {
     struct error *err = NULL;
     while (count && !err) {
@@ -527,15 +544,17 @@ static struct error *write_blocks(struct stream_writer *writer, const struct tab
     return err;
 }
 
-struct error *stream_writer_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+struct error *stream_writer_rows(struct stream_writer *writer, const struct table *table,
+                                 size_t first, size_t count)
 {
     struct error *err = check_columns(&writer->schema, table);
-    while (count && !err) { /* a block's worth at a time: checked and written while it is in the cache */
+    /* a block's worth at a time: checked and written while it is in the cache */
+    while (count && !err) {
         const size_t some = count < writer->block_rows ? count : writer->block_rows;
         err = validity_rows(&writer->validity, table, first, some, writer->row);
         if (!err)
-            err =
-                writer->binary ? write_blocks(writer, table, first, some) : text_write_rows(writer, table, first, some);
+            err = writer->binary ? write_blocks(writer, table, first, some)
+                                 : text_write_rows(writer, table, first, some);
         writer->row += some;
         first += some;
         count -= some;
@@ -543,7 +562,8 @@ struct error *stream_writer_rows(struct stream_writer *writer, const struct tabl
     return err;
 }
 
-struct error *stream_copy_table(struct stream_reader *reader, struct stream_writer *writer, const struct table *schema)
+struct error *stream_copy_table(struct stream_reader *reader, struct stream_writer *writer,
+                                const struct table *schema)
 {
     struct table rows = {0};
     struct error *err = table_copy_schema(&rows, schema);
@@ -586,13 +606,15 @@ void stream_writer_abandon(struct stream_writer *writer)
     free(writer);
 }
 
-struct error *stream_write(const struct stream *stream, const char *path, enum stream_encoding encoding)
+struct error *stream_write(const struct stream *stream, const char *path,
+                           enum stream_encoding encoding)
 {
     struct stream_writer *writer = NULL;
     struct error *err = stream_check(stream); /* before a byte is written */
     if (err)
         return err;
-    err = stream_writer_open(&writer, path, encoding == STREAM_AS_READ ? stream->encoding : encoding, &stream->header);
+    err = stream_writer_open(
+        &writer, path, encoding == STREAM_AS_READ ? stream->encoding : encoding, &stream->header);
     for (size_t i = 0; i < stream->table_count && !err; i++) {
         err = stream_writer_table(writer, &stream->tables[i]);
         if (!err)

@@ -1,5 +1,6 @@
-/* Rows as blocks (man probe.5, "Blocks"): u32 rows, u32 bytes of the rows, u64 checksum, the rows; a block of no rows
- * ends the table. The checksum covers what stands before it and behind it: the head, then the rows. */
+/* Rows as blocks (man probe.5, "Blocks"): u32 rows, u32 bytes of the rows, u64 checksum, the rows;
+ * a block of no rows ends the table. The checksum covers what stands before it and behind it: the
+ * head, then the rows. */
 #include "base/error.h"
 #include "stream/stream_private.h"
 
@@ -23,15 +24,15 @@ static inline void copy_value(unsigned char *to, const unsigned char *from, size
 }
 
 /* Copies values of `bytes` bytes between a column, where they lie end to end, and rows. */
-static void copy_column(unsigned char *to, size_t to_step, const unsigned char *from, size_t from_step, size_t bytes,
-                        size_t count)
+static void copy_column(unsigned char *to, size_t to_step, const unsigned char *from,
+                        size_t from_step, size_t bytes, size_t count)
 {
     for (size_t i = 0; i < count; i++, to += to_step, from += from_step)
         copy_value(to, from, bytes);
 }
 
-/* Reads the next block, proves it, and sets reader->block_rows; its rows are next to be consumed. A block of no rows
- * ends the table. */
+/* Reads the next block, proves it, and sets reader->block_rows; its rows are next to be consumed. A
+ * block of no rows ends the table. */
 static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
 {
     struct stream_input *in = &reader->in;
@@ -45,9 +46,10 @@ static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
         memcpy(&bytes, block + 4, 4);
         memcpy(&stated, block + COUNTS, sizeof stated);
         if (bytes > STREAM_BLOCK_MOST || rows > STREAM_BLOCK_MOST || rows * row_bytes != bytes)
-            return error_new("table %s: expected a block of rows of %zu bytes, at most %d bytes, got %" PRIu32
-                             " rows in %" PRIu32 " bytes",
-                             reader->schema.name, row_bytes, STREAM_BLOCK_MOST, rows, bytes);
+            return error_new(
+                "table %s: expected a block of rows of %zu bytes, at most %d bytes, got %" PRIu32
+                " rows in %" PRIu32 " bytes",
+                reader->schema.name, row_bytes, STREAM_BLOCK_MOST, rows, bytes);
         err = input_peek(in, HEAD + (size_t)bytes, &block, &got);
     }
     if (err)
@@ -64,7 +66,8 @@ static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
     return NULL;
 }
 
-struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got)
+struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most,
+                               size_t *got)
 {
     const size_t row_bytes = table_row_bytes(&reader->schema);
     struct error *err = NULL;
@@ -74,11 +77,13 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
     if (err || reader->table_ended)
         return reader_place(reader, err);
     const size_t count = reader->block_rows < most ? reader->block_rows : most;
-    const unsigned char *rows = reader->in.data + reader->in.start; /* open_block made the whole block available */
+    /* open_block made the whole block available */
+    const unsigned char *rows = reader->in.data + reader->in.start;
     for (size_t i = 0; i < reader->schema.column_count; i++) {
         const struct column *c = &table->columns[i];
         const size_t bytes = c->width * column_type_size(c->type);
-        copy_column((unsigned char *)c->data + table->rows * bytes, bytes, rows, row_bytes, bytes, count);
+        copy_column((unsigned char *)c->data + table->rows * bytes, bytes, rows, row_bytes, bytes,
+                    count);
         rows += bytes;
     }
     err = validity_rows(&reader->validity, table, table->rows, count, reader->row);
@@ -91,7 +96,8 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
     return NULL;
 }
 
-struct error *binary_write_block(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+struct error *binary_write_block(struct stream_writer *writer, const struct table *table,
+                                 size_t first, size_t count)
 {
     struct stream_output *out = &writer->out;
     const size_t row_bytes = table_row_bytes(table), bytes = count * row_bytes;
@@ -105,7 +111,8 @@ struct error *binary_write_block(struct stream_writer *writer, const struct tabl
     for (size_t i = 0; i < table->column_count; i++) {
         const struct column *c = &table->columns[i];
         const size_t width = c->width * column_type_size(c->type);
-        copy_column(rows, row_bytes, (const unsigned char *)c->data + first * width, width, width, count);
+        copy_column(rows, row_bytes, (const unsigned char *)c->data + first * width, width, width,
+                    count);
         rows += width;
     }
     checksum_update(writer->checksum, room, COUNTS);

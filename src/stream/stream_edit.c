@@ -80,7 +80,8 @@ static struct error *check_seen(const char *what, const char *list, const char *
 }
 
 /* Clears `seen`; unless there is an error already, checks what the selection names. */
-static struct error *check_selection(const struct stream_selection *s, struct seen *seen, struct error *err)
+static struct error *check_selection(const struct stream_selection *s, struct seen *seen,
+                                     struct error *err)
 {
     if (!err)
         err = check_seen("table", s->tables, seen->tables);
@@ -124,8 +125,9 @@ static const char *parse_comparison(struct stream_condition *c, const char *at)
     static const struct {
         char text[3];
         int comparison;
-    } comparisons[] = {{"<=", COMPARE_LESS_EQUAL}, {">=", COMPARE_GREATER_EQUAL}, {"==", COMPARE_EQUAL},
-                       {"!=", COMPARE_UNEQUAL},    {"<", COMPARE_LESS},           {">", COMPARE_GREATER},
+    } comparisons[] = {{"<=", COMPARE_LESS_EQUAL}, {">=", COMPARE_GREATER_EQUAL},
+                       {"==", COMPARE_EQUAL},      {"!=", COMPARE_UNEQUAL},
+                       {"<", COMPARE_LESS},        {">", COMPARE_GREATER},
                        {"=", COMPARE_EQUAL}};
     for (size_t i = 0; i < sizeof comparisons / sizeof *comparisons; i++) {
         if (strncmp(at, comparisons[i].text, strlen(comparisons[i].text)))
@@ -145,9 +147,11 @@ struct error *stream_selection_add(struct stream_selection *s, const char *text)
     if (at)
         at = number_read_f64(at, at + strlen(at), &c.number);
     if (!at || *skip_blanks(at) || !isfinite(c.number))
-        return error_usage("expected COLUMN OP NUMBER or COLUMN[INDEX] OP NUMBER, OP one of < <= > >= = !=, got '%s'",
+        return error_usage("expected COLUMN OP NUMBER or COLUMN[INDEX] OP NUMBER, OP one of < <= > "
+                           ">= = !=, got '%s'",
                            text);
-    struct error *err = array_reserve(&s->conditions, &s->condition_capacity, s->condition_count + 1, sizeof c);
+    struct error *err =
+        array_reserve(&s->conditions, &s->condition_capacity, s->condition_count + 1, sizeof c);
     if (!err)
         s->conditions[s->condition_count++] = c;
     return err;
@@ -171,10 +175,11 @@ static struct error *check_condition(const struct stream_condition *c, const str
     if (!column)
         return error_new("table probe: there is no column %s to compare", c->column);
     if (!c->indexed && column->width > 1)
-        return error_new("column %s has %zu numbers: say which, as in %s[0]", c->column, column->width, c->column);
+        return error_new("column %s has %zu numbers: say which, as in %s[0]", c->column,
+                         column->width, c->column);
     if (c->index >= column->width)
-        return error_new("column %s has %zu numbers, counted from 0: there is no %s[%zu]", c->column, column->width,
-                         c->column, c->index);
+        return error_new("column %s has %zu numbers, counted from 0: there is no %s[%zu]",
+                         c->column, column->width, c->column, c->index);
     return NULL;
 }
 
@@ -185,7 +190,8 @@ static double value_of(const struct column *c, size_t i)
                                    : column_i32(c)[i];
 }
 
-static bool condition_holds(const struct stream_condition *c, const struct table *probes, size_t row)
+static bool condition_holds(const struct stream_condition *c, const struct table *probes,
+                            size_t row)
 {
     const struct column *column = table_column(probes, c->column);
     const double value = value_of(column, row * column->width + c->index);
@@ -223,11 +229,13 @@ static void drop_columns(struct table *table, const struct stream_selection *s)
 /* Moves the rows that are kept to the front; returns how many. */
 static size_t keep_rows(struct table *probes, const struct stream_selection *s)
 {
-    const int64_t rows = (int64_t)probes->rows, end = s->rows_given && s->end >= 0 && s->end < rows ? s->end : rows;
+    const int64_t rows = (int64_t)probes->rows,
+                  end = s->rows_given && s->end >= 0 && s->end < rows ? s->end : rows;
     size_t kept = 0;
     for (int64_t row = s->rows_given ? s->first : 0; row < end; row += s->rows_given ? s->step : 1)
         if (keeps_row(s, probes, (size_t)row))
-            table_copy_rows(probes, kept++, probes, (size_t)row, 1); /* never forwards: kept <= row */
+            /* never forwards: kept <= row */
+            table_copy_rows(probes, kept++, probes, (size_t)row, 1);
     return kept;
 }
 
@@ -245,7 +253,8 @@ static void drop_tables(struct stream *stream, const char *why, struct warnings 
     }
 }
 
-static struct error *select_rows(struct stream *stream, const struct stream_selection *s, struct warnings *warnings)
+static struct error *select_rows(struct stream *stream, const struct stream_selection *s,
+                                 struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
     if (!probes)
@@ -263,7 +272,8 @@ static struct error *select_rows(struct stream *stream, const struct stream_sele
     return table_resize(stream_table(stream, "probe"), kept);
 }
 
-struct error *stream_select(struct stream *stream, const struct stream_selection *s, struct warnings *warnings)
+struct error *stream_select(struct stream *stream, const struct stream_selection *s,
+                            struct warnings *warnings)
 {
     struct seen seen = {0};
     struct error *err = NULL;
@@ -335,41 +345,47 @@ struct error *stream_filter(struct stream_reader *reader, struct stream_writer *
 
 /* -- merging ---------------------------------------------------------------------------------- */
 
-static struct error *merge_header(struct stream_header *to, const struct stream_header *from, struct warnings *warnings)
+static struct error *merge_header(struct stream_header *to, const struct stream_header *from,
+                                  struct warnings *warnings)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < from->provenance_count && !err; i++)
         err = header_add_provenance(to, from->provenance[i]);
     for (size_t i = 0; i < from->key_count && !err; i++) {
-        const char *name = from->keys[i].name, *theirs = from->keys[i].value, *ours = header_key(to, name);
+        const char *name = from->keys[i].name, *theirs = from->keys[i].value,
+                   *ours = header_key(to, name);
         if (!ours)
             err = header_set_key(to, name, theirs);
         else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") || !strcmp(name, "sh-content")))
-            err =
-                error_new("the streams cannot be merged: %s is %s in the first and %s in another", name, ours, theirs);
+            err = error_new("the streams cannot be merged: %s is %s in the first and %s in another",
+                            name, ours, theirs);
         else if (strcmp(ours, theirs))
             warnings_add(warnings, "key differs",
-                         "key %s is '%s' in the first stream and '%s' in another: the first stays", name, ours, theirs);
+                         "key %s is '%s' in the first stream and '%s' in another: the first stays",
+                         name, ours, theirs);
     }
     return err;
 }
 
-static struct error *merge_columns(struct table *to, const struct table *from, struct warnings *warnings)
+static struct error *merge_columns(struct table *to, const struct table *from,
+                                   struct warnings *warnings)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < to->column_count; i++)
         if (!table_column(from, to->columns[i].name))
-            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values",
+            warnings_add(warnings, "column missing",
+                         "a stream has no column %s: its probes get missing values",
                          to->columns[i].name);
     for (size_t i = 0; i < from->column_count && !err; i++) {
         const struct column *theirs = &from->columns[i], *ours = table_column(to, theirs->name);
         if (ours && (ours->type != theirs->type || ours->width != theirs->width)) {
-            err = error_new("the streams cannot be merged: column %s is %s:%zu in one and %s:%zu in another",
-                            theirs->name, column_type_name(ours->type), ours->width, column_type_name(theirs->type),
-                            theirs->width);
+            err = error_new(
+                "the streams cannot be merged: column %s is %s:%zu in one and %s:%zu in another",
+                theirs->name, column_type_name(ours->type), ours->width,
+                column_type_name(theirs->type), theirs->width);
         } else if (!ours) {
-            warnings_add(warnings, "column missing", "a stream has no column %s: its probes get missing values",
-                         theirs->name);
+            warnings_add(warnings, "column missing",
+                         "a stream has no column %s: its probes get missing values", theirs->name);
             err = table_add_column(to, theirs->name, theirs->type, theirs->width, NULL);
         }
     }
@@ -415,7 +431,8 @@ static size_t ranges_of(const struct column *c)
 }
 
 /* Widens a range by `count` values, `step` apart. */
-static void widen(struct range *range, const struct column *c, size_t first, size_t step, size_t count)
+static void widen(struct range *range, const struct column *c, size_t first, size_t step,
+                  size_t count)
 {
     struct range r = *range;
     for (size_t i = first; count > 0; i += step, count--) {
@@ -472,7 +489,8 @@ static struct error *describe_table(struct stream_reader *reader, struct table *
     }
     if (!err) {
         fprintf(out, "table %s: %zu rows\n", table->name, rows);
-        fprintf(out, "  %-16s %-8s %14s %14s %14s %9s\n", "column", "type", "least", "most", "mean", "missing");
+        fprintf(out, "  %-16s %-8s %14s %14s %14s %9s\n", "column", "type", "least", "most", "mean",
+                "missing");
     }
     for (size_t i = 0; i < table->column_count && !err; i++)
         print_column(out, &table->columns[i], range + 4 * i);
@@ -483,7 +501,8 @@ static struct error *describe_table(struct stream_reader *reader, struct table *
 struct error *stream_describe(struct stream_reader *reader, FILE *out)
 {
     const struct stream_header *header = stream_reader_header(reader);
-    fprintf(out, "encoding %s\n", stream_reader_encoding(reader) == STREAM_BINARY ? "binary" : "text");
+    fprintf(out, "encoding %s\n",
+            stream_reader_encoding(reader) == STREAM_BINARY ? "binary" : "text");
     for (size_t i = 0; i < header->provenance_count; i++)
         fprintf(out, "made by %s\n", header->provenance[i]);
     for (size_t i = 0; i < header->key_count; i++)

@@ -9,7 +9,8 @@
 
 struct warnings;
 
-/* "COLUMN[INDEX] OP NUMBER": a comparison that the probes to keep must pass. A missing value passes none. */
+/* "COLUMN[INDEX] OP NUMBER": a comparison that the probes to keep must pass. A missing value passes
+ * none. */
 struct stream_condition {
     char column[64];
     bool indexed;
@@ -27,14 +28,16 @@ struct stream_condition {
 
 /* What to keep. Lists are comma-separated names; NULL: everything. */
 struct stream_selection {
-    const char *tables;  /* each must be there */
-    const char *columns; /* of whatever table, each must be there; a table that keeps none goes as well */
-    const char *drop;    /* columns not to keep; need not be there */
-    /* Rows of table probe: first, first + step, ... below end, zero-based. Where not all are kept, other tables go,
-     * with a warning, and so do hull_normal and merged: they speak of rows that are no more. */
+    const char *tables; /* each must be there */
+    /* of whatever table, each must be there; a table that keeps none goes as well */
+    const char *columns;
+    const char *drop; /* columns not to keep; need not be there */
+    /* Rows of table probe: first, first + step, ... below end, zero-based. Where not all are kept,
+     * other tables go, with a warning, and so do hull_normal and merged: they speak of rows that
+     * are no more. */
     bool rows_given;
-    int64_t first, end, step; /* end -1: all */
-    int captured; /* ROWS_ANY; with light, without */
+    int64_t first, end, step;            /* end -1: all */
+    int captured;                        /* ROWS_ANY; with light, without */
     struct stream_condition *conditions; /* all must hold; owned */
     size_t condition_count, condition_capacity;
 };
@@ -50,19 +53,21 @@ bool stream_selects_rows(const struct stream_selection *selection);
 void stream_selection_clear(struct stream_selection *selection);
 
 /* Removes from a stream in memory what the selection does not keep. */
-struct error *stream_select(struct stream *stream, const struct stream_selection *selection, struct warnings *warnings);
+struct error *stream_select(struct stream *stream, const struct stream_selection *selection,
+                            struct warnings *warnings);
 
 /* Passes a stream on block by block, tables and columns chosen (rows are not). */
 struct error *stream_filter(struct stream_reader *reader, struct stream_writer *writer,
                             const struct stream_selection *selection);
 
-/* Appends the probes of `from` to those of `to`, and its provenance. Columns that one of them lacks hold missing
- * values, with a warning. Where keys differ, the first stream's stay, with a warning; sh-order and sh-content must
- * agree. Other tables go, from both, with a warning: merged probes need cells of their own. */
+/* Appends the probes of `from` to those of `to`, and its provenance. Columns that one of them lacks
+ * hold missing values, with a warning. Where keys differ, the first stream's stay, with a warning;
+ * sh-order and sh-content must agree. Other tables go, from both, with a warning: merged probes
+ * need cells of their own. */
 struct error *stream_merge(struct stream *to, struct stream *from, struct warnings *warnings);
 
-/* Prints what a stream holds to `out`, block by block: encoding, provenance, keys, tables, and for each column its
- * type, missing values, and range. */
+/* Prints what a stream holds to `out`, block by block: encoding, provenance, keys, tables, and for
+ * each column its type, missing values, and range. */
 struct error *stream_describe(struct stream_reader *reader, FILE *out);
 
 #endif

@@ -20,7 +20,8 @@ static bool has_provenance(const struct stream_header *header, const char *line)
 /* Whether light depends on the key (man probe.5, "Keys"). */
 static bool is_of_light(const char *key)
 {
-    static const char *const names[] = {"sky", "sky-file", "emit", "albedo-scale", "max-albedo", "light-scale", "scene-key"};
+    static const char *const names[] = {"sky",        "sky-file",    "emit",     "albedo-scale",
+                                        "max-albedo", "light-scale", "scene-key"};
     static const char *const families[] = {"sh-", "capture-", "sun-", "point-", "spot-"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (!strcmp(key, names[i]))
@@ -31,22 +32,26 @@ static bool is_of_light(const char *key)
     return false;
 }
 
-static struct error *fill_header(struct stream_header *to, const struct stream_header *from, const char *file,
-                                 struct warnings *warnings)
+static struct error *fill_header(struct stream_header *to, const struct stream_header *from,
+                                 const char *file, struct warnings *warnings)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < from->provenance_count && !err; i++)
         if (!has_provenance(to, from->provenance[i]))
             err = header_add_provenance(to, from->provenance[i]);
     for (size_t i = 0; i < from->key_count && !err; i++) {
-        const char *name = from->keys[i].name, *theirs = from->keys[i].value, *ours = header_key(to, name);
+        const char *name = from->keys[i].name, *theirs = from->keys[i].value,
+                   *ours = header_key(to, name);
         if (!ours)
             err = header_set_key(to, name, theirs);
         else if (strcmp(ours, theirs) && is_of_light(name))
-            err = error_new("its light is not that of the probes to be filled: %s is %s, and theirs is %s", name, theirs, ours);
+            err = error_new(
+                "its light is not that of the probes to be filled: %s is %s, and theirs is %s",
+                name, theirs, ours);
         else if (strcmp(ours, theirs))
-            warnings_add(warnings, "key differs", "%s: key %s is '%s', and '%s' in the stream to be filled: that stays", file,
-                         name, theirs, ours);
+            warnings_add(warnings, "key differs",
+                         "%s: key %s is '%s', and '%s' in the stream to be filled: that stays",
+                         file, name, theirs, ours);
     }
     return err;
 }
@@ -76,7 +81,8 @@ static int compare_sites(const void *a, const void *b)
 /* The sites of all rows, in order; normals: whether they count. */
 static struct error *sort_sites(const struct table *probes, bool normals, struct site **sites)
 {
-    const struct column *position = table_column(probes, "position"), *normal = normals ? table_column(probes, "normal") : NULL;
+    const struct column *position = table_column(probes, "position"),
+                        *normal = normals ? table_column(probes, "normal") : NULL;
     struct error *err = array_create(sites, probes->rows, sizeof **sites);
     for (size_t i = 0; i < probes->rows && !err; i++) {
         struct site *site = &(*sites)[i];
@@ -96,7 +102,8 @@ struct pair {
 };
 
 /* Finds all pairs: walks both tables in the order of their sites. */
-static struct error *find_pairs(const struct table *to, const struct table *from, struct pair **pairs, size_t *count)
+static struct error *find_pairs(const struct table *to, const struct table *from,
+                                struct pair **pairs, size_t *count)
 {
     const bool normals = table_column(to, "normal") && table_column(from, "normal");
     struct site *ours = NULL, *theirs = NULL;
@@ -122,19 +129,23 @@ static struct error *find_pairs(const struct table *to, const struct table *from
 
 static bool is_missing(const struct column *c, size_t row)
 {
-    return c->type == COLUMN_F32 ? isnan(column_f32(c)[row * c->width]) : c->type == COLUMN_F64 && isnan(column_f64(c)[row * c->width]);
+    return c->type == COLUMN_F32 ? isnan(column_f32(c)[row * c->width])
+                                 : c->type == COLUMN_F64 && isnan(column_f64(c)[row * c->width]);
 }
 
 /* Copies a column's values to the probes that lack them (all: to every probe that is in both). */
-static void fill_column(struct column *to, const struct column *from, const struct pair *pairs, size_t count, bool all)
+static void fill_column(struct column *to, const struct column *from, const struct pair *pairs,
+                        size_t count, bool all)
 {
     const size_t bytes = to->width * column_type_size(to->type);
     for (size_t i = 0; i < count; i++)
         if (all || is_missing(to, pairs[i].to))
-            memcpy((char *)to->data + pairs[i].to * bytes, (const char *)from->data + pairs[i].from * bytes, bytes);
+            memcpy((char *)to->data + pairs[i].to * bytes,
+                   (const char *)from->data + pairs[i].from * bytes, bytes);
 }
 
-static struct error *fill_probes(struct table *to, const struct table *from, const struct pair *pairs, size_t count)
+static struct error *fill_probes(struct table *to, const struct table *from,
+                                 const struct pair *pairs, size_t count)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < from->column_count && !err; i++) {
@@ -144,8 +155,9 @@ static struct error *fill_probes(struct table *to, const struct table *from, con
         if (!strcmp(theirs->name, "hull_normal") || !strcmp(theirs->name, "merged"))
             continue;
         if (ours && (ours->type != theirs->type || ours->width != theirs->width))
-            err = error_new("column %s is %s:%zu, and %s:%zu in the stream to be filled", theirs->name,
-                            column_type_name(theirs->type), theirs->width, column_type_name(ours->type), ours->width);
+            err = error_new("column %s is %s:%zu, and %s:%zu in the stream to be filled",
+                            theirs->name, column_type_name(theirs->type), theirs->width,
+                            column_type_name(ours->type), ours->width);
         if (added)
             err = table_add_column(to, theirs->name, theirs->type, theirs->width, &ours);
         if (!err)
@@ -154,14 +166,16 @@ static struct error *fill_probes(struct table *to, const struct table *from, con
     return err;
 }
 
-struct error *stream_fill(struct stream *to, const struct stream *from, const char *name, struct warnings *warnings)
+struct error *stream_fill(struct stream *to, const struct stream *from, const char *name,
+                          struct warnings *warnings)
 {
     struct table *ours = stream_table(to, "probe"), *theirs = stream_table(from, "probe");
     struct pair *pairs = NULL;
     size_t count = 0;
     struct error *err = NULL;
     if (!ours || !theirs)
-        err = error_new("nothing can be filled: %s has no table probe", theirs ? "the input" : "it");
+        err =
+            error_new("nothing can be filled: %s has no table probe", theirs ? "the input" : "it");
     if (!err)
         err = fill_header(&to->header, &from->header, name, warnings);
     if (!err)
@@ -169,8 +183,10 @@ struct error *stream_fill(struct stream *to, const struct stream *from, const ch
     if (!err)
         err = fill_probes(ours, theirs, pairs, count);
     if (!err && count < theirs->rows)
-        warnings_add(warnings, "strangers", "%s: %zu of its %zu probes are not among those to be filled: they are left out", name,
-                     theirs->rows - count, theirs->rows);
+        warnings_add(
+            warnings, "strangers",
+            "%s: %zu of its %zu probes are not among those to be filled: they are left out", name,
+            theirs->rows - count, theirs->rows);
     free(pairs);
     return error_wrap(err, "%s", name);
 }

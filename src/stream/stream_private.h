@@ -13,12 +13,13 @@
 #include "stream/stream.h"
 
 enum {
-    STREAM_LINE_MOST = 16 << 20,   /* bytes of a line */
-    STREAM_ROW_MOST = 1 << 20,     /* bytes of a row */
-    STREAM_BLOCK_MOST = 16 << 20,  /* bytes of the rows of a block that a reader accepts */
-    STREAM_BLOCK_BYTES = 256 << 10, /* that a writer puts into one: they stay in the second-level cache */
-    STREAM_NAMES_MOST = 4096,      /* columns of a table, tables of a stream, keys of a header */
-    STREAM_NAME_MOST = 63          /* bytes of a name */
+    STREAM_LINE_MOST = 16 << 20,  /* bytes of a line */
+    STREAM_ROW_MOST = 1 << 20,    /* bytes of a row */
+    STREAM_BLOCK_MOST = 16 << 20, /* bytes of the rows of a block that a reader accepts */
+    /* that a writer puts into one: they stay in the second-level cache */
+    STREAM_BLOCK_BYTES = 256 << 10,
+    STREAM_NAMES_MOST = 4096, /* columns of a table, tables of a stream, keys of a header */
+    STREAM_NAME_MOST = 63     /* bytes of a name */
 };
 
 /* Bytes of one row in binary. */
@@ -30,7 +31,8 @@ struct error *table_reserve(struct table *table, size_t rows);
 /* How many rows of a table make a block, at least one. */
 size_t table_block_rows(const struct table *table);
 
-/* Whether `name` may name a table or column: [a-z][a-z0-9_-]*, of at most STREAM_NAME_MOST bytes. */
+/* Whether `name` may name a table or column: [a-z][a-z0-9_-]*, of at most STREAM_NAME_MOST
+ * bytes. */
 bool stream_name_valid(const char *name);
 
 /* Whether a line starts a table, or ends the stream. */
@@ -39,8 +41,8 @@ bool line_is_end(const char *line, size_t length);
 
 /* -- checksums (stream_file.c) ----------------------------------------------------------------- */
 
-/* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each proves all that came
- * before. */
+/* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each
+ * proves all that came before. */
 struct error *checksum_create(void **checksum);
 void checksum_destroy(void *checksum); /* NULL is legal */
 void checksum_update(void *checksum, const void *bytes, size_t count);
@@ -61,14 +63,16 @@ struct stream_input {
 struct error *input_open(struct stream_input *in, const char *path);
 void input_close(struct stream_input *in);
 
-/* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input ends. Memory grows
- * with what arrives. */
-struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes, size_t *got);
+/* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input
+ * ends. Memory grows with what arrives. */
+struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes,
+                         size_t *got);
 
 /* Consumes bytes that are available. */
 void input_consume(struct stream_input *in, size_t count);
 
-/* The next line, not consumed: *line without its newline (NULL at the end of input), *bytes what it takes with it. */
+/* The next line, not consumed: *line without its newline (NULL at the end of input), *bytes what it
+ * takes with it. */
 struct error *input_line(struct stream_input *in, const char **line, size_t *length, size_t *bytes);
 
 /* -- bytes out (stream_file.c) ----------------------------------------------------------------- */
@@ -85,7 +89,8 @@ struct stream_output {
 /* binary: refused when the output is a terminal. */
 struct error *output_open(struct stream_output *out, const char *path, bool binary);
 
-/* Room for `count` bytes behind those not yet written; the caller fills them and adds to out->count. */
+/* Room for `count` bytes behind those not yet written; the caller fills them and adds to
+ * out->count. */
 struct error *output_room(struct stream_output *out, size_t count, char **room);
 
 /* Writes what is in memory when it is more than a block (always: all of it). */
@@ -104,8 +109,8 @@ void output_abandon(struct stream_output *out);
 
 /* What is known of a stream while its rows pass. */
 struct stream_validity {
-    size_t probes, cells;                /* rows seen */
-    int corners;                         /* of the table of cells; 0: none yet */
+    size_t probes, cells;                             /* rows seen */
+    int corners;                                      /* of the table of cells; 0: none yet */
     int32_t vertex_most, neighbour_most, merged_most; /* largest indices seen, and in which row */
     size_t vertex_row, neighbour_row, merged_row;
 };
@@ -115,10 +120,10 @@ struct stream_validity validity_start(void);
 /* Checks the columns of a table. */
 struct error *validity_schema(const struct stream_header *header, const struct table *table);
 
-/* Checks rows first .. first+count-1, which are rows `number` and following of the stream's table. Makes every NaN the
- * same NaN. */
-struct error *validity_rows(struct stream_validity *validity, const struct table *table, size_t first, size_t count,
-                            size_t number);
+/* Checks rows first .. first+count-1, which are rows `number` and following of the stream's table.
+ * Makes every NaN the same NaN. */
+struct error *validity_rows(struct stream_validity *validity, const struct table *table,
+                            size_t first, size_t count, size_t number);
 
 /* Checks what only the end can tell: that indices are in range. */
 struct error *validity_end(const struct stream_validity *validity);
@@ -131,8 +136,9 @@ struct stream_reader {
     enum stream_encoding encoding;
     void *checksum; /* binary */
     struct stream_validity validity;
-    struct table schema; /* of the current table, no rows; its name is NULL before the first and after the last */
-    size_t row;          /* rows of it that were read */
+    /* of the current table, no rows; its name is NULL before the first and after the last */
+    struct table schema;
+    size_t row; /* rows of it that were read */
     bool table_ended;
     char **table_names; /* seen so far */
     size_t table_count;
@@ -145,10 +151,13 @@ struct error *reader_place(const struct stream_reader *reader, struct error *err
 /* The error of a stream that stops within the current table, `further` rows behind reader->row. */
 struct error *ended_within(const struct stream_reader *reader, size_t further);
 
-/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to the table, whose
- * first columns are those of reader->schema and which has room for them, and checks them. */
-struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
-struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got);
+/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to
+ * the table, whose first columns are those of reader->schema and which has room for them, and
+ * checks them. */
+struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most,
+                             size_t *got);
+struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most,
+                               size_t *got);
 
 struct stream_writer {
     struct stream_output out;
@@ -163,9 +172,11 @@ struct stream_writer {
 };
 
 /* Writes rows as lines. */
-struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
+struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first,
+                              size_t count);
 
 /* Writes one block; count 0 ends the table. */
-struct error *binary_write_block(struct stream_writer *writer, const struct table *table, size_t first, size_t count);
+struct error *binary_write_block(struct stream_writer *writer, const struct table *table,
+                                 size_t first, size_t count);
 
 #endif

@@ -16,8 +16,8 @@ static struct error *sort_error(struct error *err, struct error **damage)
 }
 
 /* Reads one table as far as it goes. *within: the damage is in its rows. */
-static struct error *read_table(struct stream_reader *reader, struct stream *stream, bool *more, bool *within,
-                                struct error **damage)
+static struct error *read_table(struct stream_reader *reader, struct stream *stream, bool *more,
+                                bool *within, struct error **damage)
 {
     struct table schema, *table = NULL;
     struct error *err = sort_error(stream_reader_next_table(reader, &schema, more), damage);
@@ -40,7 +40,8 @@ static struct error *read_table(struct stream_reader *reader, struct stream *str
 static bool took_cut_line(const struct stream_reader *reader)
 {
     const struct stream_input *in = &reader->in;
-    return reader->encoding == STREAM_TEXT && in->ended && in->start > 0 && in->data[in->start - 1] != '\n';
+    return reader->encoding == STREAM_TEXT && in->ended && in->start > 0 &&
+           in->data[in->start - 1] != '\n';
 }
 
 /* Drops what is not whole of the table that the damage is in, and what that makes untrue. */
@@ -48,7 +49,8 @@ static struct error *drop_damaged(const struct stream_reader *reader, struct str
 {
     const char *name = reader->schema.name;
     struct table *table = stream_table(stream, name);
-    const bool cut = took_cut_line(reader), known = table->rows > 0 || !cut; /* else the cut line is the table's own */
+    /* else the cut line is the table's own */
+    const bool cut = took_cut_line(reader), known = table->rows > 0 || !cut;
     if (strcmp(name, "probe") || !known) {
         stream_remove_table(stream, name);
         return NULL;
@@ -60,8 +62,9 @@ static struct error *drop_damaged(const struct stream_reader *reader, struct str
     return table_resize(table, table->rows - cut);
 }
 
-static struct error *keep_whole(const struct stream_reader *reader, struct stream *stream, bool within, const char *path,
-                                const struct error *damage, struct warnings *warnings)
+static struct error *keep_whole(const struct stream_reader *reader, struct stream *stream,
+                                bool within, const char *path, const struct error *damage,
+                                struct warnings *warnings)
 {
     struct error *err = within ? drop_damaged(reader, stream) : NULL;
     struct table *probes = stream_table(stream, "probe");
@@ -72,8 +75,9 @@ static struct error *keep_whole(const struct stream_reader *reader, struct strea
     if (!cells_exist(stream))
         cells_remove(stream);
     const bool dropped = within && strcmp(reader->schema.name, "probe");
-    warnings_add(warnings, path, "%s: %zu rows of table probe are kept%s%s%s", error_message(damage), probes->rows,
-                 dropped ? ", table " : "", dropped ? reader->schema.name : "", dropped ? " is dropped" : "");
+    warnings_add(warnings, path, "%s: %zu rows of table probe are kept%s%s%s",
+                 error_message(damage), probes->rows, dropped ? ", table " : "",
+                 dropped ? reader->schema.name : "", dropped ? " is dropped" : "");
     return NULL;
 }
 

@@ -19,15 +19,13 @@ static const char *skip_word(const char *at, const char *end)
     return at;
 }
 
-static const char *read_number(const struct column *c, size_t index, const char *at, const char *end)
+static const char *read_number(const struct column *c, size_t index, const char *at,
+                               const char *end)
 {
     switch (c->type) {
-    case COLUMN_F32:
-        return number_read_f32(at, end, &column_f32(c)[index]);
-    case COLUMN_F64:
-        return number_read_f64(at, end, &column_f64(c)[index]);
-    case COLUMN_I32:
-        return number_read_i32(at, end, &column_i32(c)[index]);
+    case COLUMN_F32: return number_read_f32(at, end, &column_f32(c)[index]);
+    case COLUMN_F64: return number_read_f64(at, end, &column_f64(c)[index]);
+    case COLUMN_I32: return number_read_i32(at, end, &column_i32(c)[index]);
     }
     return NULL;
 }
@@ -37,12 +35,14 @@ static struct error *wrong_count(const struct table *schema, const char *line, c
     size_t expected = 0, got = 0;
     for (size_t i = 0; i < schema->column_count; i++)
         expected += schema->columns[i].width;
-    for (const char *at = skip_blanks(line, end); at < end; at = skip_blanks(skip_word(at, end), end))
+    for (const char *at = skip_blanks(line, end); at < end;
+         at = skip_blanks(skip_word(at, end), end))
         got++;
     return error_new("table %s: expected %zu numbers, got %zu", schema->name, expected, got);
 }
 
-static struct error *wrong_number(const struct table *schema, const struct column *c, const char *at, const char *end)
+static struct error *wrong_number(const struct table *schema, const struct column *c,
+                                  const char *at, const char *end)
 {
     const int length = (int)(skip_word(at, end) - at);
     const int shown = length < 40 ? length : 40;
@@ -54,8 +54,8 @@ static struct error *wrong_number(const struct table *schema, const struct colum
 }
 
 /* One line into row `row` of the table's first columns. */
-static struct error *read_row(const struct table *schema, struct table *table, size_t row, const char *line,
-                              const char *end)
+static struct error *read_row(const struct table *schema, struct table *table, size_t row,
+                              const char *line, const char *end)
 {
     const char *at = skip_blanks(line, end);
     for (size_t i = 0; i < schema->column_count; i++) {
@@ -72,20 +72,24 @@ static struct error *read_row(const struct table *schema, struct table *table, s
     return at == end ? NULL : wrong_count(schema, line, end);
 }
 
-/* A line between two lines of the table's own: a row, or nothing (a comment, a blank line: *is_row is false). */
-static struct error *read_line(struct stream_reader *reader, struct table *table, size_t number, const char *line,
-                               size_t length, bool *is_row)
+/* A line between two lines of the table's own: a row, or nothing (a comment, a blank line: *is_row
+ * is false). */
+static struct error *read_line(struct stream_reader *reader, struct table *table, size_t number,
+                               const char *line, size_t length, bool *is_row)
 {
-    const char *end = line + length - (length && line[length - 1] == '\r'), *first = skip_blanks(line, end);
+    const char *end = line + length - (length && line[length - 1] == '\r'),
+               *first = skip_blanks(line, end);
     *is_row = first < end && *first != '#';
     if (!*is_row)
-        return memchr(line, 0, length) ? error_new("table %s: expected text, got a zero byte", reader->schema.name)
-                                       : NULL;
+        return memchr(line, 0, length)
+                   ? error_new("table %s: expected text, got a zero byte", reader->schema.name)
+                   : NULL;
     struct error *err = read_row(&reader->schema, table, table->rows, first, end);
     return err ? err : validity_rows(&reader->validity, table, table->rows, 1, number);
 }
 
-struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most, size_t *got)
+struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most,
+                             size_t *got)
 {
     struct stream_input *in = &reader->in;
     *got = 0;
@@ -113,7 +117,8 @@ struct error *text_read_rows(struct stream_reader *reader, struct table *table, 
     return NULL;
 }
 
-struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first, size_t count)
+struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first,
+                              size_t count)
 {
     struct stream_output *out = &writer->out;
     size_t values = 0;

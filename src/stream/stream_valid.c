@@ -7,28 +7,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Columns with a fixed meaning. width 0: 3 n^2 for SH of order n; widths of others follow the sh column. */
+/* Columns with a fixed meaning. width 0: 3 n^2 for SH of order n; widths of others follow the sh
+ * column. */
 static const struct known {
     const char *table, *column;
     enum column_type type;
     size_t width;     /* 0: follows `sh` */
     size_t sh_factor; /* times the width of sh */
 } known_columns[] = {
-    {"probe", "position", COLUMN_F64, 3, 0},    {"probe", "sh", COLUMN_F32, 0, 1},
-    {"probe", "sh_error", COLUMN_F32, 0, 1},    {"probe", "sh_gradient", COLUMN_F32, 0, 3},
-    {"probe", "validity", COLUMN_F32, 1, 0},    {"probe", "depth", COLUMN_F32, 1, 0},
-    {"probe", "sky", COLUMN_F32, 1, 0},         {"probe", "ao", COLUMN_F32, 1, 0},
-    {"probe", "normal", COLUMN_F32, 3, 0},      {"probe", "bent_normal", COLUMN_F32, 3, 0},
-    {"probe", "hull_normal", COLUMN_F32, 3, 0}, {"probe", "origin", COLUMN_I32, 1, 0},
-    {"probe", "sh_window", COLUMN_F32, 1, 0},   {"probe", "ambient_cube", COLUMN_F32, 18, 0},
-    {"probe", "ambient_dice", COLUMN_F32, 36, 0}, {"probe", "ambient_dice_cubic", COLUMN_F32, 108, 0},
+    {"probe", "position", COLUMN_F64, 3, 0},
+    {"probe", "sh", COLUMN_F32, 0, 1},
+    {"probe", "sh_error", COLUMN_F32, 0, 1},
+    {"probe", "sh_gradient", COLUMN_F32, 0, 3},
+    {"probe", "validity", COLUMN_F32, 1, 0},
+    {"probe", "depth", COLUMN_F32, 1, 0},
+    {"probe", "sky", COLUMN_F32, 1, 0},
+    {"probe", "ao", COLUMN_F32, 1, 0},
+    {"probe", "normal", COLUMN_F32, 3, 0},
+    {"probe", "bent_normal", COLUMN_F32, 3, 0},
+    {"probe", "hull_normal", COLUMN_F32, 3, 0},
+    {"probe", "origin", COLUMN_I32, 1, 0},
+    {"probe", "sh_window", COLUMN_F32, 1, 0},
+    {"probe", "ambient_cube", COLUMN_F32, 18, 0},
+    {"probe", "ambient_dice", COLUMN_F32, 36, 0},
+    {"probe", "ambient_dice_cubic", COLUMN_F32, 108, 0},
     {"probe", "ahd", COLUMN_F32, 9, 0},
-    {"probe", "merged", COLUMN_I32, 1, 0},      {"tet", "vertex", COLUMN_I32, 4, 0},
-    {"tet", "neighbour", COLUMN_I32, 4, 0},     {"tet", "occlusion", COLUMN_I32, 6, 0},
-    {"tri", "vertex", COLUMN_I32, 3, 0},        {"tri", "neighbour", COLUMN_I32, 3, 0},
-    {"tri", "occlusion", COLUMN_I32, 3, 0},     {"segment", "vertex", COLUMN_I32, 2, 0},
-    {"segment", "neighbour", COLUMN_I32, 2, 0}, {"segment", "occlusion", COLUMN_I32, 1, 0},
-    {"point", "vertex", COLUMN_I32, 1, 0},      {"point", "neighbour", COLUMN_I32, 1, 0},
+    {"probe", "merged", COLUMN_I32, 1, 0},
+    {"tet", "vertex", COLUMN_I32, 4, 0},
+    {"tet", "neighbour", COLUMN_I32, 4, 0},
+    {"tet", "occlusion", COLUMN_I32, 6, 0},
+    {"tri", "vertex", COLUMN_I32, 3, 0},
+    {"tri", "neighbour", COLUMN_I32, 3, 0},
+    {"tri", "occlusion", COLUMN_I32, 3, 0},
+    {"segment", "vertex", COLUMN_I32, 2, 0},
+    {"segment", "neighbour", COLUMN_I32, 2, 0},
+    {"segment", "occlusion", COLUMN_I32, 1, 0},
+    {"point", "vertex", COLUMN_I32, 1, 0},
+    {"point", "neighbour", COLUMN_I32, 1, 0},
 };
 
 const char *const stream_cell_table[STREAM_CORNERS_MOST] = {"point", "segment", "tri", "tet"};
@@ -70,15 +85,17 @@ static struct error *check_sh(const struct stream_header *header, const struct c
 {
     const int order = sh_order_of(sh->width);
     if (!order)
-        return error_new("column sh: expected a width of 3 n^2 for an order n of 1 to %d, got %zu", SH_ORDER_MAX,
-                         sh->width);
+        return error_new("column sh: expected a width of 3 n^2 for an order n of 1 to %d, got %zu",
+                         SH_ORDER_MAX, sh->width);
     const char *stated = header_key(header, "sh-order");
     if (stated && (strlen(stated) != 1 || *stated - '0' != order))
-        return error_new("column sh has order %d, but the header's sh-order is '%s'", order, stated);
+        return error_new("column sh has order %d, but the header's sh-order is '%s'", order,
+                         stated);
     return NULL;
 }
 
-static struct error *check_known(const struct known *known, const struct table *table, const struct column *column)
+static struct error *check_known(const struct known *known, const struct table *table,
+                                 const struct column *column)
 {
     const struct column *sh = table_column(table, "sh");
     size_t width = known->width;
@@ -87,8 +104,9 @@ static struct error *check_known(const struct known *known, const struct table *
     if (!width)
         width = known->sh_factor * sh->width;
     if (column->type != known->type || column->width != width)
-        return error_new("column %s: expected %s:%zu, got %s:%zu", known->column, column_type_name(known->type), width,
-                         column_type_name(column->type), column->width);
+        return error_new("column %s: expected %s:%zu, got %s:%zu", known->column,
+                         column_type_name(known->type), width, column_type_name(column->type),
+                         column->width);
     return NULL;
 }
 
@@ -100,12 +118,14 @@ struct error *validity_schema(const struct stream_header *header, const struct t
     if (!err && table->column_count > STREAM_NAMES_MOST)
         err = error_new("more than %d columns", STREAM_NAMES_MOST);
     if (!err && table_row_bytes(table) > STREAM_ROW_MOST)
-        err = error_new("a row takes %zu bytes, more than %d", table_row_bytes(table), STREAM_ROW_MOST);
+        err = error_new("a row takes %zu bytes, more than %d", table_row_bytes(table),
+                        STREAM_ROW_MOST);
     if (!err && !strcmp(table->name, "probe") && !table_column(table, "position"))
         err = error_new("expected a column position:f64:3, there is none");
     for (size_t i = 0; i < sizeof known_columns / sizeof *known_columns && !err; i++) {
         const struct known *known = &known_columns[i];
-        const struct column *column = strcmp(known->table, table->name) ? NULL : table_column(table, known->column);
+        const struct column *column =
+            strcmp(known->table, table->name) ? NULL : table_column(table, known->column);
         if (column && !strcmp(known->column, "sh"))
             err = check_sh(header, column);
         if (column && !err)
@@ -116,7 +136,8 @@ struct error *validity_schema(const struct stream_header *header, const struct t
 
 /* -- rows ------------------------------------------------------------------------------------ */
 
-/* The loops over many values go in strides of a fixed length, which compilers turn into vector code. */
+/* The loops over many values go in strides of a fixed length, which compilers turn into vector
+ * code. */
 enum { STRIDE = 32 };
 
 /* Whether any of `count` values is not finite: all ones in the exponent. */
@@ -182,7 +203,8 @@ static struct error *check_special(const struct column *c, size_t row, bool miss
         const size_t i = row * c->width + k;
         const double value = c->type == COLUMN_F32 ? (double)column_f32(c)[i] : column_f64(c)[i];
         if (isinf(value))
-            return error_new("column %s: expected finite numbers, got %s", c->name, value < 0 ? "-inf" : "inf");
+            return error_new("column %s: expected finite numbers, got %s", c->name,
+                             value < 0 ? "-inf" : "inf");
         if (!isnan(value))
             continue;
         missing++;
@@ -194,11 +216,13 @@ static struct error *check_special(const struct column *c, size_t row, bool miss
     if (missing && !missing_allowed)
         return error_new("column %s: expected finite numbers, got nan", c->name);
     if (missing && missing < c->width)
-        return error_new("column %s: %zu of %zu numbers are nan; all or none may be", c->name, missing, c->width);
+        return error_new("column %s: %zu of %zu numbers are nan; all or none may be", c->name,
+                         missing, c->width);
     return NULL;
 }
 
-static struct error *check_floats(const struct column *c, size_t first, size_t count, bool missing_allowed, size_t *row)
+static struct error *check_floats(const struct column *c, size_t first, size_t count,
+                                  bool missing_allowed, size_t *row)
 {
     const size_t begin = first * c->width, values = count * c->width;
     if (c->type == COLUMN_F32 ? !any_special_f32(column_f32(c) + begin, values)
@@ -213,8 +237,9 @@ static struct error *check_floats(const struct column *c, size_t first, size_t c
 }
 
 /* Index columns: least value, and the largest seen. */
-static struct error *check_indices(const struct column *c, size_t first, size_t count, size_t number, int32_t least,
-                                   int32_t *most, size_t *most_row, size_t *row)
+static struct error *check_indices(const struct column *c, size_t first, size_t count,
+                                   size_t number, int32_t least, int32_t *most, size_t *most_row,
+                                   size_t *row)
 {
     const int32_t *value = column_i32(c) + first * c->width;
     int32_t low = least, high = *most;
@@ -222,7 +247,8 @@ static struct error *check_indices(const struct column *c, size_t first, size_t 
     for (size_t i = 0; i < count * c->width && (low < least || high > *most); i++) {
         if (value[i] == low && low < least) {
             *row = first + i / c->width;
-            return error_new("column %s: expected an index of %d or more, got %d", c->name, least, low);
+            return error_new("column %s: expected an index of %d or more, got %d", c->name, least,
+                             low);
         }
         if (value[i] == high && low >= least) {
             *most = high;
@@ -237,7 +263,8 @@ static bool any_twice(const int32_t *v, size_t count)
 {
     int any = 0;
     for (size_t i = 0; i < count; i++, v += 4)
-        any |= (v[0] == v[1]) | (v[0] == v[2]) | (v[0] == v[3]) | (v[1] == v[2]) | (v[1] == v[3]) | (v[2] == v[3]);
+        any |= (v[0] == v[1]) | (v[0] == v[2]) | (v[0] == v[3]) | (v[1] == v[2]) | (v[1] == v[3]) |
+               (v[2] == v[3]);
     return any;
 }
 
@@ -251,33 +278,38 @@ static struct error *check_distinct(const struct column *c, size_t first, size_t
             for (size_t j = 0; j < k; j++)
                 if (v[j] == v[k]) {
                     *row = first + i;
-                    return error_new("column %s: expected %zu different probes, got %d twice", c->name, c->width, v[k]);
+                    return error_new("column %s: expected %zu different probes, got %d twice",
+                                     c->name, c->width, v[k]);
                 }
     return NULL;
 }
 
-struct error *validity_rows(struct stream_validity *validity, const struct table *table, size_t first, size_t count,
-                            size_t number)
+struct error *validity_rows(struct stream_validity *validity, const struct table *table,
+                            size_t first, size_t count, size_t number)
 {
     const bool probes = !strcmp(table->name, "probe");
     const int cells = stream_cell_corners(table->name);
     struct error *err = NULL;
     size_t row = first;
     if (cells && validity->corners && validity->corners != cells)
-        return error_new("table %s: there are cells in table %s already", table->name, stream_cell_table[validity->corners - 1]);
+        return error_new("table %s: there are cells in table %s already", table->name,
+                         stream_cell_table[validity->corners - 1]);
     validity->corners = cells ? cells : validity->corners;
     for (size_t i = 0; i < table->column_count && !err; i++) {
         const struct column *c = &table->columns[i];
         if (c->type != COLUMN_I32) {
             err = check_floats(c, first, count, !probes || strcmp(c->name, "position"), &row);
         } else if (cells && !strcmp(c->name, "vertex")) {
-            err = check_indices(c, first, count, number, 0, &validity->vertex_most, &validity->vertex_row, &row);
+            err = check_indices(c, first, count, number, 0, &validity->vertex_most,
+                                &validity->vertex_row, &row);
             if (!err)
                 err = check_distinct(c, first, count, &row);
         } else if (probes && !strcmp(c->name, "merged")) {
-            err = check_indices(c, first, count, number, -1, &validity->merged_most, &validity->merged_row, &row);
+            err = check_indices(c, first, count, number, -1, &validity->merged_most,
+                                &validity->merged_row, &row);
         } else if (cells && !strcmp(c->name, "neighbour")) {
-            err = check_indices(c, first, count, number, -1, &validity->neighbour_most, &validity->neighbour_row, &row);
+            err = check_indices(c, first, count, number, -1, &validity->neighbour_most,
+                                &validity->neighbour_row, &row);
         }
     }
     if (!err && number + count > INT32_MAX)
@@ -287,11 +319,14 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
     return err ? error_wrap(err, "table %s: row %zu", table->name, number + row - first) : NULL;
 }
 
-static struct error *check_most(const char *table, const char *column, const char *of, int32_t most, size_t row, size_t count)
+static struct error *check_most(const char *table, const char *column, const char *of, int32_t most,
+                                size_t row, size_t count)
 {
     if (most < 0 || (size_t)most < count)
         return NULL;
-    return error_new("table %s: row %zu: column %s: expected an index below the number of %s, %zu, got %d", table, row, column, of, count, most);
+    return error_new(
+        "table %s: row %zu: column %s: expected an index below the number of %s, %zu, got %d",
+        table, row, column, of, count, most);
 }
 
 struct error *validity_end(const struct stream_validity *v)
@@ -299,10 +334,13 @@ struct error *validity_end(const struct stream_validity *v)
     const char *cells = stream_cell_table[v->corners ? v->corners - 1 : STREAM_CORNERS_MOST - 1];
     if (v->cells && !v->probes)
         return error_new("table %s has %zu rows, but there are no probes", cells, v->cells);
-    struct error *err = check_most(cells, "vertex", "probes", v->vertex_most, v->vertex_row, v->probes);
+    struct error *err =
+        check_most(cells, "vertex", "probes", v->vertex_most, v->vertex_row, v->probes);
     if (!err)
-        err = check_most(cells, "neighbour", "cells", v->neighbour_most, v->neighbour_row, v->cells);
-    return err ? err : check_most("probe", "merged", "probes", v->merged_most, v->merged_row, v->probes);
+        err =
+            check_most(cells, "neighbour", "cells", v->neighbour_most, v->neighbour_row, v->cells);
+    return err ? err
+               : check_most("probe", "merged", "probes", v->merged_most, v->merged_row, v->probes);
 }
 
 struct error *stream_check(const struct stream *stream)

@@ -14,7 +14,8 @@ size_t column_type_size(enum column_type type)
 
 const char *column_type_name(enum column_type type)
 {
-    static const char *const names[] = {[COLUMN_F32] = "f32", [COLUMN_F64] = "f64", [COLUMN_I32] = "i32"};
+    static const char *const names[] = {
+        [COLUMN_F32] = "f32", [COLUMN_F64] = "f64", [COLUMN_I32] = "i32"};
     return names[type];
 }
 
@@ -45,8 +46,10 @@ struct error *header_set_key(struct stream_header *header, const char *name, con
     bool printable = true;
     for (const char *c = value; *c; c++)
         printable = printable && ((unsigned char)*c >= ' ' || *c == '\t') && *c != 0x7f;
-    if (!stream_name_valid(name) || strchr(name, '_') || !strcmp(name, "table") || !strcmp(name, "end") || !printable)
-        return error_new("header key %.*s: expected a name of a-z, 0-9 and -, and a value without control characters",
+    if (!stream_name_valid(name) || strchr(name, '_') || !strcmp(name, "table") ||
+        !strcmp(name, "end") || !printable)
+        return error_new("header key %.*s: expected a name of a-z, 0-9 and -, and a value without "
+                         "control characters",
                          STREAM_NAME_MOST, name);
     char *copy = NULL;
     struct error *err = copy_text(&copy, value);
@@ -163,16 +166,18 @@ struct column *table_column(const struct table *table, const char *name)
     return NULL;
 }
 
-struct error *table_require(const struct table *table, const char *name, enum column_type type, size_t width,
-                            struct column **column)
+struct error *table_require(const struct table *table, const char *name, enum column_type type,
+                            size_t width, struct column **column)
 {
     *column = table_column(table, name);
     if (!*column)
-        return error_new("table %s: expected a column %s:%s, there is none", table->name, name, column_type_name(type));
+        return error_new("table %s: expected a column %s:%s, there is none", table->name, name,
+                         column_type_name(type));
     if ((*column)->type != type || (width && (*column)->width != width)) {
-        struct error *err =
-            error_new("table %s: column %s: expected %s:%zu, got %s:%zu", table->name, name, column_type_name(type),
-                      width ? width : (*column)->width, column_type_name((*column)->type), (*column)->width);
+        struct error *err = error_new("table %s: column %s: expected %s:%zu, got %s:%zu",
+                                      table->name, name, column_type_name(type),
+                                      width ? width : (*column)->width,
+                                      column_type_name((*column)->type), (*column)->width);
         *column = NULL;
         return err;
     }
@@ -199,8 +204,8 @@ static void fill_missing(struct column *column, size_t first, size_t count)
     }
 }
 
-struct error *table_add_column(struct table *table, const char *name, enum column_type type, size_t width,
-                               struct column **column)
+struct error *table_add_column(struct table *table, const char *name, enum column_type type,
+                               size_t width, struct column **column)
 {
     struct column *place = table_column(table, name);
     if (!place) {
@@ -250,7 +255,8 @@ struct error *table_reserve(struct table *table, size_t rows)
     for (size_t i = 0; i < table->column_count; i++) {
         struct column *c = &table->columns[i];
         size_t room = table->capacity;
-        struct error *err = array_reserve(&c->data, &room, capacity, c->width * column_type_size(c->type));
+        struct error *err =
+            array_reserve(&c->data, &room, capacity, c->width * column_type_size(c->type));
         if (err)
             return err;
     }
@@ -274,13 +280,15 @@ struct error *table_copy_schema(struct table *to, const struct table *from)
 {
     struct error *err = table_init(to, from->name);
     for (size_t i = 0; i < from->column_count && !err; i++)
-        err = table_add_column(to, from->columns[i].name, from->columns[i].type, from->columns[i].width, NULL);
+        err = table_add_column(to, from->columns[i].name, from->columns[i].type,
+                               from->columns[i].width, NULL);
     if (err)
         table_clear(to);
     return err;
 }
 
-void table_copy_rows(struct table *to, size_t to_first, const struct table *from, size_t from_first, size_t count)
+void table_copy_rows(struct table *to, size_t to_first, const struct table *from, size_t from_first,
+                     size_t count)
 {
     for (size_t i = 0; i < from->column_count; i++) {
         const struct column *source = &from->columns[i];
@@ -288,7 +296,8 @@ void table_copy_rows(struct table *to, size_t to_first, const struct table *from
         if (!target || target->type != source->type || target->width != source->width)
             continue;
         const size_t bytes = source->width * column_type_size(source->type);
-        memcpy((char *)target->data + to_first * bytes, (const char *)source->data + from_first * bytes, count * bytes);
+        memcpy((char *)target->data + to_first * bytes,
+               (const char *)source->data + from_first * bytes, count * bytes);
     }
 }
 

@@ -1,4 +1,5 @@
-/* Based on: Edelsbrunner, "An acyclicity theorem for cell complexes in d dimensions", Combinatorica 10, 1990. */
+/* Based on: Edelsbrunner, "An acyclicity theorem for cell complexes in d dimensions", Combinatorica
+ * 10, 1990. */
 #include "tetra/peel.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -22,8 +23,8 @@ struct peel {
     double flat;
     double middle[3]; /* of all sites, whole numbers */
     struct vec3 stretched_middle;
-    int32_t *facets;   /* of each site: how many facets of the hull it is in */
-    double *depth;     /* of each cell: how much has been peeled off above it */
+    int32_t *facets; /* of each site: how many facets of the hull it is in */
+    double *depth;   /* of each cell: how much has been peeled off above it */
     unsigned char *gone;
     struct candidate *heap;
     size_t waiting, room;
@@ -43,7 +44,8 @@ static double altitude(const struct peel *p, size_t cell, double *content)
 {
     const int corners = p->tetra->corners;
     const int32_t *v = p->tetra->vertex + (size_t)corners * cell;
-    const struct vec3 o = at(p->site, v[0]), a = vec3_sub(at(p->site, v[1]), o), b = vec3_sub(at(p->site, v[2]), o);
+    const struct vec3 o = at(p->site, v[0]), a = vec3_sub(at(p->site, v[1]), o),
+                      b = vec3_sub(at(p->site, v[2]), o);
     double base = 0;
     if (corners == 3) {
         *content = vec3_length(vec3_cross(a, b));
@@ -52,7 +54,8 @@ static double altitude(const struct peel *p, size_t cell, double *content)
         const struct vec3 c = vec3_sub(at(p->site, v[3]), o);
         *content = fabs(vec3_dot(a, vec3_cross(b, c)));
         base = fmax(fmax(vec3_length(vec3_cross(a, b)), vec3_length(vec3_cross(b, c))),
-                    fmax(vec3_length(vec3_cross(c, a)), vec3_length(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)))));
+                    fmax(vec3_length(vec3_cross(c, a)),
+                         vec3_length(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)))));
     }
     return base > 0 ? *content / base : 0;
 }
@@ -81,8 +84,9 @@ static bool middle_beyond(const struct peel *p, size_t cell, int facet)
     return whole > 0 ? there < 0 : there > 0;
 }
 
-/* The power of the middle of all sites to a cell's circumsphere (circle): minus the sum of its barycentric coordinates times the squares of its
- * distances from the corners. Coordinates are exact and the same in both spaces, distances those of the stretched one. */
+/* The power of the middle of all sites to a cell's circumsphere (circle): minus the sum of its
+ * barycentric coordinates times the squares of its distances from the corners. Coordinates are
+ * exact and the same in both spaces, distances those of the stretched one. */
 static double power_of_middle(const struct peel *p, size_t cell)
 {
     const int corners = p->tetra->corners;
@@ -163,8 +167,8 @@ static struct error *consider(struct peel *p, size_t cell)
 
 /* -- peeling ---------------------------------------------------------------------------------- */
 
-/* Whether the edge of a tetrahedron between the corners i and j, which are opposite facets on the hull, is on the hull elsewhere: goes around it,
- * from cell to cell. */
+/* Whether the edge of a tetrahedron between the corners i and j, which are opposite facets on the
+ * hull, is on the hull elsewhere: goes around it, from cell to cell. */
 static bool edge_on_hull(const struct tetra *t, size_t cell, int i, int j)
 {
     const int32_t from = t->vertex[4 * cell + (size_t)i], to = t->vertex[4 * cell + (size_t)j];
@@ -199,7 +203,8 @@ static bool may_go(const struct peel *p, size_t cell)
     for (int i = 0; i < t->corners; i++)
         if (t->neighbour[first + (size_t)i] < 0)
             open[count++] = i;
-        else if (!middle_beyond(p, cell, i)) /* the cell there lies behind this one, and is to go first */
+        else if (!middle_beyond(p, cell,
+                                i)) /* the cell there lies behind this one, and is to go first */
             return false;
     if (count == 1)
         return p->facets[t->vertex[first + (size_t)open[0]]] == 0;
@@ -253,7 +258,8 @@ static void put_back(struct peel *p)
         p->gone[cell] = 0;
         for (int i = 0; i < t->corners; i++) {
             const int32_t other = t->neighbour[(size_t)t->corners * (size_t)cell + (size_t)i];
-            for (int j = 0; j < t->corners && other >= 0; j++) { /* whose facet was opened: it is without a neighbour, and is this one */
+            /* whose facet was opened: it is without a neighbour, and is this one */
+            for (int j = 0; j < t->corners && other >= 0; j++) {
                 int32_t *n = &t->neighbour[(size_t)t->corners * (size_t)other + (size_t)j];
                 const int32_t was = *n;
                 if (was >= 0)
@@ -333,9 +339,11 @@ static struct error *run(struct peel *p)
     return err;
 }
 
-struct error *peel_hull(struct tetra *tetra, size_t count, const double *site, const int axis[2], const double *stretched, double flat)
+struct error *peel_hull(struct tetra *tetra, size_t count, const double *site, const int axis[2],
+                        const double *stretched, double flat)
 {
-    struct peel p = {.tetra = tetra, .site = site, .axis = axis, .stretched = stretched, .flat = flat};
+    struct peel p = {
+        .tetra = tetra, .site = site, .axis = axis, .stretched = stretched, .flat = flat};
     find_middle(&p, count);
     struct error *err = array_create(&p.facets, count, sizeof *p.facets);
     if (!err)

@@ -35,16 +35,18 @@ static uint32_t to_cube(double coordinate)
     return cube > 0 ? (uint32_t)cube : 0;
 }
 
-/* A step of the transform: where an axis has the bit above `low`, x's bits below are inverted, else exchanged with the axis's. */
+/* A step of the transform: where an axis has the bit above `low`, x's bits below are inverted, else
+ * exchanged with the axis's. */
 static inline void turn(uint32_t *x, uint32_t *axis, int bit)
 {
-    const uint32_t low = (1u << bit) - 1, set = -(*axis >> bit & 1), exchange = (*x ^ *axis) & low & ~set;
+    const uint32_t low = (1u << bit) - 1, set = -(*axis >> bit & 1),
+                   exchange = (*x ^ *axis) & low & ~set;
     *axis ^= exchange;
     *x ^= exchange | (low & set);
 }
 
-/* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits interleaved; without branches, which
- * no processor could foretell. */
+/* The cell of a curve over 2^KEY_BITS cubed that a site is in: Skilling's AxestoTranspose, its bits
+ * interleaved; without branches, which no processor could foretell. */
 static uint64_t hilbert_key(const double site[3])
 {
     uint32_t x = to_cube(site[0]), y = to_cube(site[1]), z = to_cube(site[2]);
@@ -75,7 +77,8 @@ static void sort_places(struct place *place, struct place *spare, size_t count)
         }
         for (size_t i = 0; i < count; i++)
             spare[start[place[i].key >> (pass * DIGIT_BITS) & (DIGITS - 1)]++] = place[i];
-        struct place *const swap = place; /* an even number of passes: the last ends where the first began */
+        /* an even number of passes: the last ends where the first began */
+        struct place *const swap = place;
         place = spare;
         spare = swap;
     }
@@ -99,7 +102,8 @@ static bool is_lit(const struct sites_settings *settings, int32_t row)
     return settings->light && !isnan(settings->light[(size_t)row * settings->light_width]);
 }
 
-/* By site; on one site lit probes first, then by position and by light: which one represents the others does not depend on rows. */
+/* By site; on one site lit probes first, then by position and by light: which one represents the
+ * others does not depend on rows. */
 static int compare_places(const void *a, const void *b, void *context)
 {
     const struct order *o = context;
@@ -111,7 +115,8 @@ static int compare_places(const void *a, const void *b, void *context)
         order = compare_numbers(o->position + 3 * (size_t)i, o->position + 3 * (size_t)j);
     const size_t width = o->settings->light_width;
     if (!order && o->settings->light)
-        order = memcmp(o->settings->light + width * (size_t)i, o->settings->light + width * (size_t)j, width * sizeof(float));
+        order = memcmp(o->settings->light + width * (size_t)i,
+                       o->settings->light + width * (size_t)j, width * sizeof(float));
     return order ? order : i < j ? -1 : i > j;
 }
 
@@ -149,8 +154,10 @@ static void drop_merged(struct sites *sites, size_t probes)
             sites->merged[i] = sites->merged[sites->merged[i]];
 }
 
-/* One place after the other, lit ones first, is merged with one before it that is nearer than `reach` (steps), or represents itself. */
-static struct error *merge_near(struct sites *sites, size_t probes, double reach, const struct sites_settings *settings)
+/* One place after the other, lit ones first, is merged with one before it that is nearer than
+ * `reach` (steps), or represents itself. */
+static struct error *merge_near(struct sites *sites, size_t probes, double reach,
+                                const struct sites_settings *settings)
 {
     struct cubes cubes = {0};
     int32_t *represents = NULL, near;
@@ -191,21 +198,25 @@ static int compare_shadows(const void *a, const void *b)
     return s->lit != t->lit ? (int)t->lit - (int)s->lit : s->site < t->site ? -1 : 1;
 }
 
-static struct error *merge_projected(struct sites *sites, size_t probes, const struct sites_settings *settings)
+static struct error *merge_projected(struct sites *sites, size_t probes,
+                                     const struct sites_settings *settings)
 {
     struct shadow *shadow = NULL;
     struct error *err = array_create(&shadow, sites->count, sizeof *shadow);
     for (size_t i = 0; i < sites->count && !err; i++) {
         const double *p = sites->site + 3 * i;
-        shadow[i] = (struct shadow){{p[sites->axis[0]], sites->corners == 3 ? p[sites->axis[1]] : 0},
-                                    is_lit(settings, sites->row[i]), (int32_t)i};
+        shadow[i] =
+            (struct shadow){{p[sites->axis[0]], sites->corners == 3 ? p[sites->axis[1]] : 0},
+                            is_lit(settings, sites->row[i]),
+                            (int32_t)i};
     }
     if (!err)
         qsort(shadow, sites->count, sizeof *shadow, compare_shadows);
     size_t first = 0;
     for (size_t i = 1; i < sites->count && !err; i++) {
         if (shadow[i].at[0] == shadow[first].at[0] && shadow[i].at[1] == shadow[first].at[1])
-            err = merge_row(sites, probes, sites->row[shadow[i].site], sites->row[shadow[first].site]);
+            err = merge_row(sites, probes, sites->row[shadow[i].site],
+                            sites->row[shadow[first].site]);
         else
             first = i;
     }
@@ -219,14 +230,16 @@ static struct error *merge_projected(struct sites *sites, size_t probes, const s
 
 /* The widest triangle that is found by going for the farthest, thrice. */
 struct span {
-    struct vec3 from, along, normal; /* a site, the unit direction to the farthest, the unit normal */
-    double length, width, height;    /* from the point; of the farthest from the line; of the farthest from the plane */
-    size_t extreme[4];               /* the sites */
+    /* a site, the unit direction to the farthest, the unit normal */
+    struct vec3 from, along, normal;
+    /* from the point; of the farthest from the line; of the farthest from the plane */
+    double length, width, height;
+    size_t extreme[4]; /* the sites */
 };
 
 /* The site where `away` is the largest; among equals the lexicographically first. */
-static size_t farthest(size_t count, const double *site, const struct span *span, double (*away)(const struct span *, struct vec3),
-                       double *most)
+static size_t farthest(size_t count, const double *site, const struct span *span,
+                       double (*away)(const struct span *, struct vec3), double *most)
 {
     size_t best = 0;
     *most = -1;
@@ -259,14 +272,17 @@ static double from_plane(const struct span *span, struct vec3 v)
 static struct span span_of(size_t count, const double *site)
 {
     struct span span = {0};
-    span.extreme[0] = farthest(count, site, &span, from_point, &span.length); /* from the box's corner */
+    /* from the box's corner */
+    span.extreme[0] = farthest(count, site, &span, from_point, &span.length);
     span.from = vec3_load(site + 3 * span.extreme[0]);
     span.extreme[1] = farthest(count, site, &span, from_point, &span.length);
     span.along = vec3_normalize(vec3_sub(vec3_load(site + 3 * span.extreme[1]), span.from));
     span.extreme[2] = farthest(count, site, &span, from_line, &span.width);
-    span.normal = vec3_normalize(vec3_cross(span.along, vec3_sub(vec3_load(site + 3 * span.extreme[2]), span.from)));
+    span.normal = vec3_normalize(
+        vec3_cross(span.along, vec3_sub(vec3_load(site + 3 * span.extreme[2]), span.from)));
     for (int i = 0; i < 2; i++) /* of a narrow strip the cross product is mostly rounding */
-        span.normal = vec3_normalize(vec3_fma(span.normal, -vec3_dot(span.normal, span.along), span.along));
+        span.normal =
+            vec3_normalize(vec3_fma(span.normal, -vec3_dot(span.normal, span.along), span.along));
     span.extreme[3] = farthest(count, site, &span, from_plane, &span.height);
     return span;
 }
@@ -360,7 +376,8 @@ static struct error *snap_chunk(void *context, size_t index, int thread)
 }
 
 /* The probes by site, and of those on one site the first. */
-static struct error *gather(struct sites *sites, size_t count, const double *position, const struct sites_settings *settings)
+static struct error *gather(struct sites *sites, size_t count, const double *position,
+                            const struct sites_settings *settings)
 {
     double *snapped = NULL;
     struct place *place = NULL, *spare = NULL;
@@ -404,12 +421,16 @@ static struct error *gather(struct sites *sites, size_t count, const double *pos
 static void find_span(struct sites *sites, double tolerance)
 {
     const struct span span = span_of(sites->count, sites->site);
-    sites->corners = sites->count == 1 ? 1 : span.width <= tolerance ? 2 : span.height <= tolerance ? 3 : 4;
+    sites->corners = sites->count == 1          ? 1
+                     : span.width <= tolerance  ? 2
+                     : span.height <= tolerance ? 3
+                                                : 4;
     axes_of(&span, sites->corners, sites->axis);
     memcpy(sites->extreme, span.extreme, sizeof span.extreme);
 }
 
-struct error *sites_make(struct sites *sites, size_t count, const double *position, const struct sites_settings *settings)
+struct error *sites_make(struct sites *sites, size_t count, const double *position,
+                         const struct sites_settings *settings)
 {
     *sites = (struct sites){0};
     struct error *err = check_positions(count, position);
@@ -424,8 +445,10 @@ struct error *sites_make(struct sites *sites, size_t count, const double *positi
     const double reach = settings->merge * side;
     if (!err && reach > 1)
         err = merge_near(sites, count, reach, settings);
-    const double tolerance = step > 0 ? fmax(fmax(4, reach), 4 * number_noise(count, position) / step) : 0;
-    for (size_t before = 0; !err && sites->count != before;) { /* who is merged may have been an extreme one: what is left may span otherwise */
+    const double tolerance =
+        step > 0 ? fmax(fmax(4, reach), 4 * number_noise(count, position) / step) : 0;
+    /* who is merged may have been an extreme one: what is left may span otherwise */
+    for (size_t before = 0; !err && sites->count != before;) {
         before = sites->count;
         find_span(sites, tolerance);
         if (sites->corners == 3 || sites->corners == 2)

@@ -5,18 +5,20 @@
 #include <stddef.h>
 
 enum {
-    SAMPLES = 64,     /* points whose neighbours are looked at */
-    BLOCK = 512,      /* in order around each: those near in space are mostly near in the order */
+    SAMPLES = 64, /* points whose neighbours are looked at */
+    BLOCK = 512,  /* in order around each: those near in space are mostly near in the order */
     NEIGHBOURS = 12,
     RECTANGLES = 1024, /* at most */
-    LEAST_FOUND = 2   /* samples with a rectangle that make a grid */
+    LEAST_FOUND = 2    /* samples with a rectangle that make a grid */
 };
 
-/* By how much the fourth corner may be off, against the shorter side: noise that the stretch can outdo, several times over. */
+/* By how much the fourth corner may be off, against the shorter side: noise that the stretch can
+ * outdo, several times over. */
 static const double corner_slack = 0.02;
 
-/* Strength, and how it differs between directions, so that no combination of them cancels. At 0.005 the weakest of
- * a cube's squares still decides against displacements of 1e-3 of its side; squared distances change by 0.0146. */
+/* Strength, and how it differs between directions, so that no combination of them cancels. At 0.005
+ * the weakest of a cube's squares still decides against displacements of 1e-3 of its side; squared
+ * distances change by 0.0146. */
 static const double strength = 0.005, shares[3] = {1, 0.69, 0.83}, along[3] = {0.37, 0, -0.29};
 
 struct rectangle {
@@ -68,7 +70,8 @@ static int drop_diagonals(struct vec3 *neighbour, int count)
         for (int i = 0; i < kept; i++)
             for (int j = i + 1; j < kept; j++)
                 diagonal = diagonal || (is_upright(neighbour[i], neighbour[j]) &&
-                                        is_near(vec3_add(neighbour[i], neighbour[j]), neighbour[d], corner_slack * vec3_length(neighbour[i])));
+                                        is_near(vec3_add(neighbour[i], neighbour[j]), neighbour[d],
+                                                corner_slack * vec3_length(neighbour[i])));
         if (!diagonal)
             neighbour[kept++] = neighbour[d];
     }
@@ -84,7 +87,8 @@ static bool has_corner(const double *block, size_t count, struct vec3 corner, do
 }
 
 /* Rectangles with a corner at a point of the block. */
-static int rectangles_at(const double *block, size_t count, size_t self, struct rectangle *list, int room)
+static int rectangles_at(const double *block, size_t count, size_t self, struct rectangle *list,
+                         int room)
 {
     struct vec3 neighbour[NEIGHBOURS];
     const int found = drop_diagonals(neighbour, neighbours_of(block, count, self, neighbour));
@@ -105,26 +109,30 @@ static int rectangles_at(const double *block, size_t count, size_t self, struct 
 /* The stretch askew to a rectangle's frame. */
 static void askew(const struct rectangle *r, double s[3][3])
 {
-    const struct vec3 u = r->u, v = vec3_normalize(vec3_fma(r->v, -vec3_dot(r->u, r->v), r->u)), w = vec3_cross(u, v);
+    const struct vec3 u = r->u, v = vec3_normalize(vec3_fma(r->v, -vec3_dot(r->u, r->v), r->u)),
+                      w = vec3_cross(u, v);
     const double frame[3][3] = {{u.x, u.y, u.z}, {v.x, v.y, v.z}, {w.x, w.y, w.z}};
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             double sum = 0;
             for (int a = 0; a < 3; a++) {
                 const int b = (a + 1) % 3;
-                sum += along[a] * frame[a][i] * frame[a][j] - shares[a] * (frame[a][i] * frame[b][j] + frame[b][i] * frame[a][j]);
+                sum += along[a] * frame[a][i] * frame[a][j] -
+                       shares[a] * (frame[a][i] * frame[b][j] + frame[b][i] * frame[a][j]);
             }
             s[i][j] = strength * sum;
         }
 }
 
-/* How well a stretch settles the rectangles: for each how askew its sides become, and enough is enough. */
+/* How well a stretch settles the rectangles: for each how askew its sides become, and enough is
+ * enough. */
 static double score(const double s[3][3], const struct rectangle *list, int count)
 {
     double sum = 0;
     for (int i = 0; i < count; i++) {
         const struct vec3 u = list[i].u, v = list[i].v;
-        const double skew = u.x * (s[0][0] * v.x + s[0][1] * v.y + s[0][2] * v.z) + u.y * (s[1][0] * v.x + s[1][1] * v.y + s[1][2] * v.z) +
+        const double skew = u.x * (s[0][0] * v.x + s[0][1] * v.y + s[0][2] * v.z) +
+                            u.y * (s[1][0] * v.x + s[1][1] * v.y + s[1][2] * v.z) +
                             u.z * (s[2][0] * v.x + s[2][1] * v.y + s[2][2] * v.z);
         sum += fmin(fabs(skew) / (0.6 * strength), 1);
     }
@@ -138,10 +146,12 @@ void stretch_find(struct stretch *stretch, size_t count, const double *point)
     int rectangles = 0, first[SAMPLES], found = 0;
     const size_t samples = count < SAMPLES ? count : SAMPLES, block = count < BLOCK ? count : BLOCK;
     for (size_t i = 0; i < samples; i++) {
-        const size_t at = (2 * i + 1) * count / (2 * samples), low = at < block / 2 ? 0 : at - block / 2;
+        const size_t at = (2 * i + 1) * count / (2 * samples),
+                     low = at < block / 2 ? 0 : at - block / 2;
         const size_t start = low + block > count ? count - block : low;
         const int room = (int)(RECTANGLES * (i + 1) / samples) - rectangles;
-        const int made = rectangles_at(point + 3 * start, block, at - start, list + rectangles, room);
+        const int made =
+            rectangles_at(point + 3 * start, block, at - start, list + rectangles, room);
         if (made)
             first[found++] = rectangles;
         rectangles += made;

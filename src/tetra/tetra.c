@@ -25,7 +25,8 @@ static struct error *make_room(struct tetra *tetra, int corners, size_t cells)
     tetra->corners = corners;
     tetra->cell_count = cells;
     tetra->room_bytes = 2 * (size_t)corners * cells * sizeof(int32_t);
-    tetra->room = mmap(NULL, tetra->room_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    tetra->room =
+        mmap(NULL, tetra->room_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (tetra->room == MAP_FAILED) {
         tetra->room = NULL;
         return error_memory();
@@ -47,17 +48,20 @@ static void free_room(struct tetra *tetra)
 /* Lattice units to what TetGen sees: near 1, exactly. */
 static const double scale = 0x1p-40;
 
-static void stretch_all(const struct stretch *stretch, size_t count, const double *point, double *stretched)
+static void stretch_all(const struct stretch *stretch, size_t count, const double *point,
+                        double *stretched)
 {
     for (size_t i = 0; i < count; i++) {
         const double *p = point + 3 * i;
         for (int k = 0; k < 3; k++)
-            stretched[3 * i + (size_t)k] =
-                scale * (stretch->matrix[k][0] * p[0] + stretch->matrix[k][1] * p[1] + stretch->matrix[k][2] * p[2]);
+            stretched[3 * i + (size_t)k] = scale * (stretch->matrix[k][0] * p[0] +
+                                                    stretch->matrix[k][1] * p[1] +
+                                                    stretch->matrix[k][2] * p[2]);
     }
 }
 
-static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *sites, const struct tetra_settings *settings)
+static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *sites,
+                                     const struct tetra_settings *settings)
 {
     struct stretch stretch;
     double *stretched = NULL;
@@ -70,7 +74,8 @@ static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *si
     if (!err) {
         tetra->corners = 4;
         tetra->stretched = stretch.found;
-        err = peel_hull(tetra, sites->count, sites->site, sites->axis, stretched, stretch.found ? PEEL_GRID : PEEL_NOISE);
+        err = peel_hull(tetra, sites->count, sites->site, sites->axis, stretched,
+                        stretch.found ? PEEL_GRID : PEEL_NOISE);
     }
     free(stretched);
     return err;
@@ -97,9 +102,10 @@ static struct error *take_bases(struct tetra *tetra, const struct tetra *cones, 
     return err;
 }
 
-/* The sphere through a triangle and an apex meets the plane in the triangle's circumcircle: with any apex off the plane, the Delaunay
- * tetrahedra are cones over the Delaunay triangles. */
-static struct error *make_triangles(struct tetra *tetra, const struct sites *sites, const struct tetra_settings *settings)
+/* The sphere through a triangle and an apex meets the plane in the triangle's circumcircle: with
+ * any apex off the plane, the Delaunay tetrahedra are cones over the Delaunay triangles. */
+static struct error *make_triangles(struct tetra *tetra, const struct sites *sites,
+                                    const struct tetra_settings *settings)
 {
     const size_t count = sites->count;
     double *flat = NULL, *stretched = NULL, m[2][2];
@@ -111,15 +117,20 @@ static struct error *make_triangles(struct tetra *tetra, const struct sites *sit
     if (!err) {
         sites_metric(count, sites->site, sites->axis, m);
         for (size_t i = 0; i < count; i++) {
-            const double x = sites->site[3 * i + (size_t)sites->axis[0]], y = sites->site[3 * i + (size_t)sites->axis[1]];
+            const double x = sites->site[3 * i + (size_t)sites->axis[0]],
+                         y = sites->site[3 * i + (size_t)sites->axis[1]];
             flat[3 * i] = m[0][0] * x + m[0][1] * y;
             flat[3 * i + 1] = m[1][1] * y;
         }
         stretch_find(&stretch, count, flat);
-        double whole[3][3] = {{0}}; /* both maps in one, of multiples of 2^-12: exact on whole numbers */
+        /* both maps in one, of multiples of 2^-12: exact on whole numbers */
+        double whole[3][3] = {{0}};
         for (int i = 0; i < 2; i++)
             for (int j = 0; j < 2; j++)
-                whole[i][j] = rint((stretch.matrix[i][0] * m[0][j] + stretch.matrix[i][1] * m[1][j]) * 0x1p12) * 0x1p-12;
+                whole[i][j] =
+                    rint((stretch.matrix[i][0] * m[0][j] + stretch.matrix[i][1] * m[1][j]) *
+                         0x1p12) *
+                    0x1p-12;
         for (size_t i = 0; i < count; i++) {
             flat[3 * i] = sites->site[3 * i + (size_t)sites->axis[0]];
             flat[3 * i + 1] = sites->site[3 * i + (size_t)sites->axis[1]];
@@ -138,7 +149,8 @@ static struct error *make_triangles(struct tetra *tetra, const struct sites *sit
     tetra_clear(&cones);
     if (!err) {
         tetra->stretched = true;
-        err = peel_hull(tetra, count, sites->site, sites->axis, stretched, stretch.found ? PEEL_GRID : PEEL_NOISE);
+        err = peel_hull(tetra, count, sites->site, sites->axis, stretched,
+                        stretch.found ? PEEL_GRID : PEEL_NOISE);
     }
     free(flat);
     free(stretched);
@@ -170,7 +182,8 @@ static struct error *make_segments(struct tetra *tetra, const struct sites *site
         qsort(stop, sites->count, sizeof *stop, compare_stops);
         for (size_t cell = 0; cell < tetra->cell_count; cell++)
             for (size_t k = 0; k < 2; k++) {
-                const size_t next = k ? cell - 1 : cell + 1; /* opposite the first lies the next, opposite the second the one before */
+                /* opposite the first lies the next, opposite the second the one before */
+                const size_t next = k ? cell - 1 : cell + 1;
                 tetra->vertex[2 * cell + k] = stop[cell + k].site;
                 tetra->neighbour[2 * cell + k] = next < tetra->cell_count ? (int32_t)next : -1;
             }
@@ -198,7 +211,8 @@ static struct vec3 facet_normal(int corners, const struct vec3 *p, int i)
     }
     if (corners == 2)
         return vec3_normalize(vec3_sub(p[1 - i], p[i]));
-    const struct vec3 a = p[(i + 1) % 3], edge = vec3_sub(p[(i + 2) % 3], a), inward = vec3_sub(p[i], a);
+    const struct vec3 a = p[(i + 1) % 3], edge = vec3_sub(p[(i + 2) % 3], a),
+                      inward = vec3_sub(p[i], a);
     const double along = vec3_dot(edge, inward) / vec3_dot(edge, edge);
     return vec3_normalize(vec3_sub(vec3_scale(along, edge), inward));
 }
@@ -216,7 +230,8 @@ static double facet_angle(int corners, const struct vec3 *p, int i, int k)
     return angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b));
 }
 
-/* Angle-weighted vertex normals (Thuermer and Wuethrich, "Computing vertex normals from polygonal facets", 1998), by probe. */
+/* Angle-weighted vertex normals (Thuermer and Wuethrich, "Computing vertex normals from polygonal
+ * facets", 1998), by probe. */
 static struct error *hull_normals(struct tetra *tetra, size_t count, const struct sites *sites)
 {
     const int corners = tetra->corners;
@@ -268,7 +283,8 @@ static struct error *number_chunk(void *context, size_t index, int thread)
     return NULL;
 }
 
-static struct error *make_cells(struct tetra *tetra, const struct sites *sites, const struct tetra_settings *settings)
+static struct error *make_cells(struct tetra *tetra, const struct sites *sites,
+                                const struct tetra_settings *settings)
 {
     switch (sites->corners) {
     case 4: return make_tetrahedra(tetra, sites, settings);
@@ -282,18 +298,22 @@ static void warn_merged(struct warnings *warnings, const struct tetra *tetra, si
 {
     for (size_t i = 0; i < count; i++)
         if (tetra->merged[i] >= 0) {
-            warnings_add(warnings, "merged", "%zu of %zu probes are merged with one next to them: they keep their light, but are in no cell (probe %zu "
-                         "is where probe %d is)", tetra->merged_count, count, i, tetra->merged[i]);
+            warnings_add(warnings, "merged",
+                         "%zu of %zu probes are merged with one next to them: they keep their "
+                         "light, but are in no cell (probe %zu "
+                         "is where probe %d is)",
+                         tetra->merged_count, count, i, tetra->merged[i]);
             return;
         }
 }
 
-struct error *tetra_make(struct tetra *tetra, size_t count, const double *position, const struct tetra_settings *settings,
-                         struct warnings *warnings)
+struct error *tetra_make(struct tetra *tetra, size_t count, const double *position,
+                         const struct tetra_settings *settings, struct warnings *warnings)
 {
     *tetra = (struct tetra){0};
     struct sites sites;
-    const struct sites_settings site_settings = {settings->merge, settings->light, settings->light_width, settings->threads};
+    const struct sites_settings site_settings = {settings->merge, settings->light,
+                                                 settings->light_width, settings->threads};
     struct error *err = sites_make(&sites, count, position, &site_settings);
     if (err)
         return err;
@@ -304,7 +324,9 @@ struct error *tetra_make(struct tetra *tetra, size_t count, const double *positi
         err = hull_normals(tetra, count, &sites);
     struct numbering numbering = {tetra, sites.row};
     if (!err)
-        err = threads_for(settings->threads, ((size_t)tetra->corners * tetra->cell_count + CHUNK - 1) / CHUNK, number_chunk, &numbering);
+        err = threads_for(settings->threads,
+                          ((size_t)tetra->corners * tetra->cell_count + CHUNK - 1) / CHUNK,
+                          number_chunk, &numbering);
     if (!err) {
         tetra->merged = sites.merged;
         tetra->merged_count = sites.merged_count;
@@ -318,7 +340,8 @@ struct error *tetra_make(struct tetra *tetra, size_t count, const double *positi
     return err;
 }
 
-struct error *tetra_build(struct tetra *tetra, size_t count, const double *position, struct warnings *warnings)
+struct error *tetra_build(struct tetra *tetra, size_t count, const double *position,
+                          struct warnings *warnings)
 {
     const struct tetra_settings settings = tetra_settings_default();
     return tetra_make(tetra, count, position, &settings, warnings);

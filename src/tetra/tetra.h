@@ -1,14 +1,15 @@
 /* tetra: Delaunay cells of the probes (TetGen), canonical and checked.
  *
- * The same positions give the same cells in any order: they are snapped to a power-of-two lattice (lattice.h), merged and put into a
- * canonical order (sites.h), stretched a little where they form a grid (stretch.h), before TetGen sees them. TetGen runs
- * in a child process, whose death for any reason becomes one clear error. Flat cells that noise leaves on the hull are peeled off
- * (peel.h).
+ * The same positions give the same cells in any order: they are snapped to a power-of-two lattice
+ * (lattice.h), merged and put into a canonical order (sites.h), stretched a little where they form
+ * a grid (stretch.h), before TetGen sees them. TetGen runs in a child process, whose death for any
+ * reason becomes one clear error. Flat cells that noise leaves on the hull are peeled off (peel.h).
  *
- * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0 on the lattice (cell.h);
- * three of probes in a plane, all turning the same way; two on a line, in order; or one. neighbour[i] is the cell across
- * the facet opposite vertex i, or -1 on the hull. Tetrahedra and triangles stand in the canonical order of the first of their probes, which
- * is a tetrahedron's vertex[0]; segments stand along their line.
+ * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0
+ * on the lattice (cell.h); three of probes in a plane, all turning the same way; two on a line, in
+ * order; or one. neighbour[i] is the cell across the facet opposite vertex i, or -1 on the hull.
+ * Tetrahedra and triangles stand in the canonical order of the first of their probes, which is a
+ * tetrahedron's vertex[0]; segments stand along their line.
  */
 #ifndef TETRA_H
 #define TETRA_H
@@ -30,89 +31,111 @@ enum { TETRA_CORNERS_MOST = 4 };
 
 /* Cells; starts as {0}. */
 struct tetra {
-    int corners;         /* 4, 3, 2 or 1 a cell */
+    int corners; /* 4, 3, 2 or 1 a cell */
     size_t cell_count;
-    int32_t *vertex;     /* corners * cell_count */
-    int32_t *neighbour;  /* corners * cell_count */
-    float *hull_normal;  /* 3 * point_count, owned: unit outward normal (angle-weighted mean of its facets) of a probe on the hull, in
-                            what the cells span; 0 inside */
-    int32_t *merged;     /* of each point the one that represents it in the cells, or -1; NULL where none is merged; owned */
+    int32_t *vertex;    /* corners * cell_count */
+    int32_t *neighbour; /* corners * cell_count */
+    /* 3 * point_count, owned: unit outward normal (angle-weighted mean of its facets) of a probe on
+     * the hull, in what the cells span; 0 inside */
+    float *hull_normal;
+    /* of each point the one that represents it in the cells, or -1; NULL where none is merged;
+     * owned */
+    int32_t *merged;
     size_t merged_count;
-    bool stretched;      /* Delaunay up to STRETCH_TOLERANCE */
-    size_t peeled;       /* flat cells that were taken off the hull */
-    void *room;          /* vertex and neighbour, mapped; owned */
+    bool stretched; /* Delaunay up to STRETCH_TOLERANCE */
+    size_t peeled;  /* flat cells that were taken off the hull */
+    void *room;     /* vertex and neighbour, mapped; owned */
     size_t room_bytes;
-    int child;           /* the process that made them and is freeing its memory; 0: none; ours to wait for */
+    /* the process that made them and is freeing its memory; 0: none; ours to wait for */
+    int child;
 };
 
 struct tetra_settings {
-    double merge;       /* probes nearer than this share of the box's largest side are merged */
-    const float *light; /* light_width * count, or NULL: of merged probes, one with light represents the others */
+    double merge; /* probes nearer than this share of the box's largest side are merged */
+    /* light_width * count, or NULL: of merged probes, one with light represents the others */
+    const float *light;
     size_t light_width;
     int threads;
-    bool in_process;    /* TetGen without a child: where its death is no loss, as in a fuzzer's own child */
+    /* TetGen without a child: where its death is no loss, as in a fuzzer's own child */
+    bool in_process;
 };
 
 /* merge 1e-12: about one step of the lattice; no light; one thread. */
 struct tetra_settings tetra_settings_default(void);
 
-/* Makes the cells of `count` points (3 * count finite doubles). Errors: no point, one that is not finite, TetGen's death. Merged
- * points are a warning. */
-struct error *tetra_make(struct tetra *tetra, size_t count, const double *position, const struct tetra_settings *settings,
-                         struct warnings *warnings);
+/* Makes the cells of `count` points (3 * count finite doubles). Errors: no point, one that is not
+ * finite, TetGen's death. Merged points are a warning. */
+struct error *tetra_make(struct tetra *tetra, size_t count, const double *position,
+                         const struct tetra_settings *settings, struct warnings *warnings);
 
 /* The same with the default settings. */
-struct error *tetra_build(struct tetra *tetra, size_t count, const double *position, struct warnings *warnings);
+struct error *tetra_build(struct tetra *tetra, size_t count, const double *position,
+                          struct warnings *warnings);
 void tetra_clear(struct tetra *tetra);
 
 /* What tetra_verify found of how far cells are from Delaunay, and of the hull from convex. */
 struct tetra_verdict {
     size_t inner_facets, not_delaunay; /* of them, by exact predicates */
-    double tolerance;                  /* the largest relative error of squared distances that explains the worst of those */
-    size_t dents;                      /* edges (of triangles: corners) at which the hull is not convex */
+    /* the largest relative error of squared distances that explains the worst of those */
+    double tolerance;
+    /* edges (of triangles: corners) at which the hull is not convex */
+    size_t dents;
 };
 
-/* Checks that cells (corners, cell_count, vertex, neighbour, merged) are what tetra_make promises, in exact arithmetic: indices, positive
- * volumes, symmetric adjacency across the same facet, the hull closed and oriented, convex but for dents that are shallower than
- * 1/16 of what they span, and holding the cells' volume. tetra_make does so itself. An error names the first cell that breaks one. */
+/* Checks that cells (corners, cell_count, vertex, neighbour, merged) are what tetra_make promises,
+ * in exact arithmetic: indices, positive volumes, symmetric adjacency across the same facet, the
+ * hull closed and oriented, convex but for dents that are shallower than 1/16 of what they span,
+ * and holding the cells' volume. tetra_make does so itself. An error names the first cell that
+ * breaks one. */
 struct error *tetra_check(const struct tetra *tetra, size_t count, const double *position);
 
-/* The same, and that the cells hang together, are Delaunay up to STRETCH_TOLERANCE across each inner facet, and use every probe that is not merged with
- * one that they use. */
-struct error *tetra_verify(const struct tetra *tetra, size_t count, const double *position, struct tetra_verdict *verdict);
+/* The same, and that the cells hang together, are Delaunay up to STRETCH_TOLERANCE across each
+ * inner facet, and use every probe that is not merged with one that they use. */
+struct error *tetra_verify(const struct tetra *tetra, size_t count, const double *position,
+                           struct tetra_verdict *verdict);
 
 /* What --report prints. */
 struct tetra_report {
     size_t cells, hull_facets, hull_vertices, unused_points, merged_points;
-    double volume, hull_volume;          /* scene units cubed, squared (areas), or units: sum over cells; by the hull's facets */
+    /* scene units cubed, squared (areas), or units: sum over cells; by the hull's facets */
+    double volume, hull_volume;
     double volume_least, volume_median, volume_most;
-    double angle_least, angle_most;      /* dihedral, or of a triangle, degrees */
-    size_t angle_histogram[15];          /* least angle of each cell, in bins of 5 degrees (0-5, .. 70-75) */
+    double angle_least, angle_most; /* dihedral, or of a triangle, degrees */
+    /* least angle of each cell, in bins of 5 degrees (0-5, .. 70-75) */
+    size_t angle_histogram[15];
 };
-struct error *tetra_measure(const struct tetra *tetra, size_t count, const double *position, struct tetra_report *report);
+struct error *tetra_measure(const struct tetra *tetra, size_t count, const double *position,
+                            struct tetra_report *report);
 
-/* -- for the module's own files ----------------------------------------------------------------- */
+/* -- for the module's own files --------------------------------------------------------------- */
 
-/* Runs TetGen on distinct points, finite and near 1, in canonical order; those numbered first[0..3] span a tetrahedron, as wide as they
- * can. vertex and neighbour come in a mapping of their own, cells in order of their first vertex, which is the least. */
-struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], const struct tetra_settings *settings);
+/* Runs TetGen on distinct points, finite and near 1, in canonical order; those numbered first[0..3]
+ * span a tetrahedron, as wide as they can. vertex and neighbour come in a mapping of their own,
+ * cells in order of their first vertex, which is the least. */
+struct error *tetra_run(struct tetra *tetra, size_t count, const double *position,
+                        const size_t first[4], const struct tetra_settings *settings);
 
 /* Waits for the end of the process that made the cells. */
 void tetra_await(struct tetra *tetra);
 
 /* Where TetGen's result goes. */
 struct tetra_sink {
-    int32_t *(*room)(void *context, size_t cells); /* gives 8 * cells indices, for the vertices and then for the neighbours, or NULL */
-    void (*whole)(void *context);                  /* called when all is in there, before TetGen's memory is freed */
+    /* gives 8 * cells indices, for the vertices and then for the neighbours, or NULL */
+    int32_t *(*room)(void *context, size_t cells);
+    /* called when all is in there, before TetGen's memory is freed */
+    void (*whole)(void *context);
     void *context;
 };
 
-/* The shim around TetGen (tetra_tetgen.cc). Runs in this process: it may print, abort or crash. order: which point is inserted
- * when. Returns the cell count or -1. */
-long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, const struct tetra_sink *sink);
+/* The shim around TetGen (tetra_tetgen.cc). Runs in this process: it may print, abort or crash.
+ * order: which point is inserted when. Returns the cell count or -1. */
+long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads,
+                  const struct tetra_sink *sink);
 
-/* The checks of tetra_check on sites (3 * count whole numbers): what tetra_make does before it numbers by probe. */
-struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site, const int axis[2], int threads);
+/* The checks of tetra_check on sites (3 * count whole numbers): what tetra_make does before it
+ * numbers by probe. */
+struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site,
+                                const int axis[2], int threads);
 
 /* The facet of cell `other` that it shares with facet i of `cell`, or -1. */
 int tetra_facet_back(const struct tetra *tetra, size_t other, size_t cell, int i);

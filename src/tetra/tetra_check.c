@@ -12,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A dent is shallow if the flat cell that would fill it has an altitude of at most this share of its longest edge: twice what is peeled. */
+/* A dent is shallow if the flat cell that would fill it has an altitude of at most this share of
+ * its longest edge: twice what is peeled. */
 static const double shallow = 0x1p-4;
 
 /* No set of cells without overlaps holds more: six times the lattice's box. */
@@ -21,7 +22,9 @@ static const lattice_volume volume_most = (lattice_volume)6 << (3 * LATTICE_BITS
 /* What is known of a chunk of cells. */
 struct chunk {
     lattice_volume volume;
-    size_t below, above; /* neighbours of smaller and of larger numbers than the cell's: as many in all, where each looks back */
+    /* neighbours of smaller and of larger numbers than the cell's: as many in all, where each looks
+     * back */
+    size_t below, above;
 };
 
 struct check {
@@ -29,8 +32,9 @@ struct check {
     size_t count; /* sites */
     const double *site;
     const int *axis;
-    int sign;              /* triangles may all turn the other way, segments go against their axis */
-    double metric[2][2];   /* of triangles: sites_metric */
+    /* triangles may all turn the other way, segments go against their axis */
+    int sign;
+    double metric[2][2]; /* of triangles: sites_metric */
     struct chunk *chunk;
     struct tetra_verdict *verdict;
 };
@@ -56,14 +60,21 @@ struct three {
     int64_t sum;
 };
 
-static inline int32_t least_of(int32_t a, int32_t b) { return a < b ? a : b; }
-static inline int32_t most_of(int32_t a, int32_t b) { return a > b ? a : b; }
+static inline int32_t least_of(int32_t a, int32_t b)
+{
+    return a < b ? a : b;
+}
+static inline int32_t most_of(int32_t a, int32_t b)
+{
+    return a > b ? a : b;
+}
 
 /* The corners of a tetrahedron but one. */
 static inline struct three others(const int32_t *v, int but)
 {
     const int32_t a = v[(but + 1) & 3], b = v[(but + 2) & 3], c = v[(but + 3) & 3];
-    return (struct three){least_of(a, least_of(b, c)), most_of(a, most_of(b, c)), (int64_t)a + b + c};
+    return (struct three){least_of(a, least_of(b, c)), most_of(a, most_of(b, c)),
+                          (int64_t)a + b + c};
 }
 
 static inline bool are_same(struct three a, struct three b)
@@ -71,10 +82,13 @@ static inline bool are_same(struct three a, struct three b)
     return (a.least == b.least) & (a.most == b.most) & (a.sum == b.sum);
 }
 
-static inline int facet_back_4(const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
+static inline int facet_back_4(const int32_t *vertex, const int32_t *neighbour, size_t other,
+                               size_t cell, int i)
 {
     const int32_t *back = neighbour + 4 * other, c = (int32_t)cell;
-    unsigned facets = (back[0] == c) | (back[1] == c) << 1 | (back[2] == c) << 2 | (back[3] == c) << 3; /* one, mostly: which, is not guessed */
+    /* one, mostly: which, is not guessed */
+    unsigned facets = (back[0] == c) | (back[1] == c) << 1 | (back[2] == c) << 2 |
+                      (back[3] == c) << 3;
     for (; facets; facets &= facets - 1) {
         const int j = __builtin_ctz(facets);
         if (are_same(others(vertex + 4 * other, j), others(vertex + 4 * cell, i)))
@@ -83,9 +97,11 @@ static inline int facet_back_4(const int32_t *vertex, const int32_t *neighbour, 
     return -1;
 }
 
-static int facet_back(int corners, const int32_t *vertex, const int32_t *neighbour, size_t other, size_t cell, int i)
+static int facet_back(int corners, const int32_t *vertex, const int32_t *neighbour, size_t other,
+                      size_t cell, int i)
 {
-    const int32_t *theirs = vertex + (size_t)corners * other, *ours = vertex + (size_t)corners * cell;
+    const int32_t *theirs = vertex + (size_t)corners * other,
+                  *ours = vertex + (size_t)corners * cell;
     const int32_t *back = neighbour + (size_t)corners * other;
     for (int j = 0; j < corners; j++) {
         if (back[j] != (int32_t)cell)
@@ -102,7 +118,8 @@ static int facet_back(int corners, const int32_t *vertex, const int32_t *neighbo
 
 int tetra_facet_back(const struct tetra *t, size_t other, size_t cell, int i)
 {
-    return t->corners == 4 ? facet_back_4(t->vertex, t->neighbour, other, cell, i) : facet_back(t->corners, t->vertex, t->neighbour, other, cell, i);
+    return t->corners == 4 ? facet_back_4(t->vertex, t->neighbour, other, cell, i)
+                           : facet_back(t->corners, t->vertex, t->neighbour, other, cell, i);
 }
 
 /* -- cells ------------------------------------------------------------------------------------ */
@@ -124,7 +141,8 @@ static lattice_volume volume_of(const struct check *c, size_t cell)
     const double *p[4] = {NULL};
     const int32_t *v = c->tetra->vertex + (size_t)c->tetra->corners * cell;
     if (c->tetra->corners == 4)
-        return lattice_orient(site_of(c, v[0]), site_of(c, v[1]), site_of(c, v[2]), site_of(c, v[3]));
+        return lattice_orient(site_of(c, v[0]), site_of(c, v[1]), site_of(c, v[2]),
+                              site_of(c, v[3]));
     for (int i = 0; i < c->tetra->corners; i++)
         p[i] = site_of(c, v[i]);
     return c->sign * sites_volume(c->tetra->corners, c->axis, p);
@@ -135,8 +153,10 @@ static struct error *name_flat(const struct tetra *t, size_t cell)
     static const char *const content[] = {"", "", "length", "area", "volume"};
     const int32_t *v = t->vertex + (size_t)t->corners * cell;
     if (t->corners == 4)
-        return error_new("cell %zu (probes %d %d %d %d) has no positive volume", cell, v[0], v[1], v[2], v[3]);
-    return error_new("cell %zu (probes %d %d ...) has no %s, or turns against the first", cell, v[0], v[1], content[t->corners]);
+        return error_new("cell %zu (probes %d %d %d %d) has no positive volume", cell, v[0], v[1],
+                         v[2], v[3]);
+    return error_new("cell %zu (probes %d %d ...) has no %s, or turns against the first", cell,
+                     v[0], v[1], content[t->corners]);
 }
 
 /* Indices, volumes, and that each neighbour of a larger number looks back over the same facet. */
@@ -147,7 +167,8 @@ static struct error *check_chunk(void *context, size_t index, int thread)
     const struct tetra *t = c->tetra;
     const int corners = t->corners;
     struct chunk sum = {0}; /* apart from that of other threads until it is whole */
-    const size_t first = index * CHUNK, end = first + CHUNK < t->cell_count ? first + CHUNK : t->cell_count;
+    const size_t first = index * CHUNK,
+                 end = first + CHUNK < t->cell_count ? first + CHUNK : t->cell_count;
     struct error *err = check_indices(t, c->count, first, end);
     for (size_t cell = first; cell < end && !err; cell++) {
         const lattice_volume volume = volume_of(c, cell);
@@ -155,14 +176,17 @@ static struct error *check_chunk(void *context, size_t index, int thread)
             return name_flat(t, cell);
         sum.volume += volume;
         if (sum.volume > volume_most)
-            return error_new("cell %zu: the cells overlap: together they have more volume than the probes' box", cell);
+            return error_new(
+                "cell %zu: the cells overlap: together they have more volume than the probes' box",
+                cell);
         for (int i = 0; i < corners; i++) {
             const int32_t n = t->neighbour[(size_t)corners * cell + (size_t)i];
             sum.below += n >= 0 && (size_t)n <= cell;
             sum.above += n > (int64_t)cell;
             if (n > (int64_t)cell && tetra_facet_back(t, (size_t)n, cell, i) < 0)
-                return error_new("cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n,
-                                 t->vertex[(size_t)corners * cell + (size_t)i]);
+                return error_new(
+                    "cell %zu: its neighbour %d does not share the facet opposite probe %d", cell,
+                    n, t->vertex[(size_t)corners * cell + (size_t)i]);
         }
     }
     c->chunk[index] = sum;
@@ -176,7 +200,9 @@ static struct error *name_lopsided(const struct tetra *t)
         const size_t cell = at / (size_t)t->corners;
         const int32_t n = t->neighbour[at];
         if (n >= 0 && tetra_facet_back(t, (size_t)n, cell, (int)(at % (size_t)t->corners)) < 0)
-            return error_new("cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n, t->vertex[at]);
+            return error_new(
+                "cell %zu: its neighbour %d does not share the facet opposite probe %d", cell, n,
+                t->vertex[at]);
     }
     return error_new("two facets of cells have the same neighbour");
 }
@@ -184,12 +210,13 @@ static struct error *name_lopsided(const struct tetra *t)
 /* -- the hull --------------------------------------------------------------------------------- */
 
 /* Calls the block for every facet i of a cell on the hull. */
-#define FOR_HULL(cell, i, t)                                   \
-    for (size_t cell = 0; cell < (t)->cell_count; cell++)      \
-        for (int i = 0; i < (t)->corners; i++)                 \
+#define FOR_HULL(cell, i, t)                                                                       \
+    for (size_t cell = 0; cell < (t)->cell_count; cell++)                                          \
+        for (int i = 0; i < (t)->corners; i++)                                                     \
             if ((t)->neighbour[(size_t)(t)->corners * cell + (size_t)i] < 0)
 
-/* Where two facets of the hull meet: an edge, from its smaller row to its larger; of triangles, a corner (low == high). */
+/* Where two facets of the hull meet: an edge, from its smaller row to its larger; of triangles, a
+ * corner (low == high). */
 struct seam {
     int32_t low, high;
     bool forward;      /* the facet runs from low to high; of triangles, ends here */
@@ -207,7 +234,8 @@ static int compare_seams(const void *a, const void *b)
     return (int)e->forward - (int)f->forward;
 }
 
-/* Whether the flat cell in a dent (corners, and twice its area or six times its volume) is no deeper than allowed. */
+/* Whether the flat cell in a dent (corners, and twice its area or six times its volume) is no
+ * deeper than allowed. */
 static bool is_shallow(int corners, const double *const p[4], lattice_volume content)
 {
     double longest = 0, base = 0;
@@ -218,8 +246,9 @@ static bool is_shallow(int corners, const double *const p[4], lattice_volume con
         for (int j = i + 1; j < corners; j++)
             longest = fmax(longest, vec3_length(vec3_sub(q[i], q[j])));
     for (int i = 0; i < 4 && corners == 4; i++)
-        base = fmax(base, vec3_length(vec3_cross(vec3_sub(q[cell_face[i][1]], q[cell_face[i][0]]),
-                                                 vec3_sub(q[cell_face[i][2]], q[cell_face[i][0]]))));
+        base =
+            fmax(base, vec3_length(vec3_cross(vec3_sub(q[cell_face[i][1]], q[cell_face[i][0]]),
+                                              vec3_sub(q[cell_face[i][2]], q[cell_face[i][0]]))));
     return fabs((double)content) <= shallow * longest * (corners == 4 ? base : longest);
 }
 
@@ -249,7 +278,8 @@ static struct error *check_dent(const struct check *c, const struct seam *e, con
         c->verdict->dents++;
     return is_shallow(corners, p, content)
                ? NULL
-               : error_new("the hull is not convex at %s %d %s%.0d of cell %d", corners == 4 ? "the edge of probes" : "probe", e->low,
+               : error_new("the hull is not convex at %s %d %s%.0d of cell %d",
+                           corners == 4 ? "the edge of probes" : "probe", e->low,
                            corners == 4 ? "and " : "", corners == 4 ? e->high : 0, e->cell);
 }
 
@@ -257,7 +287,8 @@ static size_t list_seams(const struct check *c, struct seam *seam)
 {
     const struct tetra *t = c->tetra;
     size_t count = 0;
-    FOR_HULL(cell, i, t) {
+    FOR_HULL(cell, i, t)
+    {
         int facet[3];
         struct seam s = {.cell = (int32_t)cell};
         const int corners = facet_corners(t->corners, i, facet);
@@ -274,7 +305,8 @@ static size_t list_seams(const struct check *c, struct seam *seam)
     return count;
 }
 
-/* Closed and oriented: at each seam two facets meet, one running each way; and convex but for shallow dents. */
+/* Closed and oriented: at each seam two facets meet, one running each way; and convex but for
+ * shallow dents. */
 static struct error *check_seams(const struct check *c, size_t facets)
 {
     struct seam *seam = NULL;
@@ -287,7 +319,8 @@ static struct error *check_seams(const struct check *c, size_t facets)
         const struct seam *e = &seam[i], *f = &seam[i + 1];
         if (i + 1 == count || e->low != f->low || e->high != f->high || e->forward || !f->forward ||
             (i + 2 < count && seam[i + 2].low == e->low && seam[i + 2].high == e->high))
-            err = error_new("the hull is not closed at probes %d and %d of cell %d", e->low, e->high, e->cell);
+            err = error_new("the hull is not closed at probes %d and %d of cell %d", e->low,
+                            e->high, e->cell);
         else
             err = check_dent(c, e, f);
     }
@@ -304,7 +337,8 @@ static struct error *check_hull(const struct check *c, lattice_volume volume)
     const double *p[4] = {site_of(c, t->vertex[0])}; /* a cone over each facet, from one point */
     size_t facets = 0;
     wrapping_volume hull = 0;
-    FOR_HULL(cell, i, t) {
+    FOR_HULL(cell, i, t)
+    {
         int facet[3];
         const int corners = facet_corners(t->corners, i, facet);
         for (int k = 0; k < corners; k++)
@@ -314,7 +348,9 @@ static struct error *check_hull(const struct check *c, lattice_volume volume)
         facets++;
     }
     if (t->corners == 1)
-        return t->cell_count == 1 && facets == 1 ? NULL : error_new("expected one cell of one probe, got %zu", t->cell_count);
+        return t->cell_count == 1 && facets == 1
+                   ? NULL
+                   : error_new("expected one cell of one probe, got %zu", t->cell_count);
     if (t->corners == 2 && facets != 2)
         return error_new("the segments have %zu ends, not two", facets);
     if ((lattice_volume)hull != volume)
@@ -343,7 +379,8 @@ static struct error *check_sites(struct check *c, int threads)
         above += c->chunk[i].above;
         volume += c->chunk[i].volume;
         if (volume > volume_most)
-            err = error_new("the cells overlap: together they have more volume than the probes' box");
+            err =
+                error_new("the cells overlap: together they have more volume than the probes' box");
     }
     if (!err && below != above)
         err = name_lopsided(t);
@@ -353,7 +390,8 @@ static struct error *check_sites(struct check *c, int threads)
     return err;
 }
 
-struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site, const int axis[2], int threads)
+struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site,
+                                const int axis[2], int threads)
 {
     struct check c = {.tetra = tetra, .count = count, .site = site, .axis = axis};
     return check_sites(&c, threads);
@@ -371,7 +409,8 @@ static void wide_add_product(struct wide *sum, lattice_volume a, wrapping_volume
 {
     const bool negative = a < 0;
     const wrapping_volume size = negative ? -(wrapping_volume)a : (wrapping_volume)a;
-    const uint64_t x[2] = {(uint64_t)size, (uint64_t)(size >> 64)}, y[2] = {(uint64_t)b, (uint64_t)(b >> 64)};
+    const uint64_t x[2] = {(uint64_t)size, (uint64_t)(size >> 64)},
+                   y[2] = {(uint64_t)b, (uint64_t)(b >> 64)};
     uint64_t product[4] = {0};
     for (int i = 0; i < 2; i++) {
         wrapping_volume carry = 0;
@@ -395,7 +434,8 @@ static bool wide_positive(const struct wide *n)
     return !(n->word[3] >> 63) && (n->word[0] | n->word[1] | n->word[2] | n->word[3]);
 }
 
-/* The square of the distance between two sites: of a triangle's, as their projections lie in the plane. */
+/* The square of the distance between two sites: of a triangle's, as their projections lie in the
+ * plane. */
 static wrapping_volume exact_square(const double *p, const double *q)
 {
     wrapping_volume sum = 0;
@@ -413,10 +453,11 @@ static double square_in_plane(const struct check *c, const double *p, const doub
     return x * x + y * y;
 }
 
-/* Of a cell and a site e: e is inside the circumsphere where sum_i o_i d_i^2 > 0, o_i being the volume with e in place of corner i and d_i its
- * distance from there (e's power is minus that over the cell's volume). Returns by how much relative to sum_i |o_i| d_i^2, which
- * is the relative error of the squared distances that would explain it; 0 where e is not inside: by exact arithmetic for tetrahedra, to
- * rounding for triangles, whose plane is rounded. */
+/* Of a cell and a site e: e is inside the circumsphere where sum_i o_i d_i^2 > 0, o_i being the
+ * volume with e in place of corner i and d_i its distance from there (e's power is minus that over
+ * the cell's volume). Returns by how much relative to sum_i |o_i| d_i^2, which is the relative
+ * error of the squared distances that would explain it; 0 where e is not inside: by exact
+ * arithmetic for tetrahedra, to rounding for triangles, whose plane is rounded. */
 static double intrusion(const struct check *c, size_t cell, int32_t e)
 {
     const int corners = c->tetra->corners;
@@ -430,7 +471,8 @@ static double intrusion(const struct check *c, size_t cell, int32_t e)
         p[i] = at;
         o[i] = c->sign * sites_volume(corners, c->axis, p);
         p[i] = was;
-        const double square = corners == 4 ? (double)exact_square(was, at) : square_in_plane(c, was, at);
+        const double square = corners == 4 ? (double)exact_square(was, at)
+                                           : square_in_plane(c, was, at);
         sum += (double)o[i] * square;
         size += fabs((double)o[i]) * square;
     }
@@ -459,13 +501,14 @@ static struct error *check_delaunay(const struct check *c)
         c->verdict->not_delaunay += by > 0;
         c->verdict->tolerance = fmax(c->verdict->tolerance, by);
         if (by > STRETCH_TOLERANCE)
-            err = error_new("cell %zu is not Delaunay: probe %d of its neighbour %d is inside its circumsphere, beyond a tolerance of %g", cell, e, n,
-                            STRETCH_TOLERANCE);
+            err = error_new("cell %zu is not Delaunay: probe %d of its neighbour %d is inside its "
+                            "circumsphere, beyond a tolerance of %g",
+                            cell, e, n, STRETCH_TOLERANCE);
     }
     return err;
 }
 
-/* -- what only whole streams can be asked ------------------------------------------------------- */
+/* -- what only whole streams can be asked ----------------------------------------------------- */
 
 /* All cells are reached from the first. */
 static struct error *check_connected(const struct tetra *t)
@@ -492,7 +535,8 @@ static struct error *check_connected(const struct tetra *t)
         }
     }
     if (!err && reached < t->cell_count)
-        err = error_new("the cells do not hang together: from cell 0, %zu of %zu are reached", reached, t->cell_count);
+        err = error_new("the cells do not hang together: from cell 0, %zu of %zu are reached",
+                        reached, t->cell_count);
     free(stack);
     free(seen);
     return err;
@@ -512,7 +556,8 @@ static struct error *check_used(const struct tetra *t, size_t count)
         else if (into < 0 && !used[i])
             err = error_new("probe %zu is in no cell, and not merged with one that is", i);
         else if (into >= 0 && (used[i] || !used[into]))
-            err = error_new("probe %zu is merged with probe %d, but %s", i, into, used[i] ? "in a cell itself" : "that is in no cell");
+            err = error_new("probe %zu is merged with probe %d, but %s", i, into,
+                            used[i] ? "in a cell itself" : "that is in no cell");
     }
     free(used);
     return err;
@@ -545,7 +590,8 @@ static struct error *find_plane(struct check *c, int axis[2])
     return err;
 }
 
-static struct error *check_whole(const struct tetra *tetra, size_t count, const double *position, struct tetra_verdict *verdict)
+static struct error *check_whole(const struct tetra *tetra, size_t count, const double *position,
+                                 struct tetra_verdict *verdict)
 {
     double *site = NULL;
     int axis[2] = {0, 1};
@@ -553,7 +599,8 @@ static struct error *check_whole(const struct tetra *tetra, size_t count, const 
     const struct lattice lattice = lattice_fit(count, position);
     for (size_t i = 0; i < count && !err; i++)
         lattice_snap(&lattice, position + 3 * i, site + 3 * i);
-    struct check c = {.tetra = tetra, .count = count, .site = site, .axis = axis, .verdict = verdict};
+    struct check c = {
+        .tetra = tetra, .count = count, .site = site, .axis = axis, .verdict = verdict};
     if (!err && tetra->corners < 4)
         err = find_plane(&c, axis);
     if (!err)
@@ -573,7 +620,8 @@ struct error *tetra_check(const struct tetra *tetra, size_t count, const double 
     return check_whole(tetra, count, position, NULL);
 }
 
-struct error *tetra_verify(const struct tetra *tetra, size_t count, const double *position, struct tetra_verdict *verdict)
+struct error *tetra_verify(const struct tetra *tetra, size_t count, const double *position,
+                           struct tetra_verdict *verdict)
 {
     *verdict = (struct tetra_verdict){0};
     return check_whole(tetra, count, position, verdict);

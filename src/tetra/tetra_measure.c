@@ -21,7 +21,8 @@ static double content(int corners, const struct vec3 p[4])
     }
 }
 
-/* The least and the largest angle of a cell, degrees: dihedral of a tetrahedron, plain of a triangle, 180 of what has none. */
+/* The least and the largest angle of a cell, degrees: dihedral of a tetrahedron, plain of a
+ * triangle, 180 of what has none. */
 static void angles(int corners, const struct vec3 p[4], double *least, double *most)
 {
     double angle[6], corner[4][3];
@@ -48,8 +49,10 @@ static int compare_doubles(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-/* A hull facet's share of the volume inside: its cone from a reference point, signed. Of triangles, the cone is against the plane's normal. */
-static double cone(int corners, struct vec3 reference, const struct vec3 p[4], int i, struct vec3 plane)
+/* A hull facet's share of the volume inside: its cone from a reference point, signed. Of triangles,
+ * the cone is against the plane's normal. */
+static double cone(int corners, struct vec3 reference, const struct vec3 p[4], int i,
+                   struct vec3 plane)
 {
     struct vec3 q[4] = {reference, reference, reference, reference};
     for (int k = 0; k < corners - 1; k++)
@@ -61,7 +64,8 @@ static double cone(int corners, struct vec3 reference, const struct vec3 p[4], i
     return content(corners, q);
 }
 
-struct error *tetra_measure(const struct tetra *t, size_t count, const double *position, struct tetra_report *report)
+struct error *tetra_measure(const struct tetra *t, size_t count, const double *position,
+                            struct tetra_report *report)
 {
     *report = (struct tetra_report){.cells = t->cell_count, .angle_least = 180};
     const size_t corners = (size_t)t->corners;
@@ -89,7 +93,9 @@ struct error *tetra_measure(const struct tetra *t, size_t count, const double *p
             seen[row] |= 1;
         }
         if (cell == 0)
-            plane = vec3_normalize(corners == 3 ? vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])) : vec3_sub(p[1], p[0]));
+            plane = vec3_normalize(corners == 3
+                                       ? vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]))
+                                       : vec3_sub(p[1], p[0]));
         volume[cell] = content(t->corners, p) * unit;
         report->volume += volume[cell];
         angles(t->corners, p, &least, &most);

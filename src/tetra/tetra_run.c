@@ -1,4 +1,5 @@
-/* Based on: Amenta, Choi and Rote, "Incremental constructions con BRIO", SoCG 2003: the order in which points are inserted. */
+/* Based on: Amenta, Choi and Rote, "Incremental constructions con BRIO", SoCG 2003: the order in
+ * which points are inserted. */
 #include "base/array.h"
 #include "base/error.h"
 #include "tetra/tetra.h"
@@ -13,11 +14,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* -- the order of insertion --------------------------------------------------------------------- */
+/* -- the order of insertion ------------------------------------------------------------------- */
 
 enum { ROUNDS = 8, ROUND_BITS = 3 };
 
-/* A point's round: 7 of 8 points are in the last, 7 of 8 of the others in the one before, and so on, by a hash of its number. */
+/* A point's round: 7 of 8 points are in the last, 7 of 8 of the others in the one before, and so
+ * on, by a hash of its number. */
 static int round_of(size_t i)
 {
     uint64_t h = i * 0x9e3779b97f4a7c15u + 0x2545f4914f6cdd1du;
@@ -48,7 +50,7 @@ static struct error *make_order(size_t count, const size_t first[4], int32_t **o
     return err;
 }
 
-/* -- room for the result ------------------------------------------------------------------------ */
+/* -- room for the result ---------------------------------------------------------------------- */
 
 static size_t room_bytes(size_t cells)
 {
@@ -57,13 +59,15 @@ static size_t room_bytes(size_t cells)
 
 static int32_t *map(int file, size_t bytes)
 {
-    void *room = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE | (file < 0 ? MAP_ANONYMOUS : 0), file, 0);
+    void *room = mmap(NULL, bytes, PROT_READ | PROT_WRITE,
+                      MAP_SHARED | MAP_POPULATE | (file < 0 ? MAP_ANONYMOUS : 0), file, 0);
     return room == MAP_FAILED ? NULL : room;
 }
 
-/* -- a child ------------------------------------------------------------------------------------ */
+/* -- a child ---------------------------------------------------------------------------------- */
 
-/* What the child has: a file in memory, which outlives it, for cells, and a pipe to say that they are whole. */
+/* What the child has: a file in memory, which outlives it, for cells, and a pipe to say that they
+ * are whole. */
 struct outlet {
     int file, whole;
 };
@@ -72,7 +76,9 @@ struct outlet {
 static int32_t *make_room(void *context, size_t cells)
 {
     const struct outlet *outlet = context;
-    return cells && !ftruncate(outlet->file, (off_t)room_bytes(cells)) ? map(outlet->file, room_bytes(cells)) : NULL;
+    return cells && !ftruncate(outlet->file, (off_t)room_bytes(cells))
+               ? map(outlet->file, room_bytes(cells))
+               : NULL;
 }
 
 /* Says so; TetGen's memory goes with the process. */
@@ -82,9 +88,10 @@ static void say_whole(void *context)
     _exit(write(outlet->whole, "", 1) == 1 ? 0 : 1);
 }
 
-/* What the child does: its streams go nowhere, its result into the file. Where standard descriptors were closed, file and pipe may have
- * their numbers. */
-static _Noreturn void child(struct outlet outlet, size_t count, const double *position, const int32_t *order, int threads)
+/* What the child does: its streams go nowhere, its result into the file. Where standard descriptors
+ * were closed, file and pipe may have their numbers. */
+static _Noreturn void child(struct outlet outlet, size_t count, const double *position,
+                            const int32_t *order, int threads)
 {
     outlet.file = fcntl(outlet.file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
     outlet.whole = fcntl(outlet.whole, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -92,7 +99,8 @@ static _Noreturn void child(struct outlet outlet, size_t count, const double *po
     dup2(nowhere, STDOUT_FILENO);
     dup2(nowhere, STDERR_FILENO);
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
-    tetra_tetgen(count, position, order, threads, &(struct tetra_sink){make_room, say_whole, &outlet});
+    tetra_tetgen(count, position, order, threads,
+                 &(struct tetra_sink){make_room, say_whole, &outlet});
     _exit(1);
 }
 
@@ -127,8 +135,8 @@ static bool hears_whole(int whole)
     return got == 1;
 }
 
-static struct error *run_child(struct tetra *tetra, int file, int whole[2], size_t count, const double *position, const int32_t *order,
-                               int threads)
+static struct error *run_child(struct tetra *tetra, int file, int whole[2], size_t count,
+                               const double *position, const int32_t *order, int threads)
 {
     const pid_t pid = fork();
     if (pid == 0)
@@ -137,8 +145,8 @@ static struct error *run_child(struct tetra *tetra, int file, int whole[2], size
         return error_system(errno, "starting TetGen");
     close(whole[1]); /* the child's end alone is left: its death ends the pipe */
     whole[1] = -1;
-    /* While the child computes, the pages that its result is sure to fill are made; the file's size is the child's to say, who may
-     * have said it already. */
+    /* While the child computes, the pages that its result is sure to fill are made; the file's size
+     * is the child's to say, who may have said it already. */
     if (count >= 1000)
         (void)!fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)room_bytes(5 * count));
     if (!hears_whole(whole[0]))
@@ -159,7 +167,7 @@ void tetra_await(struct tetra *tetra)
     tetra->child = 0;
 }
 
-/* -- in this process ---------------------------------------------------------------------------- */
+/* -- in this process -------------------------------------------------------------------------- */
 
 static int32_t *own_room(void *context, size_t cells)
 {
@@ -175,13 +183,15 @@ static void stay(void *context)
     (void)context;
 }
 
-static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position, const int32_t *order, int threads)
+static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position,
+                                   const int32_t *order, int threads)
 {
     int whole[2];
     if (pipe2(whole, O_CLOEXEC))
         return error_system(errno, "a pipe from TetGen");
     const int file = memfd_create("tetra", MFD_CLOEXEC);
-    struct error *err = file < 0 ? error_system(errno, "memory for the cells") : run_child(tetra, file, whole, count, position, order, threads);
+    struct error *err = file < 0 ? error_system(errno, "memory for the cells")
+                                 : run_child(tetra, file, whole, count, position, order, threads);
     for (int i = 0; i < 2; i++)
         if (whole[i] >= 0)
             close(whole[i]);
@@ -190,13 +200,15 @@ static struct error *run_with_file(struct tetra *tetra, size_t count, const doub
     return err;
 }
 
-struct error *tetra_run(struct tetra *tetra, size_t count, const double *position, const size_t first[4], const struct tetra_settings *settings)
+struct error *tetra_run(struct tetra *tetra, size_t count, const double *position,
+                        const size_t first[4], const struct tetra_settings *settings)
 {
     int32_t *order = NULL;
     struct error *err = make_order(count, first, &order);
     if (!err && !settings->in_process)
         err = run_with_file(tetra, count, position, order, settings->threads);
-    else if (!err && tetra_tetgen(count, position, order, settings->threads, &(struct tetra_sink){own_room, stay, tetra}) < 0)
+    else if (!err && tetra_tetgen(count, position, order, settings->threads,
+                                  &(struct tetra_sink){own_room, stay, tetra}) < 0)
         err = error_new("TetGen failed on %zu probes", count);
     free(order);
     return err;

@@ -1,6 +1,7 @@
-// The shim around TetGen: point set in, cells out. It runs in a child process (tetra_run.c): TetGen prints, asserts, aborts and
-// frees twice on its error path, and none of that may reach the program. It is driven by its inner steps rather than by
-// tetrahedralize(), which would copy its result twice, put its own tolerance (1e-8 of the box) upon the points, and start from any four
+// The shim around TetGen: point set in, cells out. It runs in a child process (tetra_run.c): TetGen
+// prints, asserts, aborts and frees twice on its error path, and none of that may reach the
+// program. It is driven by its inner steps rather than by tetrahedralize(), which would copy its
+// result twice, put its own tolerance (1e-8 of the box) upon the points, and start from any four
 // that do not look flat in rounded arithmetic, flat ones among them.
 #include "tetra/tetra.h"
 
@@ -11,14 +12,16 @@
 #define TETLIBRARY
 #include <tetgen.h>
 
-namespace {
+namespace
+{
 
 using cell = tetgenmesh::tetrahedron *;
 
 // Where a tetrahedron holds its corners; faces 0 .. 3 lie opposite oppopivot[0 .. 3].
 constexpr int FIRST_CORNER = 4;
-// Where the numbers of its corners are kept once TetGen is done, in place of the middle two of its pointers to them. The
-// first and the last tell the pool which cells are alive and not beyond the hull.
+// Where the numbers of its corners are kept once TetGen is done, in place of the middle two of its
+// pointers to them. The first and the last tell the pool which cells are alive and not beyond the
+// hull.
 constexpr int NUMBERS = 5;
 // Where its index is.
 constexpr int INDEX = 10;
@@ -26,13 +29,16 @@ constexpr int INDEX = 10;
 constexpr size_t BATCH = 32;
 constexpr size_t CELLS_A_THREAD = 20000; // fewer are not worth one
 
-// TetGen's cells, which lie in blocks, shared out among threads: each takes as many blocks, one after the other.
-class cells {
-public:
+// TetGen's cells, which lie in blocks, shared out among threads: each takes as many blocks, one
+// after the other.
+class cells
+{
+  public:
     cells(tetgenmesh &owner, int threads) : mesh(owner)
     {
         const auto *pool = mesh.tetrahedrons;
-        for (void **block = pool->firstblock; block; block = block == pool->nowblock ? nullptr : static_cast<void **>(*block))
+        for (void **block = pool->firstblock; block;
+             block = block == pool->nowblock ? nullptr : static_cast<void **>(*block))
             blocks.push_back(block);
         const size_t most = static_cast<size_t>(pool->items) / CELLS_A_THREAD + 1;
         shares = std::min(static_cast<size_t>(threads < 1 ? 1 : threads), most);
@@ -40,9 +46,11 @@ public:
 
     size_t share_count() const { return shares; }
 
-    // Calls work(share, cell) for each cell that is alive and inside the hull, and ahead(cell) some time before, to fetch what work will
-    // need; beyond(cell) for each beyond the hull. The same cells are in the same share each time.
-    template <class Ahead, class Work, class Beyond> void each(Ahead ahead, Work work, Beyond beyond) const
+    // Calls work(share, cell) for each cell that is alive and inside the hull, and ahead(cell) some
+    // time before, to fetch what work will need; beyond(cell) for each beyond the hull. The same
+    // cells are in the same share each time.
+    template <class Ahead, class Work, class Beyond>
+    void each(Ahead ahead, Work work, Beyond beyond) const
     {
         std::vector<std::thread> others;
         for (size_t share = 1; share < shares; share++)
@@ -57,11 +65,13 @@ public:
         each(ahead, work, [](cell) {});
     }
 
-private:
-    template <class Ahead, class Work, class Beyond> void each_of(size_t share, Ahead ahead, Work work, Beyond beyond) const
+  private:
+    template <class Ahead, class Work, class Beyond>
+    void each_of(size_t share, Ahead ahead, Work work, Beyond beyond) const
     {
         const auto *pool = mesh.tetrahedrons;
-        const size_t align = static_cast<size_t>(pool->alignbytes), bytes = static_cast<size_t>(pool->itembytes);
+        const size_t align = static_cast<size_t>(pool->alignbytes),
+                     bytes = static_cast<size_t>(pool->itembytes);
         cell batch[BATCH];
         size_t got = 0;
         const auto flush = [&] {
@@ -69,8 +79,10 @@ private:
                 work(share, batch[i]);
             got = 0;
         };
-        for (size_t b = share * blocks.size() / shares; b < (share + 1) * blocks.size() / shares; b++) {
-            const auto past = reinterpret_cast<uintptr_t>(blocks[b] + 1); // the link to the next block
+        for (size_t b = share * blocks.size() / shares; b < (share + 1) * blocks.size() / shares;
+             b++) {
+            const auto past =
+                reinterpret_cast<uintptr_t>(blocks[b] + 1); // the link to the next block
             char *item = reinterpret_cast<char *>(past + align - past % align);
             for (int i = 0; i < pool->itemsperblock && item != pool->nextitem; i++, item += bytes) {
                 const cell t = reinterpret_cast<cell>(item);
@@ -106,7 +118,8 @@ size_t number_cells(tetgenmesh &mesh, const cells &all, size_t count)
     all.each(
         [&mesh](cell t) {
             for (int k = 0; k < 4; k++)
-                __builtin_prefetch(reinterpret_cast<int *>(t[FIRST_CORNER + k]) + mesh.pointmarkindex);
+                __builtin_prefetch(reinterpret_cast<int *>(t[FIRST_CORNER + k]) +
+                                   mesh.pointmarkindex);
         },
         [&mesh, &start](size_t share, cell t) {
             int v[4];
@@ -125,7 +138,10 @@ size_t number_cells(tetgenmesh &mesh, const cells &all, size_t count)
             s[i] = sum;
             sum += here;
         }
-    all.each([](cell) {}, [&mesh, &start](size_t share, cell t) { mesh.setelemindex(t, start[share][static_cast<size_t>(mesh.elemindex(t))]++); });
+    all.each([](cell) {},
+             [&mesh, &start](size_t share, cell t) {
+                 mesh.setelemindex(t, start[share][static_cast<size_t>(mesh.elemindex(t))]++);
+             });
     return static_cast<size_t>(sum);
 }
 
@@ -159,7 +175,8 @@ void write_cells(tetgenmesh &mesh, const cells &all, int32_t *vertex, int32_t *n
 }
 
 // The points in the order in which they are to be inserted, numbered as they were given.
-void transfer(tetgenmesh &mesh, tetgenio &in, size_t count, const double *position, const int32_t *order)
+void transfer(tetgenmesh &mesh, tetgenio &in, size_t count, const double *position,
+              const int32_t *order)
 {
     std::vector<double> ordered(3 * count);
     for (size_t i = 0; i < count; i++)
@@ -175,7 +192,8 @@ void transfer(tetgenmesh &mesh, tetgenio &in, size_t count, const double *positi
 
 } // namespace
 
-extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order, int threads, const tetra_sink *sink)
+extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t *order,
+                             int threads, const tetra_sink *sink)
 {
     tetgenmesh *mesh = nullptr;
     tetgenio in;
@@ -183,7 +201,8 @@ extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t
         tetgenbehavior behaviour;
         char switches[] = "Qzn";
         behaviour.parse_commandline(switches);
-        behaviour.epsilon = 1e-40; // less than any volume of the lattice: nothing counts as flat that is not
+        behaviour.epsilon =
+            1e-40; // less than any volume of the lattice: nothing counts as flat that is not
         behaviour.no_sort = 1;
         mesh = new tetgenmesh;
         mesh->b = &behaviour;
@@ -191,7 +210,8 @@ extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t
         exactinit(0, 0, 0, 1, 1, 1);
         mesh->initializepools();
         transfer(*mesh, in, count, position, order);
-        exactinit(0, 0, 0, mesh->xmax - mesh->xmin, mesh->ymax - mesh->ymin, mesh->zmax - mesh->zmin); // of its static filters
+        exactinit(0, 0, 0, mesh->xmax - mesh->xmin, mesh->ymax - mesh->ymin,
+                  mesh->zmax - mesh->zmin); // of its static filters
         clock_t ticks;
         mesh->incrementaldelaunay(ticks);
         const cells all(*mesh, threads);
@@ -206,7 +226,8 @@ extern "C" long tetra_tetgen(size_t count, const double *position, const int32_t
         }
         delete mesh;
         return vertex && made ? static_cast<long>(made) : -1;
-    } catch (...) { // TetGen throws integers, after it has freed what the mesh would free again: the mesh stays
+    } catch (...) { // TetGen throws integers, after it has freed what the mesh would free again:
+                    // the mesh stays
         return -1;
     }
 }

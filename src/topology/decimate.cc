@@ -1,18 +1,22 @@
 /* Fewer triangles for nearly the same surface: OpenMesh's decimater, with quadric errors.
  *
- * Based on: Garland and Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997 (planes weighted by area,
- * sec. 4; planes through borders, sec. 6). Vertices move into neighbours (half-edge collapses), so none is new, and texture
- * coordinates are those of the file. How far a texture slides over the surface counts beside the distance, as in Hoppe, "New quadric
- * metric for simplifying meshes with appearance attributes", Visualization 1999, but against the surface as it is before
- * the collapse.
+ * Based on: Garland and Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH
+ * 1997 (planes weighted by area, sec. 4; planes through borders, sec. 6). Vertices move into
+ * neighbours (half-edge collapses), so none is new, and texture coordinates are those of the file.
+ * How far a texture slides over the surface counts beside the distance, as in Hoppe, "New quadric
+ * metric for simplifying meshes with appearance attributes", Visualization 1999, but against the
+ * surface as it is before the collapse.
  *
- * Creases are edges with a face on one side alone, and those where material or texture differ. A vertex on no crease may
- * move into any neighbour, one with exactly two crease edges along these, any other stays: ends and branches of creases.
+ * Creases are edges with a face on one side alone, and those where material or texture differ. A
+ * vertex on no crease may move into any neighbour, one with exactly two crease edges along these,
+ * any other stays: ends and branches of creases.
  */
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized" /* OpenMesh's vectors begin without a value */
+#pragma GCC diagnostic ignored                                                                     \
+    "-Wmaybe-uninitialized" /* OpenMesh's vectors begin without a value */
 
 #ifndef NDEBUG
-#define NDEBUG /* in OpenMesh: else each look at a property is a dynamic_cast by the name of its type, a fifth of the time */
+#define NDEBUG /* in OpenMesh: else each look at a property is a dynamic_cast by the name of its   \
+                  type, a fifth of the time */
 #endif
 
 #include "topology/surface.h"
@@ -21,7 +25,8 @@
 #include <OpenMesh/Core/Geometry/QuadricT.hh> /* in this order: it uses what the first declares */
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 
-namespace {
+namespace
+{
 
 using quadric = OpenMesh::Geometry::Quadricd;
 using point = OpenMesh::Vec3d;
@@ -32,17 +37,20 @@ struct traits : OpenMesh::DefaultTraits {
 };
 using half_edges = OpenMesh::TriMesh_ArrayKernelT<traits>;
 
-/* A crease's plane counts this many times as much as a face as long and as wide: borders are silhouettes. */
+/* A crease's plane counts this many times as much as a face as long and as wide: borders are
+ * silhouettes. */
 const double crease_weight = 4;
 /* What a texture slides, as a share of what a surface moves. */
 const double slide_weight = 0.1;
-/* Of two ways without error, the shorter is better: planes then keep well-shaped triangles. Too little to count beside an error. */
+/* Of two ways without error, the shorter is better: planes then keep well-shaped triangles. Too
+ * little to count beside an error. */
 const double length_weight = 1e-7;
 /* No face may turn farther than 60 degrees, nor become a needle. */
 const double cos_turn_most = 0.5, sin_corner_least = 1e-5;
 
-/* What is looked at about a vertex grows with the square of its faces: one with more than the first number stays, and no collapse
- * makes such a one; one with more than the second stays with all its faces. */
+/* What is looked at about a vertex grows with the square of its faces: one with more than the first
+ * number stays, and no collapse makes such a one; one with more than the second stays with all its
+ * faces. */
 const uint32_t fan_most = 128, fan_taken_most = 1024;
 
 /* Triangles to be decimated: a surface, and what belongs to its faces. */
@@ -71,16 +79,18 @@ void part_add(part &p, const struct scene_mesh &mesh, const double *m)
 /* A part as OpenMesh's half-edges, within a cube from -1 to 1. */
 struct topology {
     half_edges mesh;
-    std::vector<uint32_t> triangle;            /* of each face */
-    std::vector<half_edges::FaceHandle> face;  /* of each triangle; invalid: not taken */
-    std::vector<int> vertex;                   /* of each corner */
-    std::vector<uint32_t> origin;              /* of each vertex: in the part */
-    std::vector<uint32_t> fan;                 /* faces about each vertex */
+    std::vector<uint32_t> triangle;           /* of each face */
+    std::vector<half_edges::FaceHandle> face; /* of each triangle; invalid: not taken */
+    std::vector<int> vertex;                  /* of each corner */
+    std::vector<uint32_t> origin;             /* of each vertex: in the part */
+    std::vector<uint32_t> fan;                /* faces about each vertex */
 };
 
-/* The error of a collapse, and whether it is legal. Keeps the corners' vertices and texture coordinates up to date, and the fans. */
-class collapses : public OpenMesh::Decimater::ModBaseT<half_edges> {
-public:
+/* The error of a collapse, and whether it is legal. Keeps the corners' vertices and texture
+ * coordinates up to date, and the fans. */
+class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
+{
+  public:
     using Base = OpenMesh::Decimater::ModBaseT<half_edges>;
     using Handle = OpenMesh::Decimater::ModHandleT<collapses>;
 
@@ -120,7 +130,8 @@ public:
         quadric q = quadrics[(size_t)ci.v0.idx()];
         q += quadrics[(size_t)ci.v1.idx()];
         const double length = (ci.p1 - ci.p0).sqrnorm();
-        return (float)(std::max(q(ci.p1), 0.0) + slide_weight * slide + length_weight * length * length);
+        return (float)(std::max(q(ci.p1), 0.0) + slide_weight * slide +
+                       length_weight * length * length);
     }
 
     void preprocess_collapse(const CollapseInfo &ci) override
@@ -142,7 +153,7 @@ public:
         counted = half_edges::VertexHandle();
     }
 
-private:
+  private:
     struct move {
         uint32_t corner;
         float uv[2];
@@ -151,7 +162,8 @@ private:
     /* Faces about v1 after the collapse. */
     uint32_t fan_after(const CollapseInfo &ci) const
     {
-        return o->fan[(size_t)ci.v0.idx()] + o->fan[(size_t)ci.v1.idx()] - 2 * (uint32_t)ci.fl.is_valid() - 2 * (uint32_t)ci.fr.is_valid();
+        return o->fan[(size_t)ci.v0.idx()] + o->fan[(size_t)ci.v1.idx()] -
+               2 * (uint32_t)ci.fl.is_valid() - 2 * (uint32_t)ci.fr.is_valid();
     }
 
     uint32_t triangle_of(half_edges::FaceHandle f) const { return o->triangle[(size_t)f.idx()]; }
@@ -165,13 +177,20 @@ private:
         return c;
     }
 
-    const float *uv_at(uint32_t t, half_edges::VertexHandle v) const { return &p->uv[2 * (size_t)corner_at(t, v)]; }
+    const float *uv_at(uint32_t t, half_edges::VertexHandle v) const
+    {
+        return &p->uv[2 * (size_t)corner_at(t, v)];
+    }
 
-    bool is_textured(uint32_t t) const { return p->has_uv && scene->materials[p->material[t]].textured; }
+    bool is_textured(uint32_t t) const
+    {
+        return p->has_uv && scene->materials[p->material[t]].textured;
+    }
 
     bool is_crease(half_edges::HalfedgeHandle h)
     {
-        const auto f = mesh().face_handle(h), g = mesh().face_handle(mesh().opposite_halfedge_handle(h));
+        const auto f = mesh().face_handle(h),
+                   g = mesh().face_handle(mesh().opposite_halfedge_handle(h));
         if (!f.is_valid() || !g.is_valid())
             return true;
         const uint32_t t = triangle_of(f), u = triangle_of(g);
@@ -181,11 +200,12 @@ private:
             const float *a = uv_at(t, v), *b = uv_at(u, v);
             return a[0] != b[0] || a[1] != b[1];
         };
-        return is_textured(t) && (differs(mesh().from_vertex_handle(h)) || differs(mesh().to_vertex_handle(h)));
+        return is_textured(t) &&
+               (differs(mesh().from_vertex_handle(h)) || differs(mesh().to_vertex_handle(h)));
     }
 
-    /* The creases that end at the vertex where h begins. OpenMesh asks for one vertex's collapses one after the other: what was
-     * counted last is kept until the next collapse. */
+    /* The creases that end at the vertex where h begins. OpenMesh asks for one vertex's collapses
+     * one after the other: what was counted last is kept until the next collapse. */
     int creases_at(half_edges::HalfedgeHandle h)
     {
         const auto v = mesh().from_vertex_handle(h);
@@ -201,8 +221,9 @@ private:
         return creases;
     }
 
-    /* Calls visit(triangle, its corner on v0, texture coordinates that this is to get) for each face about v0 that the collapse
-     * leaves, until that is false. The coordinates are those of v1 on the same side of the crease through v0. */
+    /* Calls visit(triangle, its corner on v0, texture coordinates that this is to get) for each
+     * face about v0 that the collapse leaves, until that is false. The coordinates are those of v1
+     * on the same side of the crease through v0. */
     template <class Visit> bool each_remaining(const CollapseInfo &ci, const Visit &visit)
     {
         half_edges::HalfedgeHandle h = ci.v0v1;
@@ -215,33 +236,43 @@ private:
             const auto f = mesh().face_handle(h);
             if (f.is_valid() && f != ci.fl && f != ci.fr) {
                 const uint32_t t = triangle_of(f);
-                going = side.is_valid() && visit(t, corner_at(t, ci.v0), uv_at(triangle_of(side), ci.v1));
+                going = side.is_valid() &&
+                        visit(t, corner_at(t, ci.v0), uv_at(triangle_of(side), ci.v1));
             }
             h = mesh().ccw_rotated_halfedge_handle(h);
         } while (going && h != ci.v0v1);
         return going;
     }
 
-    point position(uint32_t corner) { return mesh().point(half_edges::VertexHandle(o->vertex[corner])); }
+    point position(uint32_t corner)
+    {
+        return mesh().point(half_edges::VertexHandle(o->vertex[corner]));
+    }
 
     /* Whether a face may follow its corner from v0 to v1; adds what its texture slides. */
-    bool face_allows(const CollapseInfo &ci, uint32_t t, uint32_t corner, const float *uv, double &slide)
+    bool face_allows(const CollapseInfo &ci, uint32_t t, uint32_t corner, const float *uv,
+                     double &slide)
     {
         const uint32_t next = next_corner(corner), last = next_corner(next);
         const point b = position(next) - ci.p0, c = position(last) - ci.p0, shift = ci.p1 - ci.p0;
         const point normal = cross(b, c), moved = cross(b - shift, c - shift);
         const double area = normal.norm(), moved_area = moved.norm();
-        const double longest = std::max({(b - shift).sqrnorm(), (c - shift).sqrnorm(), (b - c).sqrnorm()});
-        if (!(area > 0 && moved_area > sin_corner_least * longest && dot(normal, moved) >= cos_turn_most * area * moved_area))
+        const double longest =
+            std::max({(b - shift).sqrnorm(), (c - shift).sqrnorm(), (b - c).sqrnorm()});
+        if (!(area > 0 && moved_area > sin_corner_least * longest &&
+              dot(normal, moved) >= cos_turn_most * area * moved_area))
             return false;
         if (!is_textured(t))
             return true;
         /* the face's own texture at v1, against what it is to get there */
-        const double along_b = dot(cross(shift, c), normal) / (area * area), along_c = dot(cross(b, shift), normal) / (area * area);
-        const float *own = &p->uv[2 * (size_t)corner], *at_b = &p->uv[2 * (size_t)next], *at_c = &p->uv[2 * (size_t)last];
+        const double along_b = dot(cross(shift, c), normal) / (area * area),
+                     along_c = dot(cross(b, shift), normal) / (area * area);
+        const float *own = &p->uv[2 * (size_t)corner], *at_b = &p->uv[2 * (size_t)next],
+                    *at_c = &p->uv[2 * (size_t)last];
         double off = 0, size = 0;
         for (int i = 0; i < 2; i++) {
-            const double to_b = (double)at_b[i] - (double)own[i], to_c = (double)at_c[i] - (double)own[i];
+            const double to_b = (double)at_b[i] - (double)own[i],
+                         to_c = (double)at_c[i] - (double)own[i];
             const double d = (double)uv[i] - ((double)own[i] + along_b * to_b + along_c * to_c);
             off += d * d;
             size += to_b * to_b + to_c * to_c;
@@ -251,7 +282,8 @@ private:
         return true;
     }
 
-    /* Adds a face's plane to its vertices, and to the ends of its creases the plane that stands on it there. */
+    /* Adds a face's plane to its vertices, and to the ends of its creases the plane that stands on
+     * it there. */
     void add_planes(half_edges::FaceHandle f)
     {
         const uint32_t t = triangle_of(f);
@@ -299,14 +331,19 @@ void add_vertices(topology &o, const part &p, corner_sets &sets)
         low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
         high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
     }
-    const surface_point middle = {low.x / 2 + high.x / 2, low.y / 2 + high.y / 2, low.z / 2 + high.z / 2};
-    const double half = std::max({high.x / 2 - low.x / 2, high.y / 2 - low.y / 2, high.z / 2 - low.z / 2});
+    const surface_point middle = {low.x / 2 + high.x / 2, low.y / 2 + high.y / 2,
+                                  low.z / 2 + high.z / 2};
+    const double half =
+        std::max({high.x / 2 - low.x / 2, high.y / 2 - low.y / 2, high.z / 2 - low.z / 2});
     o.vertex.resize(p.s.corner.size());
     for (uint32_t c = 0; c < p.s.corner.size(); c++) {
         const uint32_t first = sets.find(c);
         if (first == c) {
             const surface_point &v = p.s.vertices[p.s.corner[c]];
-            o.vertex[c] = o.mesh.add_vertex(point((v.x - middle.x) / half, (v.y - middle.y) / half, (v.z - middle.z) / half)).idx();
+            o.vertex[c] = o.mesh
+                              .add_vertex(point((v.x - middle.x) / half, (v.y - middle.y) / half,
+                                                (v.z - middle.z) / half))
+                              .idx();
             o.origin.push_back(p.s.corner[c]);
         } else {
             o.vertex[c] = o.vertex[first];
@@ -324,23 +361,29 @@ void add_faces(topology &o, const part &p)
         const int *v = &o.vertex[3 * (size_t)t];
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
             continue;
-        if (std::max({o.fan[(size_t)v[0]], o.fan[(size_t)v[1]], o.fan[(size_t)v[2]]}) > fan_taken_most)
+        if (std::max({o.fan[(size_t)v[0]], o.fan[(size_t)v[1]], o.fan[(size_t)v[2]]}) >
+            fan_taken_most)
             continue;
-        o.face[t] = o.mesh.add_face(half_edges::VertexHandle(v[0]), half_edges::VertexHandle(v[1]), half_edges::VertexHandle(v[2]));
+        o.face[t] = o.mesh.add_face(half_edges::VertexHandle(v[0]), half_edges::VertexHandle(v[1]),
+                                    half_edges::VertexHandle(v[2]));
         if (o.face[t].is_valid())
             o.triangle.push_back(t);
     }
 }
 
-/* Locks what must stay: the corners of emissive triangles, whose area is light; those of triangles that were not taken;
- * the ends of borders along which other surfaces run, from which a gap would part them; and large fans. */
-void lock_vertices(topology &o, const struct scene *scene, const part &p, const std::vector<uint32_t> &place)
+/* Locks what must stay: the corners of emissive triangles, whose area is light; those of triangles
+ * that were not taken; the ends of borders along which other surfaces run, from which a gap would
+ * part them; and large fans. */
+void lock_vertices(topology &o, const struct scene *scene, const part &p,
+                   const std::vector<uint32_t> &place)
 {
     std::vector<uint32_t> at(p.s.corner.size()); /* where each corner stands */
     for (size_t c = 0; c < at.size(); c++)
         at[c] = place[p.s.corner[c]];
     std::vector<char> locked_place(p.s.vertices.size());
-    const auto lock_corner = [&](uint32_t c) { o.mesh.status(half_edges::VertexHandle(o.vertex[c])).set_locked(true); };
+    const auto lock_corner = [&](uint32_t c) {
+        o.mesh.status(half_edges::VertexHandle(o.vertex[c])).set_locked(true);
+    };
     for (uint32_t t = 0; t < p.count(); t++) {
         const bool emits = scene_emits(&scene->materials[p.material[t]]);
         for (uint32_t c = 3 * t; c < 3 * t + 3; c++) {
@@ -351,15 +394,17 @@ void lock_vertices(topology &o, const struct scene *scene, const part &p, const 
         }
     }
     const auto is_border = [&](const surface_edge &e) {
-        const auto h = o.mesh.find_halfedge(half_edges::VertexHandle(o.vertex[e.corner]),
-                                            half_edges::VertexHandle(o.vertex[next_corner(e.corner)]));
+        const auto h =
+            o.mesh.find_halfedge(half_edges::VertexHandle(o.vertex[e.corner]),
+                                 half_edges::VertexHandle(o.vertex[next_corner(e.corner)]));
         return !h.is_valid() || o.mesh.is_boundary(o.mesh.edge_handle(h));
     };
     const std::vector<surface_edge> edges = surface_edges(at, [](uint32_t) { return true; });
     for (size_t i = 0, end; i < edges.size(); i = end) {
         for (end = i + 1; end < edges.size() && edges[end].meets(edges[i]);)
             end++;
-        if (end - i > 1 && std::any_of(edges.begin() + (std::ptrdiff_t)i, edges.begin() + (std::ptrdiff_t)end, is_border))
+        if (end - i > 1 && std::any_of(edges.begin() + (std::ptrdiff_t)i,
+                                       edges.begin() + (std::ptrdiff_t)end, is_border))
             locked_place[edges[i].a] = locked_place[edges[i].b] = 1;
     }
     for (uint32_t c = 0; c < at.size(); c++)
@@ -444,8 +489,8 @@ struct error *store(struct scene_mesh *mesh, const part &p)
     return nullptr;
 }
 
-/* Decimates all that is placed once as one; it becomes the mesh of the first of these instances. The others keep meshes of no
- * triangles, which scene_finish_geometry drops. */
+/* Decimates all that is placed once as one; it becomes the mesh of the first of these instances.
+ * The others keep meshes of no triangles, which scene_finish_geometry drops. */
 struct error *decimate_joint(struct scene *scene, double share, const std::vector<size_t> &placed)
 {
     part joint;
@@ -501,8 +546,11 @@ struct error *scene_decimate(struct scene *scene, double share, struct warnings 
     scene->degenerate_count = degenerate;
     const size_t after = scene_triangle_count(scene);
     if ((double)after > std::ceil(share * (double)before))
-        warnings_add(warnings, "decimated", "%s%s%zu of %zu triangles are left (%.1f %%): the others that were to go hold borders, "
-                     "changes of material, or emit light", scene->path ? scene->path : "", scene->path ? ": " : "", after, before,
-                     100 * (double)after / (double)before);
+        warnings_add(
+            warnings, "decimated",
+            "%s%s%zu of %zu triangles are left (%.1f %%): the others that were to go hold borders, "
+            "changes of material, or emit light",
+            scene->path ? scene->path : "", scene->path ? ": " : "", after, before,
+            100 * (double)after / (double)before);
     return nullptr;
 }

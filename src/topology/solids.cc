@@ -7,7 +7,8 @@
 #include <cstdlib>
 #include <limits>
 
-namespace {
+namespace
+{
 
 /* Pieces of a surface, numbered by their first triangle. */
 struct pieces {
@@ -46,8 +47,9 @@ std::vector<char> find_neighbours(const std::vector<uint32_t> &vertex)
 /* Six times the signed volume of the tetrahedron between a triangle and a point. */
 double wedge(const surface &s, size_t triangle, const surface_point &o)
 {
-    const surface_point &a = s.vertices[s.corner[3 * triangle]], &b = s.vertices[s.corner[3 * triangle + 1]],
-                &c = s.vertices[s.corner[3 * triangle + 2]];
+    const surface_point &a = s.vertices[s.corner[3 * triangle]],
+                        &b = s.vertices[s.corner[3 * triangle + 1]],
+                        &c = s.vertices[s.corner[3 * triangle + 2]];
     const struct vec3 p = {a.x - o.x, a.y - o.y, a.z - o.z}, q = {b.x - o.x, b.y - o.y, b.z - o.z},
                       r = {c.x - o.x, c.y - o.y, c.z - o.z};
     return vec3_dot(p, vec3_cross(q, r));
@@ -63,7 +65,8 @@ pieces find_pieces(const surface &s)
         vertex[c] = sets.find(c);
     const std::vector<char> surrounded = find_neighbours(vertex);
 
-    for (uint32_t t = 0; t < triangles; t++) { /* from vertices to pieces: the corners of a face belong together */
+    /* from vertices to pieces: the corners of a face belong together */
+    for (uint32_t t = 0; t < triangles; t++) {
         sets.join(3 * t, 3 * t + 1);
         sets.join(3 * t, 3 * t + 2);
     }
@@ -90,8 +93,9 @@ pieces find_pieces(const surface &s)
 }
 
 /* The pieces of all instances, put together. */
-class gatherer {
-public:
+class gatherer
+{
+  public:
     explicit gatherer(const struct scene *scene) : piece_of(scene_triangle_count(scene)) {}
 
     /* Appends pieces; volumes are multiplied by scale. Returns the number of the first. */
@@ -109,7 +113,8 @@ public:
     std::vector<double> volume;
 };
 
-struct error *hand_out(const gatherer &g, const std::vector<size_t> &offset, struct scene_solids *solids)
+struct error *hand_out(const gatherer &g, const std::vector<size_t> &offset,
+                       struct scene_solids *solids)
 {
     struct error *err = array_create(&solids->offset, offset.size(), sizeof *solids->offset);
     if (!err)
@@ -142,13 +147,15 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
     surface together;
     for (size_t i = 0; i < scene->instance_count; i++)
         if (placed[scene->instances[i].mesh] == 1)
-            surface_add(together, scene->meshes[scene->instances[i].mesh], scene->instances[i].transform);
+            surface_add(together, scene->meshes[scene->instances[i].mesh],
+                        scene->instances[i].transform);
     const pieces joint = find_pieces(together);
     g.append(joint, 1);
     size_t at = 0;
     std::vector<pieces> alone(scene->mesh_count);
     for (size_t i = 0; i < scene->instance_count; i++) {
-        const size_t mesh = scene->instances[i].mesh, triangles = scene->meshes[mesh].triangle_count;
+        const size_t mesh = scene->instances[i].mesh,
+                     triangles = scene->meshes[mesh].triangle_count;
         if (placed[mesh] == 1) {
             std::copy_n(joint.of.begin() + (std::ptrdiff_t)at, triangles,
                         g.piece_of.begin() + (std::ptrdiff_t)offset[i]);
@@ -160,7 +167,8 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
             surface_add(one, scene->meshes[mesh], scene_identity);
             alone[mesh] = find_pieces(one);
         }
-        const uint32_t base = g.append(alone[mesh], std::fabs(surface_determinant(scene->instances[i].transform)));
+        const uint32_t base =
+            g.append(alone[mesh], std::fabs(surface_determinant(scene->instances[i].transform)));
         for (size_t t = 0; t < triangles; t++)
             g.piece_of[offset[i] + t] = base + alone[mesh].of[t];
     }
@@ -169,7 +177,8 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
 
 } /* namespace */
 
-struct error *scene_solids(const struct scene *scene, struct scene_solids *solids, struct warnings *)
+struct error *scene_solids(const struct scene *scene, struct scene_solids *solids,
+                           struct warnings *)
 {
     memset(solids, 0, sizeof *solids);
     struct error *err = surface_check_count(scene);

@@ -8,7 +8,8 @@ std::vector<uint32_t> surface_weld(const surface &s)
     std::vector<uint32_t> order(vertices.size()), number(vertices.size());
     for (size_t i = 0; i < order.size(); i++)
         order[i] = (uint32_t)i;
-    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return vertices[a] < vertices[b]; });
+    std::sort(order.begin(), order.end(),
+              [&](uint32_t a, uint32_t b) { return vertices[a] < vertices[b]; });
     for (size_t i = 0, first = 0; i < order.size(); i++) {
         first = i > 0 && vertices[order[i]] == vertices[order[first]] ? first : i;
         number[order[i]] = order[first];
@@ -17,9 +18,11 @@ std::vector<uint32_t> surface_weld(const surface &s)
 }
 
 /* Joins the faces on either side of every edge that has one on each and was not joined before. */
-static void join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets, std::vector<char> &joined)
+static void join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets,
+                       std::vector<char> &joined)
 {
-    const std::vector<surface_edge> edges = surface_edges(vertex, [&](uint32_t c) { return !joined[c]; });
+    const std::vector<surface_edge> edges =
+        surface_edges(vertex, [&](uint32_t c) { return !joined[c]; });
     for (size_t i = 0, end; i < edges.size(); i = end) {
         for (end = i + 1; end < edges.size() && edges[end].meets(edges[i]);)
             end++;
@@ -65,7 +68,8 @@ void surface_add(surface &s, const struct scene_mesh &mesh, const double *m)
     }
     for (size_t t = 0; t < mesh.triangle_count; t++) {
         const uint32_t *i = mesh.index + 3 * t;
-        s.corner.insert(s.corner.end(), {base + i[0], base + i[turned ? 2 : 1], base + i[turned ? 1 : 2]});
+        s.corner.insert(s.corner.end(),
+                        {base + i[0], base + i[turned ? 2 : 1], base + i[turned ? 1 : 2]});
     }
 }
 
@@ -80,6 +84,8 @@ std::vector<size_t> surface_placed(const struct scene *scene)
 struct error *surface_check_count(const struct scene *scene)
 {
     const size_t count = scene_triangle_count(scene), most = std::numeric_limits<int>::max() / 6;
-    return count > most ? error_new("%zu triangles, expected at most %zu to look for what they enclose, or to decimate them", count, most)
+    return count > most ? error_new("%zu triangles, expected at most %zu to look for what they "
+                                    "enclose, or to decimate them",
+                                    count, most)
                         : nullptr;
 }

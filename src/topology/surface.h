@@ -1,14 +1,15 @@
-/* surface: the triangles of several meshes as one surface, joined where faces meet. What needs OpenMesh's half-edges
- * starts here: solids.cc (closed pieces), decimate.cc. C++ only.
+/* surface: the triangles of several meshes as one surface, joined where faces meet. What needs
+ * OpenMesh's half-edges starts here: solids.cc (closed pieces), decimate.cc. C++ only.
  *
- * OpenMesh wants manifold faces, real files give what they have. So each corner of a face first gets a vertex of its
- * own, and corners become one where faces meet: across an edge that joins exactly two faces of consistent orientation.
- * First faces are joined that share vertices in the file, then what is left by equal positions. Boxes that touch, stand
- * on each other or share an edge stay apart that way, and closed each; walls of a room that the file keeps in several
- * meshes become one.
+ * OpenMesh wants manifold faces, real files give what they have. So each corner of a face first
+ * gets a vertex of its own, and corners become one where faces meet: across an edge that joins
+ * exactly two faces of consistent orientation. First faces are joined that share vertices in the
+ * file, then what is left by equal positions. Boxes that touch, stand on each other or share an
+ * edge stay apart that way, and closed each; walls of a room that the file keeps in several meshes
+ * become one.
  *
- * Meshes that are placed once are joined in the scene's coordinates; a mesh that is placed often is looked at once, by
- * itself.
+ * Meshes that are placed once are joined in the scene's coordinates; a mesh that is placed often is
+ * looked at once, by itself.
  */
 #ifndef SURFACE_H
 #define SURFACE_H
@@ -22,7 +23,10 @@
 
 struct surface_point {
     double x, y, z;
-    bool operator<(const surface_point &b) const { return x != b.x ? x < b.x : y != b.y ? y < b.y : z < b.z; }
+    bool operator<(const surface_point &b) const
+    {
+        return x != b.x ? x < b.x : y != b.y ? y < b.y : z < b.z;
+    }
     bool operator==(const surface_point &b) const { return x == b.x && y == b.y && z == b.z; }
 };
 
@@ -33,8 +37,9 @@ struct surface {
 };
 
 /* Disjoint sets of corners; each is known by the first of them. */
-class corner_sets {
-public:
+class corner_sets
+{
+  public:
     explicit corner_sets(size_t count) : parent(count)
     {
         for (size_t i = 0; i < count; i++)
@@ -55,7 +60,7 @@ public:
         parent[std::max(a, b)] = std::min(a, b);
     }
 
-private:
+  private:
     std::vector<uint32_t> parent;
 };
 
@@ -68,12 +73,17 @@ inline uint32_t next_corner(uint32_t corner)
 struct surface_edge {
     uint32_t a, b, corner;
     bool forward; /* from a to b */
-    bool operator<(const surface_edge &e) const { return a != e.a ? a < e.a : b != e.b ? b < e.b : corner < e.corner; }
+    bool operator<(const surface_edge &e) const
+    {
+        return a != e.a ? a < e.a : b != e.b ? b < e.b : corner < e.corner;
+    }
     bool meets(const surface_edge &e) const { return a == e.a && b == e.b; }
 };
 
-/* The edge of each corner for which wanted(corner), sorted; none of no length. vertex: a number for each corner. */
-template <class Wanted> std::vector<surface_edge> surface_edges(const std::vector<uint32_t> &vertex, const Wanted &wanted)
+/* The edge of each corner for which wanted(corner), sorted; none of no length. vertex: a number for
+ * each corner. */
+template <class Wanted>
+std::vector<surface_edge> surface_edges(const std::vector<uint32_t> &vertex, const Wanted &wanted)
 {
     std::vector<surface_edge> edges;
     for (uint32_t c = 0; c < vertex.size(); c++) {
@@ -85,8 +95,8 @@ template <class Wanted> std::vector<surface_edge> surface_edges(const std::vecto
     return edges;
 }
 
-/* Adds a mesh, placed by m. Zeros lose their sign, so that they weld; a mirrored mesh keeps its front: its triangles' last two
- * corners change places. */
+/* Adds a mesh, placed by m. Zeros lose their sign, so that they weld; a mirrored mesh keeps its
+ * front: its triangles' last two corners change places. */
 void surface_add(surface &s, const struct scene_mesh &mesh, const double *m);
 
 /* Whether m mirrors. */

@@ -5,22 +5,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PUNCTUAL = UINT32_MAX }; /* as a light's instance: `triangle` is its number among the scene's lights */
+/* as a light's instance: `triangle` is its number among the scene's lights */
+enum { PUNCTUAL = UINT32_MAX };
 
 struct light {
     uint32_t instance, triangle;
     /* of a triangle: corner 0, and from it to the mesh's corners 1 and 2; or where it stands */
     struct vec3f corner, along, across;
-    struct vec3f axis;                  /* unit: its normal, or the spot's direction */
-    float area, strength;               /* strength: as a node's */
+    struct vec3f axis;    /* unit: its normal, or the spot's direction */
+    float area, strength; /* strength: as a node's */
 };
 
 /* Where lights are and which way they face. */
 struct bounds {
     struct vec3f low, high;
     struct vec3f axis; /* unit */
-    float cosine;      /* of the cone's half angle: normals are no farther from the axis; -1 for lights that shine all round */
-    float strength;    /* emissive: radiance times area; point and spot: intensity, in local units; luminance */
+    /* of the cone's half angle: normals are no farther from the axis; -1 for lights that shine all
+     * round */
+    float cosine;
+    /* emissive: radiance times area; point and spot: intensity, in local units; luminance */
+    float strength;
 };
 
 /* What of them a choice has to know. Children stand together. */
@@ -31,8 +35,9 @@ struct light_node {
     float cosine, sine; /* of the cone */
     float strength;
     uint32_t parent;
-    uint32_t child;        /* the first of two; 0: a leaf, of: */
-    uint32_t light, count; /* one light; or two triangles that make a flat quadrilateral, chosen by strength alone */
+    uint32_t child; /* the first of two; 0: a leaf, of: */
+    /* one light; or two triangles that make a flat quadrilateral, chosen by strength alone */
+    uint32_t light, count;
 };
 
 /* -- bounds ------------------------------------------------------------------------------------ */
@@ -49,7 +54,8 @@ static float cosine_between(float sine_a, float cosine_a, float sine_b, float co
 }
 
 /* An upper bound, up to a constant, of what a node's lights give the receiver. */
-static float importance(const struct light_node *node, const struct lights_receiver *receiver, bool front_only)
+static float importance(const struct light_node *node, const struct lights_receiver *receiver,
+                        bool front_only)
 {
     const struct vec3f way = vec3f_sub(receiver->position, node->centre);
     const float radius2 = node->radius2, distance2 = vec3f_dot(way, way);
@@ -75,14 +81,17 @@ static float importance(const struct light_node *node, const struct lights_recei
     return node->strength * leaving * arriving * inverse2;
 }
 
-/* The cone that holds two: about the mean of their axes, as wide as the wider reaches. Not the least, but no angle is needed. */
-static void join_cones(const struct bounds *a, const struct bounds *b, bool front_only, struct bounds *to)
+/* The cone that holds two: about the mean of their axes, as wide as the wider reaches. Not the
+ * least, but no angle is needed. */
+static void join_cones(const struct bounds *a, const struct bounds *b, bool front_only,
+                       struct bounds *to)
 {
     to->axis = a->axis;
     to->cosine = -1;
     if (!(a->cosine > -1 && b->cosine > -1))
         return;
-    const struct vec3f axis_b = !front_only && vec3f_dot(a->axis, b->axis) < 0 ? vec3f_scale(-1, b->axis) : b->axis;
+    const struct vec3f axis_b =
+        !front_only && vec3f_dot(a->axis, b->axis) < 0 ? vec3f_scale(-1, b->axis) : b->axis;
     const struct vec3f sum = vec3f_add(a->axis, axis_b);
     if (!(vec3f_length(sum) > 0))
         return;
@@ -96,16 +105,19 @@ static void join_cones(const struct bounds *a, const struct bounds *b, bool fron
             to->cosine = -1;
             return;
         }
-        to->cosine = float_least(to->cosine, away * cones[i] - sine_of(away) * sine_of(cones[i]) - 4e-7f);
+        to->cosine =
+            float_least(to->cosine, away * cones[i] - sine_of(away) * sine_of(cones[i]) - 4e-7f);
     }
 }
 
 static struct bounds join(const struct bounds *a, const struct bounds *b, bool front_only)
 {
-    struct bounds both = {
-        .low = {float_least(a->low.x, b->low.x), float_least(a->low.y, b->low.y), float_least(a->low.z, b->low.z)},
-        .high = {float_most(a->high.x, b->high.x), float_most(a->high.y, b->high.y), float_most(a->high.z, b->high.z)},
-        .strength = a->strength + b->strength};
+    struct bounds both = {.low = {float_least(a->low.x, b->low.x), float_least(a->low.y, b->low.y),
+                                  float_least(a->low.z, b->low.z)},
+                          .high = {float_most(a->high.x, b->high.x),
+                                   float_most(a->high.y, b->high.y),
+                                   float_most(a->high.z, b->high.z)},
+                          .strength = a->strength + b->strength};
     join_cones(a, b, front_only, &both);
     return both;
 }
@@ -127,36 +139,44 @@ static float emission(const struct tracer *t, uint32_t instance, uint32_t triang
     for (int i = 0; i < STEPS; i++) {
         for (int j = 0; j < STEPS - i; j++, points++) {
             struct trace_point p;
-            trace_point_at(t, instance, triangle, ((float)i + 1.0f / 3) / STEPS, ((float)j + 1.0f / 3) / STEPS, &p);
+            trace_point_at(t, instance, triangle, ((float)i + 1.0f / 3) / STEPS,
+                           ((float)j + 1.0f / 3) / STEPS, &p);
             sum += vec3f_luminance(scene_emission(t->scene, m, p.u, p.v));
         }
     }
-    /* A picture may shine between the points: a share of what it could give keeps every triangle in the draw. */
+    /* A picture may shine between the points: a share of what it could give keeps every triangle in
+     * the draw. */
     return 0.95f * sum / (float)points + 0.05f * vec3f_luminance(m->emission);
 }
 
 static struct error *add_light(struct lights *lights, size_t *capacity, struct light light)
 {
-    struct error *err = light.strength > 0 ? array_reserve(&lights->light, capacity, lights->count + 1, sizeof *lights->light) : NULL;
+    struct error *err = light.strength > 0 ? array_reserve(&lights->light, capacity,
+                                                           lights->count + 1, sizeof *lights->light)
+                                           : NULL;
     if (!err && light.strength > 0)
         lights->light[lights->count++] = light;
     return err;
 }
 
-static struct error *add_triangle(struct lights *lights, const struct tracer *t, uint32_t instance, uint32_t triangle,
-                                  float brightness, size_t *capacity)
+static struct error *add_triangle(struct lights *lights, const struct tracer *t, uint32_t instance,
+                                  uint32_t triangle, float brightness, size_t *capacity)
 {
     struct trace_point corner[3];
     for (int i = 0; i < 3; i++)
         trace_point_at(t, instance, triangle, i == 1, i == 2, &corner[i]);
-    struct light light = {.instance = instance, .triangle = triangle, .corner = corner[0].position, .axis = corner[0].normal,
+    struct light light = {.instance = instance,
+                          .triangle = triangle,
+                          .corner = corner[0].position,
+                          .axis = corner[0].normal,
                           .along = vec3f_sub(corner[1].position, corner[0].position),
                           .across = vec3f_sub(corner[2].position, corner[0].position)};
     light.area = 0.5f * vec3f_length(vec3f_cross(light.along, light.across));
     light.strength = brightness * light.area;
     struct error *err = NULL;
     if (!lights->number[instance]) {
-        const size_t triangles = t->scene->meshes[t->scene->instances[instance].mesh].triangle_count;
+        const size_t triangles =
+            t->scene->meshes[t->scene->instances[instance].mesh].triangle_count;
         err = array_create(&lights->number[instance], triangles, sizeof **lights->number);
         if (!err)
             memset(lights->number[instance], 0xff, triangles * sizeof **lights->number);
@@ -164,17 +184,22 @@ static struct error *add_triangle(struct lights *lights, const struct tracer *t,
     return err ? err : add_light(lights, capacity, light);
 }
 
-static struct error *add_punctual(struct lights *lights, const struct tracer *t, uint32_t index, size_t *capacity)
+static struct error *add_punctual(struct lights *lights, const struct tracer *t, uint32_t index,
+                                  size_t *capacity)
 {
     const struct scene_light *light = &t->scene->lights[index];
     if (light->kind == SCENE_SUN)
         return NULL;
-    const double position[3] = {light->position.x, light->position.y, light->position.z}, scale2 = t->scale * t->scale;
-    const struct vec3f intensity = {(float)(light->intensity[0] * scale2), (float)(light->intensity[1] * scale2),
+    const double position[3] = {light->position.x, light->position.y, light->position.z},
+                 scale2 = t->scale * t->scale;
+    const struct vec3f intensity = {(float)(light->intensity[0] * scale2),
+                                    (float)(light->intensity[1] * scale2),
                                     (float)(light->intensity[2] * scale2)};
-    return add_light(lights, capacity, (struct light){.instance = PUNCTUAL, .triangle = index,
-                                                      .corner = trace_to_local(t, position),
-                                                      .strength = vec3f_luminance(intensity)});
+    return add_light(lights, capacity,
+                     (struct light){.instance = PUNCTUAL,
+                                    .triangle = index,
+                                    .corner = trace_to_local(t, position),
+                                    .strength = vec3f_luminance(intensity)});
 }
 
 static struct error *add_leaves(struct lights *lights, const struct tracer *t)
@@ -265,7 +290,9 @@ static struct bounds bounds_of(const struct light *l)
                 float_least(p.z, float_least(q.z, r.z))},
         .high = {float_most(p.x, float_most(q.x, r.x)), float_most(p.y, float_most(q.y, r.y)),
                  float_most(p.z, float_most(q.z, r.z))},
-        .axis = l->axis, .cosine = l->instance == PUNCTUAL ? -1 : 1, .strength = l->strength};
+        .axis = l->axis,
+        .cosine = l->instance == PUNCTUAL ? -1 : 1,
+        .strength = l->strength};
 }
 
 static void set_bounds(struct light_node *node, const struct bounds *b)
@@ -279,13 +306,17 @@ static void set_bounds(struct light_node *node, const struct bounds *b)
     node->strength = b->strength;
 }
 
-/* Whether two triangles are the halves of a flat quadrilateral: the same normal, and two corners that are the same. */
+/* Whether two triangles are the halves of a flat quadrilateral: the same normal, and two corners
+ * that are the same. */
 static bool make_quadrilateral(const struct light *a, const struct light *b)
 {
-    if (a->instance != b->instance || a->instance == PUNCTUAL || !(vec3f_dot(a->axis, b->axis) > 0.99999f))
+    if (a->instance != b->instance || a->instance == PUNCTUAL ||
+        !(vec3f_dot(a->axis, b->axis) > 0.99999f))
         return false;
-    const struct vec3f p[3] = {a->corner, vec3f_add(a->corner, a->along), vec3f_add(a->corner, a->across)};
-    const struct vec3f q[3] = {b->corner, vec3f_add(b->corner, b->along), vec3f_add(b->corner, b->across)};
+    const struct vec3f p[3] = {a->corner, vec3f_add(a->corner, a->along),
+                               vec3f_add(a->corner, a->across)};
+    const struct vec3f q[3] = {b->corner, vec3f_add(b->corner, b->along),
+                               vec3f_add(b->corner, b->across)};
     const float near = 1e-5f * (vec3f_length(a->along) + vec3f_length(b->along));
     int same = 0;
     for (int i = 0; i < 9; i++)
@@ -294,7 +325,8 @@ static bool make_quadrilateral(const struct light *a, const struct light *b)
 }
 
 /* Makes a leaf of one light or two. */
-static struct bounds make_leaf(struct lights *lights, struct light_node *node, uint32_t first, uint32_t count)
+static struct bounds make_leaf(struct lights *lights, struct light_node *node, uint32_t first,
+                               uint32_t count)
 {
     const struct light *light = &lights->light[first];
     node->light = first;
@@ -309,8 +341,10 @@ static struct bounds make_leaf(struct lights *lights, struct light_node *node, u
     return join(&bounds, &other, lights->front_only);
 }
 
-/* Makes node `at` of `count` lights from `first`: halves them along the axis on which they spread most. */
-static struct bounds grow(struct lights *lights, uint32_t at, uint32_t first, uint32_t count, uint32_t *used)
+/* Makes node `at` of `count` lights from `first`: halves them along the axis on which they spread
+ * most. */
+static struct bounds grow(struct lights *lights, uint32_t at, uint32_t first, uint32_t count,
+                          uint32_t *used)
 {
     struct light *light = &lights->light[first];
     struct bounds bounds;
@@ -323,7 +357,7 @@ static struct bounds grow(struct lights *lights, uint32_t at, uint32_t first, ui
         lights->node[at].child = child;
         lights->node[child].parent = lights->node[child + 1].parent = at;
         const struct bounds a = grow(lights, child, first, half, used),
-            b = grow(lights, child + 1, first + half, count - half, used);
+                            b = grow(lights, child + 1, first + half, count - half, used);
         bounds = join(&a, &b, lights->front_only);
     }
     set_bounds(&lights->node[at], &bounds);
@@ -333,7 +367,8 @@ static struct bounds grow(struct lights *lights, uint32_t at, uint32_t first, ui
 /* Tells every light which leaf holds it. */
 static struct error *number_leaves(struct lights *lights, uint32_t nodes)
 {
-    struct error *err = array_create(&lights->node_of_light, lights->count, sizeof *lights->node_of_light);
+    struct error *err =
+        array_create(&lights->node_of_light, lights->count, sizeof *lights->node_of_light);
     for (uint32_t i = 0; i < nodes && !err; i++)
         for (uint32_t k = 0; k < lights->node[i].count; k++)
             lights->node_of_light[lights->node[i].light + k] = i;
@@ -342,8 +377,10 @@ static struct error *number_leaves(struct lights *lights, uint32_t nodes)
 
 struct error *lights_create(struct lights *lights, const struct tracer *t)
 {
-    *lights = (struct lights){.instance_count = t->scene->instance_count, .front_only = t->scene->emit_front_only};
-    struct error *err = array_create(&lights->number, t->scene->instance_count, sizeof *lights->number);
+    *lights = (struct lights){.instance_count = t->scene->instance_count,
+                              .front_only = t->scene->emit_front_only};
+    struct error *err =
+        array_create(&lights->number, t->scene->instance_count, sizeof *lights->number);
     if (!err)
         err = add_leaves(lights, t);
     if (!err && lights->count > UINT32_MAX / 2)
@@ -356,7 +393,8 @@ struct error *lights_create(struct lights *lights, const struct tracer *t)
         err = number_leaves(lights, used);
     }
     if (!err && lights->count && !isfinite(lights->node[0].strength))
-        err = error_new("the lights are together beyond what 32 bits can hold: --light-scale brings down those of the file");
+        err = error_new("the lights are together beyond what 32 bits can hold: --light-scale "
+                        "brings down those of the file");
     if (err)
         lights_clear(lights);
     return err;
@@ -375,16 +413,19 @@ void lights_clear(struct lights *lights)
 
 /* -- drawing ----------------------------------------------------------------------------------- */
 
-/* The share of a node's draws that go to its first child; NaN: its lights cannot reach the receiver. */
-static float first_share(const struct lights *lights, const struct light_node *node, const struct lights_receiver *receiver)
+/* The share of a node's draws that go to its first child; NaN: its lights cannot reach the
+ * receiver. */
+static float first_share(const struct lights *lights, const struct light_node *node,
+                         const struct lights_receiver *receiver)
 {
     const struct light_node *child = lights->node + node->child;
     const float first = importance(child, receiver, lights->front_only),
-        second = importance(child + 1, receiver, lights->front_only);
+                second = importance(child + 1, receiver, lights->front_only);
     return first / (first + second);
 }
 
-bool lights_sample(const struct lights *lights, const struct tracer *t, const struct lights_receiver *receiver, double x, float y,
+bool lights_sample(const struct lights *lights, const struct tracer *t,
+                   const struct lights_receiver *receiver, double x, float y,
                    struct lights_choice *choice)
 {
     const struct light_node *node = lights->node;
@@ -412,7 +453,8 @@ bool lights_sample(const struct lights *lights, const struct tracer *t, const st
         choice->punctual = &t->scene->lights[light->triangle];
         return true;
     }
-    /* Uniform in the triangle (Turk, "Generating random points in triangles", Graphics Gems, 1990). */
+    /* Uniform in the triangle (Turk, "Generating random points in triangles", Graphics Gems,
+     * 1990). */
     const float r = sqrtf((float)x), b = r * (1 - y), c = r * y;
     choice->point.position = vec3f_fma(vec3f_fma(light->corner, b, light->along), c, light->across);
     choice->point.normal = light->axis;
@@ -425,7 +467,8 @@ bool lights_sample(const struct lights *lights, const struct tracer *t, const st
     return true;
 }
 
-float lights_density(const struct lights *lights, const struct lights_receiver *receiver, const struct trace_point *point)
+float lights_density(const struct lights *lights, const struct lights_receiver *receiver,
+                     const struct trace_point *point)
 {
     const uint32_t *numbers = lights->number[point->instance];
     const uint32_t number = numbers ? numbers[point->triangle] : UINT32_MAX;
@@ -435,7 +478,8 @@ float lights_density(const struct lights *lights, const struct lights_receiver *
     uint32_t at = lights->node_of_light[number];
     float density = 1 / light->area;
     if (lights->node[at].count == 2) {
-        const float share = lights->light[lights->node[at].light].strength / lights->node[at].strength;
+        const float share = lights->light[lights->node[at].light].strength /
+                            lights->node[at].strength;
         density *= number == lights->node[at].light ? share : 1 - share;
     }
     for (uint32_t parent; at; at = parent) {

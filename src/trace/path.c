@@ -1,7 +1,8 @@
 /* Based on:
  * Kajiya, "The rendering equation", SIGGRAPH 1986.
- * Veach, "Robust Monte Carlo methods for light transport simulation", 1997, ch. 9 (balance heuristic).
- * Malley's method: cosine-distributed directions from a disc. Duff et al., "Building an orthonormal basis, revisited", JCGT 2017.
+ * Veach, "Robust Monte Carlo methods for light transport simulation", 1997, ch. 9 (balance
+ * heuristic). Malley's method: cosine-distributed directions from a disc. Duff et al., "Building an
+ * orthonormal basis, revisited", JCGT 2017.
  */
 #include "trace/path.h"
 #include "base/array.h"
@@ -25,7 +26,8 @@ static struct error *add_suns(struct path_tracer *path)
     struct error *err = array_create(&path->suns, scene->light_count, sizeof *path->suns);
     for (size_t i = 0; i < scene->light_count && !err; i++) {
         const struct scene_light *l = &scene->lights[i];
-        if (l->kind != SCENE_SUN || !(l->intensity[0] > 0 || l->intensity[1] > 0 || l->intensity[2] > 0))
+        if (l->kind != SCENE_SUN ||
+            !(l->intensity[0] > 0 || l->intensity[1] > 0 || l->intensity[2] > 0))
             continue;
         path->suns[path->sun_count++] = (struct path_sun){
             {-(float)l->direction.x, -(float)l->direction.y, -(float)l->direction.z},
@@ -57,7 +59,7 @@ void path_clear(struct path_tracer *path)
     path->suns = NULL;
 }
 
-/* -- random numbers ----------------------------------------------------------------------------- */
+/* -- random numbers --------------------------------------------------------------------------- */
 
 /* The generators of a wave's paths. */
 struct wave_random {
@@ -101,7 +103,8 @@ TRACE_VECTORS static void draw_doubles(struct wave_random *r, size_t count, doub
 }
 
 /* What tells blended surfaces which rays they let through. */
-static void draw_salts(const struct path_tracer *path, struct wave_random *r, size_t count, uint32_t *salt)
+static void draw_salts(const struct path_tracer *path, struct wave_random *r, size_t count,
+                       uint32_t *salt)
 {
     if (path->tracer->has_alpha)
         draw_bits(r, count, salt);
@@ -109,7 +112,7 @@ static void draw_salts(const struct path_tracer *path, struct wave_random *r, si
         memset(salt, 0, count * sizeof *salt);
 }
 
-/* -- asking lights and sky ---------------------------------------------------------------------- */
+/* -- asking lights and sky -------------------------------------------------------------------- */
 
 /* Where a wave asks from. */
 struct receivers {
@@ -121,8 +124,9 @@ struct receivers {
 struct questions {
     struct trace_rays ray;
     struct wave_vec direction; /* to what was found */
-    struct wave_vec light;     /* its radiance over its density per solid angle, balanced with the receiver's own directions */
-    int32_t seen[PATH_WAVE];   /* 1: there is something to be asked; then: nothing stands between */
+    /* its radiance over its density per solid angle, balanced with the receiver's own directions */
+    struct wave_vec light;
+    int32_t seen[PATH_WAVE]; /* 1: there is something to be asked; then: nothing stands between */
 };
 
 /* Density per solid angle of a receiver's own directions, by the cosine; of a point. */
@@ -141,16 +145,18 @@ static inline float solid_density(float area_density, float distance, float cosi
 
 static struct lights_receiver receiver_at(const struct receivers *from, size_t i)
 {
-    return (struct lights_receiver){wave_get(from->position, i), from->normal ? wave_get(from->normal, i) : (struct vec3f){0}};
+    return (struct lights_receiver){wave_get(from->position, i),
+                                    from->normal ? wave_get(from->normal, i) : (struct vec3f){0}};
 }
 
 /* Points of emissive surfaces that were drawn. */
 struct drawn {
     struct wave_vec position, normal, radiance; /* radiance: of the side that shines */
-    float density[PATH_WAVE]; /* per area */
+    float density[PATH_WAVE];                   /* per area */
 };
 
-static void set_drawn(const struct path_tracer *path, const struct lights_choice *choice, struct drawn *drawn, size_t i)
+static void set_drawn(const struct path_tracer *path, const struct lights_choice *choice,
+                      struct drawn *drawn, size_t i)
 {
     const struct scene *scene = path->tracer->scene;
     const struct trace_point *p = &choice->point;
@@ -163,24 +169,31 @@ static void set_drawn(const struct path_tracer *path, const struct lights_choice
     drawn->density[i] = choice->density;
 }
 
-/* From each receiver to just above the point that was drawn for it, so that the light does not shadow itself. */
-TRACE_VECTORS static void aim(const struct wave_vec *restrict position, const struct wave_vec *restrict facing, bool surface, bool front_only,
-                              float share, size_t count, const struct drawn *restrict drawn, struct questions *restrict q)
+/* From each receiver to just above the point that was drawn for it, so that the light does not
+ * shadow itself. */
+TRACE_VECTORS static void aim(const struct wave_vec *restrict position,
+                              const struct wave_vec *restrict facing, bool surface, bool front_only,
+                              float share, size_t count, const struct drawn *restrict drawn,
+                              struct questions *restrict q)
 {
     /* no branch in the loop */
-    const float lowest = front_only ? 0 : -1, uniform = surface ? 0 : sphere_density, cosines = surface ? 1 : 0;
+    const float lowest = front_only ? 0 : -1, uniform = surface ? 0 : sphere_density,
+                cosines = surface ? 1 : 0;
     for (size_t i = 0; i < count; i++) {
         const struct vec3f origin = wave_get(position, i), point = wave_get(&drawn->position, i),
-            normal = wave_get(&drawn->normal, i);
+                           normal = wave_get(&drawn->normal, i);
         const struct vec3f way = vec3f_sub(point, origin), radiance = wave_get(&drawn->radiance, i);
         const float distance = vec3f_length(way);
         const struct vec3f direction = vec3f_scale(1 / distance, way);
         const float cosine = -vec3f_dot(direction, normal), side = cosine > 0 ? 1.0f : -1.0f;
-        const float own = uniform + cosines * cosine_density(vec3f_dot(direction, wave_get(facing, i)));
+        const float own = uniform +
+                          cosines * cosine_density(vec3f_dot(direction, wave_get(facing, i)));
         const float density = solid_density(drawn->density[i], distance, fabsf(cosine));
-        const struct vec3f to_target = vec3f_sub(trace_leave(point, distance, vec3f_scale(side, normal)), origin);
+        const struct vec3f to_target =
+            vec3f_sub(trace_leave(point, distance, vec3f_scale(side, normal)), origin);
         const float reach = vec3f_length(to_target);
-        const int shines = (distance > 0) & (cosine > lowest) & (fabsf(cosine) > 0) & (own > 0) & (vec3f_most(radiance) > 0);
+        const int shines = (distance > 0) & (cosine > lowest) & (fabsf(cosine) > 0) & (own > 0) &
+                           (vec3f_most(radiance) > 0);
         q->seen[i] = q->seen[i] ? shines : 0;
         wave_put(&q->ray.origin, i, origin);
         wave_put(&q->ray.direction, i, vec3f_scale(1 / reach, to_target));
@@ -190,9 +203,10 @@ TRACE_VECTORS static void aim(const struct wave_vec *restrict position, const st
     }
 }
 
-/* A point or spot light that was drawn, as if it were a radiance: there is no other way to meet it. */
-static void aim_punctual(const struct path_tracer *path, const struct lights_receiver *from, const struct lights_choice *choice,
-                         struct questions *q, size_t i)
+/* A point or spot light that was drawn, as if it were a radiance: there is no other way to meet
+ * it. */
+static void aim_punctual(const struct path_tracer *path, const struct lights_receiver *from,
+                         const struct lights_choice *choice, struct questions *q, size_t i)
 {
     const struct vec3 p = trace_to_world(path->tracer, from->position);
     double direction[3], distance, rgb[3];
@@ -208,8 +222,8 @@ static void aim_punctual(const struct path_tracer *path, const struct lights_rec
 }
 
 /* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces. */
-static void ask_lights(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x,
-                       const float *y, struct questions *q)
+static void ask_lights(const struct path_tracer *path, const struct receivers *from, float share,
+                       size_t count, const double *x, const float *y, struct questions *q)
 {
     struct drawn drawn;
     struct lights_choice punctual[PATH_WAVE];
@@ -226,11 +240,13 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
         if (q->seen[i])
             set_drawn(path, &choice, &drawn, i);
         else /* of no meaning, but numbers all the same */
-            drawn.position.x[i] = drawn.position.y[i] = drawn.position.z[i] = drawn.normal.x[i] = drawn.normal.y[i] = drawn.normal.z[i] =
-                drawn.radiance.x[i] = drawn.radiance.y[i] = drawn.radiance.z[i] = drawn.density[i] = 0;
+            drawn.position.x[i] = drawn.position.y[i] = drawn.position.z[i] = drawn.normal.x[i] =
+                drawn.normal.y[i] = drawn.normal.z[i] = drawn.radiance.x[i] = drawn.radiance.y[i] =
+                    drawn.radiance.z[i] = drawn.density[i] = 0;
     }
     if (path->emissive)
-        aim(from->position, from->normal ? from->normal : &drawn.normal, from->normal, path->tracer->scene->emit_front_only, share, count, &drawn, q);
+        aim(from->position, from->normal ? from->normal : &drawn.normal, from->normal,
+            path->tracer->scene->emit_front_only, share, count, &drawn, q);
     for (size_t k = 0; k < punctuals && from->normal; k++) {
         const struct lights_receiver receiver = receiver_at(from, of_punctual[k]);
         aim_punctual(path, &receiver, &punctual[k], q, of_punctual[k]);
@@ -238,36 +254,43 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
 }
 
 /* Asks for one direction each of an uneven sky, drawn by (x, y). */
-static void ask_sky(const struct path_tracer *path, const struct receivers *from, float share, size_t count, const double *x,
-                    const double *y, struct questions *q)
+static void ask_sky(const struct path_tracer *path, const struct receivers *from, float share,
+                    size_t count, const double *x, const double *y, struct questions *q)
 {
     for (size_t i = 0; i < count; i++) {
         float density;
         const struct vec3f direction = sky_sample(&path->sky, x[i], y[i], &density);
-        const float own = from->normal ? cosine_density(vec3f_dot(direction, wave_get(from->normal, i))) : sphere_density;
+        const float own = from->normal
+                              ? cosine_density(vec3f_dot(direction, wave_get(from->normal, i)))
+                              : sphere_density;
         q->seen[i] = own > 0 && density > 0;
         wave_put(&q->ray.origin, i, wave_get(from->position, i));
         wave_put(&q->ray.direction, i, direction);
         q->ray.most[i] = INFINITY;
         wave_put(&q->direction, i, direction);
-        wave_put(&q->light, i, vec3f_scale(1 / (share * density + own), scene_sky_radiance(path->tracer->scene, direction)));
+        wave_put(&q->light, i,
+                 vec3f_scale(1 / (share * density + own),
+                             scene_sky_radiance(path->tracer->scene, direction)));
     }
 }
 
 /* The weight of emission that a ray of density `own` met, against ask_lights. */
-static float met_weight(const struct path_tracer *path, const struct lights_receiver *from, float share,
-                        const struct trace_points *at, size_t i, struct vec3f direction, float own)
+static float met_weight(const struct path_tracer *path, const struct lights_receiver *from,
+                        float share, const struct trace_points *at, size_t i,
+                        struct vec3f direction, float own)
 {
     const struct trace_point point = {.instance = at->instance[i], .triangle = at->triangle[i]};
     const float area_density = lights_density(&path->lights, from, &point);
     if (!(area_density > 0))
         return 1;
     const float cosine = fabsf(vec3f_dot(direction, wave_get(&at->normal, i)));
-    return own / (own + share * solid_density(area_density, at->distance[i], float_most(cosine, FLT_MIN)));
+    return own / (own + share * solid_density(area_density, at->distance[i],
+                                              float_most(cosine, FLT_MIN)));
 }
 
 /* The weight of the sky that a ray of density `own` met, against ask_sky. */
-static float sky_weight(const struct path_tracer *path, float share, struct vec3f direction, float own)
+static float sky_weight(const struct path_tracer *path, float share, struct vec3f direction,
+                        float own)
 {
     return path->sky.rows ? own / (own + share * sky_density(&path->sky, direction)) : 1;
 }
@@ -289,11 +312,12 @@ struct wave {
     size_t count;
     uint32_t sample[PATH_WAVE]; /* whose path it is */
     struct wave_random random;
-    struct trace_points at;    /* the surface that was met */
-    struct trace_rays ray;     /* from the surface before to there; once a path has turned, the next one */
-    struct wave_vec facing;    /* normal of the surface before, on the ray's side */
+    struct trace_points at; /* the surface that was met */
+    /* from the surface before to there; once a path has turned, the next one */
+    struct trace_rays ray;
+    struct wave_vec facing;          /* normal of the surface before, on the ray's side */
     struct wave_vec throughput, sum; /* what light it meets counts, and what it has met so far */
-    struct wave_vec light;     /* irradiance over pi from what was asked */
+    struct wave_vec light;           /* irradiance over pi from what was asked */
     struct questions questions;
 };
 
@@ -301,9 +325,11 @@ struct wave {
 TRACE_VECTORS static void face(struct wave *w)
 {
     for (size_t i = 0; i < w->count; i++) {
-        const struct vec3f facing = vec3f_scale(w->at.front[i] ? 1.0f : -1.0f, wave_get(&w->at.normal, i));
+        const struct vec3f facing =
+            vec3f_scale(w->at.front[i] ? 1.0f : -1.0f, wave_get(&w->at.normal, i));
         wave_put(&w->facing, i, facing);
-        wave_put(&w->ray.origin, i, trace_leave(wave_get(&w->at.position, i), w->at.distance[i], facing));
+        wave_put(&w->ray.origin, i,
+                 trace_leave(wave_get(&w->at.position, i), w->at.distance[i], facing));
         wave_put(&w->light, i, (struct vec3f){0});
     }
 }
@@ -315,15 +341,18 @@ TRACE_VECTORS static void answer(struct wave *w)
     draw_salts(w->path, &w->random, w->count, q->ray.salt);
     trace_rays_occluded(w->path->tracer, w->count, &q->ray, q->seen);
     for (size_t i = 0; i < w->count; i++) {
-        const float share = cosine_density(vec3f_dot(wave_get(&q->direction, i), wave_get(&w->facing, i)));
-        const struct vec3f lit = vec3f_fma(wave_get(&w->light, i), share, wave_get(&q->light, i)), unlit = wave_get(&w->light, i);
+        const float share =
+            cosine_density(vec3f_dot(wave_get(&q->direction, i), wave_get(&w->facing, i)));
+        const struct vec3f lit = vec3f_fma(wave_get(&w->light, i), share, wave_get(&q->light, i)),
+                           unlit = wave_get(&w->light, i);
         w->light.x[i] = q->seen[i] ? lit.x : unlit.x;
         w->light.y[i] = q->seen[i] ? lit.y : unlit.y;
         w->light.z[i] = q->seen[i] ? lit.z : unlit.z;
     }
 }
 
-TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct receivers *from, size_t count, struct questions *q)
+TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct receivers *from,
+                                  size_t count, struct questions *q)
 {
     for (size_t i = 0; i < count; i++) {
         q->seen[i] = vec3f_dot(sun->to_light, wave_get(from->normal, i)) > 0;
@@ -335,7 +364,8 @@ TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct recei
     }
 }
 
-/* The light on all surfaces of a wave from what is asked for, without what their scattered rays are to meet. */
+/* The light on all surfaces of a wave from what is asked for, without what their scattered rays are
+ * to meet. */
 static void light_surfaces(struct wave *w)
 {
     const struct path_tracer *path = w->path;
@@ -360,7 +390,8 @@ static void light_surfaces(struct wave *w)
     }
 }
 
-/* Takes in what is lit, and draws the way on. Texels are sent for before, and read after, the directions are drawn. */
+/* Takes in what is lit, and draws the way on. Texels are sent for before, and read after, the
+ * directions are drawn. */
 TRACE_VECTORS static void turn(struct wave *w)
 {
     const struct scene *scene = w->path->tracer->scene;
@@ -381,9 +412,11 @@ TRACE_VECTORS static void turn(struct wave *w)
     for (size_t i = 0; i < w->count; i++)
         wave_put(&albedo, i, scene_texel_albedo(scene, &texel[i]));
     for (size_t i = 0; i < w->count; i++) {
-        const struct vec3f throughput = vec3f_mul(wave_get(&w->throughput, i), wave_get(&albedo, i));
+        const struct vec3f throughput =
+            vec3f_mul(wave_get(&w->throughput, i), wave_get(&albedo, i));
         wave_put(&w->throughput, i, throughput);
-        wave_put(&w->sum, i, vec3f_add(wave_get(&w->sum, i), vec3f_mul(throughput, wave_get(&w->light, i))));
+        wave_put(&w->sum, i,
+                 vec3f_add(wave_get(&w->sum, i), vec3f_mul(throughput, wave_get(&w->light, i))));
     }
 }
 
@@ -405,7 +438,9 @@ static void meet(struct wave *w)
         } else if (vec3f_most(radiance = emitted(path, &w->at, i)) > 0) {
             weight = met_weight(path, &from, 1, &w->at, i, direction, own);
         }
-        wave_put(&w->sum, i, vec3f_fma(wave_get(&w->sum, i), weight, vec3f_mul(wave_get(&w->throughput, i), radiance)));
+        wave_put(&w->sum, i,
+                 vec3f_fma(wave_get(&w->sum, i), weight,
+                           vec3f_mul(wave_get(&w->throughput, i), radiance)));
     }
 }
 
@@ -425,7 +460,8 @@ static void move_path(struct wave *w, size_t to, size_t from)
     w->at.v[to] = w->at.v[from];
 }
 
-/* Ends paths that escaped, that can bring nothing more, or that Russian roulette ends; their sums are done. */
+/* Ends paths that escaped, that can bring nothing more, or that Russian roulette ends; their sums
+ * are done. */
 static void end_paths(struct wave *w, bool roulette, struct path_sample *sample)
 {
     size_t left = 0;
@@ -472,7 +508,9 @@ static struct path_sample seen(const struct path_receiver *receiver, const struc
 {
     const struct path_tracer *path = w->path;
     const struct vec3f direction = wave_get(&w->ray.direction, i);
-    const float own = on_surface(&receiver->at) ? cosine_density(vec3f_dot(direction, receiver->at.normal)) : sphere_density;
+    const float own = on_surface(&receiver->at)
+                          ? cosine_density(vec3f_dot(direction, receiver->at.normal))
+                          : sphere_density;
     struct path_sample sample = {.weight = 1, .distance = w->at.distance[i]};
     if (!w->at.hit[i]) {
         sample.straight = scene_sky_radiance(path->tracer->scene, direction);
@@ -483,12 +521,14 @@ static struct path_sample seen(const struct path_receiver *receiver, const struc
     sample.front = w->at.front[i];
     sample.normal = wave_get(&w->at.normal, i);
     if (path->emissive && vec3f_most(sample.straight = emitted(path, &w->at, i)) > 0)
-        sample.weight = met_weight(path, &receiver->at, receiver->lights_share, &w->at, i, direction, own);
+        sample.weight =
+            met_weight(path, &receiver->at, receiver->lights_share, &w->at, i, direction, own);
     return sample;
 }
 
-void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
-                  const struct vec3f *direction, bool with_scattered, const struct random *random, struct path_sample *sample)
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
+                  size_t count, const struct vec3f *direction, bool with_scattered,
+                  const struct random *random, struct path_sample *sample)
 {
     struct wave w;
     w.path = path;
@@ -513,8 +553,9 @@ void path_samples(const struct path_tracer *path, const struct path_receiver *re
 }
 
 /* Asks from one receiver, as often as there are random numbers, and keeps what is seen. */
-static void ask_from(const struct path_tracer *path, const struct path_receiver *receiver, bool sky, size_t count, const float *x,
-                     const double *y, const struct random *random, struct path_found *found)
+static void ask_from(const struct path_tracer *path, const struct path_receiver *receiver, bool sky,
+                     size_t count, const float *x, const double *y, const struct random *random,
+                     struct path_found *found)
 {
     struct questions q;
     struct wave_vec position, normal;
@@ -534,17 +575,20 @@ static void ask_from(const struct path_tracer *path, const struct path_receiver 
         ask_lights(path, &from, receiver->lights_share, count, y, x, &q);
     trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
     for (size_t i = 0; i < count; i++)
-        found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)} : (struct path_found){0};
+        found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)}
+                             : (struct path_found){0};
 }
 
-void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
-                 const double *y, const struct random *random, struct path_found *found)
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                 const float *x, const double *y, const struct random *random,
+                 struct path_found *found)
 {
     ask_from(path, receiver, false, count, x, y, random, found);
 }
 
-void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
-                const double *y, const struct random *random, struct path_found *found)
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                const float *x, const double *y, const struct random *random,
+                struct path_found *found)
 {
     ask_from(path, receiver, true, count, x, y, random, found);
 }

@@ -1,16 +1,19 @@
 /* path: the light that comes to a point, by path tracing.
  *
- * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986): cosine-distributed continuation; at
- * every scattering one light of the tree (lights.h), one direction of an uneven sky picture (sky.h) and every sun is asked;
- * multiple importance sampling between the ways to reach an emissive surface or the sky (Veach 1997, balance heuristic);
- * Russian roulette by throughput. What a scene does not have is not asked for.
+ * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986):
+ * cosine-distributed continuation; at every scattering one light of the tree (lights.h), one
+ * direction of an uneven sky picture (sky.h) and every sun is asked; multiple importance sampling
+ * between the ways to reach an emissive surface or the sky (Veach 1997, balance heuristic); Russian
+ * roulette by throughput. What a scene does not have is not asked for.
  *
- * Paths go in waves, each stage of all of them before the next stage of any: while one path's arithmetic waits for its
- * operands, or for memory, another's is done, and Embree has many rays in a row.
+ * Paths go in waves, each stage of all of them before the next stage of any: while one path's
+ * arithmetic waits for its operands, or for memory, another's is done, and Embree has many rays in
+ * a row.
  *
- * A receiver is a point that takes light from the whole sphere, or a surface that takes it from its half. Its light
- * straight from emissive surfaces and from an uneven sky comes in two parts, whose expectations add up: what its own rays meet,
- * and what path_lights and path_skies find. Light straight from point, spot and sun lights is the caller's.
+ * A receiver is a point that takes light from the whole sphere, or a surface that takes it from its
+ * half. Its light straight from emissive surfaces and from an uneven sky comes in two parts, whose
+ * expectations add up: what its own rays meet, and what path_lights and path_skies find. Light
+ * straight from point, spot and sun lights is the caller's.
  */
 #ifndef PATH_H
 #define PATH_H
@@ -30,27 +33,29 @@ struct path_tracer {
     int bounces;   /* how often a path may scatter */
 };
 
-/* How a receiver's directions are drawn, against which light that it could meet both ways is weighted. */
+/* How a receiver's directions are drawn, against which light that it could meet both ways is
+ * weighted. */
 struct path_receiver {
-    struct lights_receiver at; /* local; normal zero: the whole sphere, uniformly; else the half about it, by the cosine */
+    /* local; normal zero: the whole sphere, uniformly; else the half about it, by the cosine */
+    struct lights_receiver at;
     float lights_share, sky_share; /* questions of path_lights and path_skies for each sample */
 };
 
 /* What comes along one direction of a receiver. */
 struct path_sample {
-    struct vec3f straight; /* radiance of the emissive surface or sky that the ray meets */
-    float weight;          /* of that, against path_lights or path_skies */
+    struct vec3f straight;  /* radiance of the emissive surface or sky that the ray meets */
+    float weight;           /* of that, against path_lights or path_skies */
     struct vec3f scattered; /* radiance that the surface there scatters towards the receiver */
-    bool hit, front;       /* what the ray met */
-    float distance;        /* local units; INFINITY where it met nothing */
-    struct vec3f normal;   /* unit, of the surface there; 0 where it met nothing */
+    bool hit, front;        /* what the ray met */
+    float distance;         /* local units; INFINITY where it met nothing */
+    struct vec3f normal;    /* unit, of the surface there; 0 where it met nothing */
 };
 
 /* What one question to the lights or the sky found. */
 struct path_found {
     struct vec3f direction; /* unit */
-    /* radiance over the density per solid angle of both ways together (share times its own, and the receiver's): to be summed
-     * over all questions and divided by the number of samples; 0: none */
+    /* radiance over the density per solid angle of both ways together (share times its own, and the
+     * receiver's): to be summed over all questions and divided by the number of samples; 0: none */
     struct vec3f light;
 };
 
@@ -59,19 +64,23 @@ void path_clear(struct path_tracer *path);
 
 enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */
 
-/* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own. with_scattered false:
- * scattered is 0, and costs nothing. */
-void path_samples(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
-                  const struct vec3f *direction, bool with_scattered, const struct random *random, struct path_sample *sample);
+/* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own.
+ * with_scattered false: scattered is 0, and costs nothing. */
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
+                  size_t count, const struct vec3f *direction, bool with_scattered,
+                  const struct random *random, struct path_sample *sample);
 
-/* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the sky (needs path->sky.rows), by
- * (x, y) uniform in the unit square. */
-void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
-                 const double *y, const struct random *random, struct path_found *found);
-void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count, const float *x,
-                const double *y, const struct random *random, struct path_found *found);
+/* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the
+ * sky (needs path->sky.rows), by (x, y) uniform in the unit square. */
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                 const float *x, const double *y, const struct random *random,
+                 struct path_found *found);
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
+                const float *x, const double *y, const struct random *random,
+                struct path_found *found);
 
-/* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square (Malley's method). */
+/* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square
+ * (Malley's method). */
 static inline struct vec3f path_scatter(struct vec3f n, float u, float turn)
 {
     const float r = sqrtf(u), z = sqrtf(1 - u);
@@ -80,7 +89,8 @@ static inline struct vec3f path_scatter(struct vec3f n, float u, float turn)
     x *= r;
     y *= r;
     const float sign = n.z < 0 ? -1.0f : 1.0f, a = -1 / (sign + n.z), b = n.x * n.y * a;
-    const struct vec3f s = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, t = {b, sign + n.y * n.y * a, -n.y};
+    const struct vec3f s = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x},
+                       t = {b, sign + n.y * n.y * a, -n.y};
     return vec3f_add(vec3f_scale(x, s), vec3f_add(vec3f_scale(y, t), vec3f_scale(z, n)));
 }
 

@@ -5,19 +5,26 @@
 
 #include <stdlib.h>
 
-/* E(L^2) / E(L)^2 over the sphere from which a picture is drawn from: below, rays that escape by chance find its light well
- * enough (a clear sky without a sun has 1.1, one with a sun hundreds). */
+/* E(L^2) / E(L)^2 over the sphere from which a picture is drawn from: below, rays that escape by
+ * chance find its light well enough (a clear sky without a sun has 1.1, one with a sun
+ * hundreds). */
 #define UNEVEN 2.0
 
-/* Mean luminance over a texel's cell of the picture's bilinear interpolation: 3/4 the texel's, 1/8 each neighbour's. */
-static double cell_luminance(const struct scene_texture *picture, const double *luminance, uint32_t row, uint32_t column)
+/* Mean luminance over a texel's cell of the picture's bilinear interpolation: 3/4 the texel's, 1/8
+ * each neighbour's. */
+static double cell_luminance(const struct scene_texture *picture, const double *luminance,
+                             uint32_t row, uint32_t column)
 {
     double sum = 0;
     for (int i = -1; i <= 1; i++) {
         const int64_t y = (int64_t)row + i;
-        const size_t at = (size_t)(y < 0 ? 0 : y >= picture->height ? picture->height - 1 : y) * picture->width;
+        const size_t at = (size_t)(y < 0                  ? 0
+                                   : y >= picture->height ? picture->height - 1
+                                                          : y) *
+                          picture->width;
         for (int j = -1; j <= 1; j++) {
-            const size_t x = ((size_t)column + picture->width + (size_t)(int64_t)j) % picture->width;
+            const size_t x = ((size_t)column + picture->width + (size_t)(int64_t)j) %
+                             picture->width;
             sum += (i ? 0.125 : 0.75) * (j ? 0.125 : 0.75) * luminance[at + x];
         }
     }
@@ -31,13 +38,15 @@ static struct error *picture_luminance(const struct scene *scene, double **lumin
     struct error *err = array_create(luminance, count, sizeof **luminance);
     const float *texel = picture->texels;
     for (size_t i = 0; i < count && !err; i++, texel += picture->channels)
-        (*luminance)[i] = 0.2126 * scene->sky.radiance[0] * (double)texel[0] + 0.7152 * scene->sky.radiance[1] * (double)texel[1] +
+        (*luminance)[i] = 0.2126 * scene->sky.radiance[0] * (double)texel[0] +
+                          0.7152 * scene->sky.radiance[1] * (double)texel[1] +
                           0.0722 * scene->sky.radiance[2] * (double)texel[2];
     return err;
 }
 
 /* Fills the cumulative shares; false: the picture is black or even. */
-static bool accumulate(struct sky *sky, const struct scene_texture *picture, const double *luminance)
+static bool accumulate(struct sky *sky, const struct scene_texture *picture,
+                       const double *luminance)
 {
     double total = 0, squares = 0, top = 1;
     for (uint32_t i = 0; i < sky->rows; i++) {
@@ -109,7 +118,8 @@ static uint32_t find(const double *share, uint32_t count, double x)
 static float texel_density(const struct sky *sky, uint32_t row, uint32_t column)
 {
     const double *texel = sky->texel + (size_t)row * sky->columns;
-    const double p = (sky->row[row] - (row ? sky->row[row - 1] : 0)) * (texel[column] - (column ? texel[column - 1] : 0));
+    const double p = (sky->row[row] - (row ? sky->row[row - 1] : 0)) *
+                     (texel[column] - (column ? texel[column - 1] : 0));
     const double top = row ? sky->edge[row - 1] : 1;
     return (float)(p * sky->columns / (2 * ANGLE_PI * (top - sky->edge[row])));
 }
@@ -121,11 +131,14 @@ struct vec3f sky_sample(const struct sky *sky, double x, double y, float *densit
     const uint32_t column = find(texel, sky->columns, x);
     /* What is left of x and y, within the texel. */
     const double before_y = row ? sky->row[row - 1] : 0, before_x = column ? texel[column - 1] : 0;
-    const double fy = (y - before_y) / (sky->row[row] - before_y), fx = (x - before_x) / (texel[column] - before_x);
+    const double fy = (y - before_y) / (sky->row[row] - before_y),
+                 fx = (x - before_x) / (texel[column] - before_x);
     const double top = row ? sky->edge[row - 1] : 1, height = top + fy * (sky->edge[row] - top);
-    const double azimuth = 2 * ANGLE_PI * ((column + fx) / sky->columns - 0.5), flat = sqrt(fmax(1 - height * height, 0));
+    const double azimuth = 2 * ANGLE_PI * ((column + fx) / sky->columns - 0.5),
+                 flat = sqrt(fmax(1 - height * height, 0));
     *density = texel_density(sky, row, column);
-    return (struct vec3f){(float)(flat * angle_cos(azimuth)), (float)height, (float)(flat * angle_sin(azimuth))};
+    return (struct vec3f){(float)(flat * angle_cos(azimuth)), (float)height,
+                          (float)(flat * angle_sin(azimuth))};
 }
 
 float sky_density(const struct sky *sky, struct vec3f d)

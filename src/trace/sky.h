@@ -1,9 +1,10 @@
 /* sky: directions towards the bright parts of a sky picture.
  *
- * A sun in a picture is a few texels that hold most of the light; rays that escape by chance seldom meet them. sky_sample draws
- * a texel with probability in proportion to the luminance that arrives from it, and a direction uniformly within it;
- * sky_density is the density of that, for multiple importance sampling (Pharr, Jakob and Humphreys, "Physically based
- * rendering", 4th ed., 12.5.2). A sky without a picture, or whose picture is even enough for chance, has `rows` 0, and costs
+ * A sun in a picture is a few texels that hold most of the light; rays that escape by chance seldom
+ * meet them. sky_sample draws a texel with probability in proportion to the luminance that arrives
+ * from it, and a direction uniformly within it; sky_density is the density of that, for multiple
+ * importance sampling (Pharr, Jakob and Humphreys, "Physically based rendering", 4th ed., 12.5.2).
+ * A sky without a picture, or whose picture is even enough for chance, has `rows` 0, and costs
  * nothing.
  */
 #ifndef SKY_H
@@ -15,9 +16,10 @@ struct error;
 
 struct sky {
     uint32_t rows, columns;
-    double *row;      /* cumulative share of the rows above and with each, last is 1; owned, and so are: */
-    double *texel;    /* the same within each row */
-    double *edge;     /* y of a direction at the lower edge of each row */
+    /* cumulative share of the rows above and with each, last is 1; owned, and so are: */
+    double *row;
+    double *texel; /* the same within each row */
+    double *edge;  /* y of a direction at the lower edge of each row */
 };
 
 struct error *sky_create(struct sky *sky, const struct scene *scene);

@@ -12,11 +12,13 @@
 
 static double determinant(const double m[12])
 {
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+           m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
 /* The map from the mesh's coordinates to local ones, in double. */
-static void local_transform(const struct tracer *t, const struct scene_instance *instance, double m[12])
+static void local_transform(const struct tracer *t, const struct scene_instance *instance,
+                            double m[12])
 {
     const double centre[3] = {t->centre.x, t->centre.y, t->centre.z};
     for (int row = 0; row < 3; row++) {
@@ -29,11 +31,14 @@ static void local_transform(const struct tracer *t, const struct scene_instance 
 static void transform_point(const double m[12], const double p[3], float to[3])
 {
     for (int row = 0; row < 3; row++)
-        to[row] = (float)(m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] + m[4 * row + 3]);
+        to[row] = (float)(m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] +
+                          m[4 * row + 3]);
 }
 
-/* Vertices of a mesh under a transform; Embree reads 16 bytes at a time, so one more float is there. */
-static struct error *make_vertices(const struct scene_mesh *mesh, const double m[12], float **vertex)
+/* Vertices of a mesh under a transform; Embree reads 16 bytes at a time, so one more float is
+ * there. */
+static struct error *make_vertices(const struct scene_mesh *mesh, const double m[12],
+                                   float **vertex)
 {
     struct error *err = array_create(vertex, 3 * mesh->vertex_count + 1, sizeof **vertex);
     for (size_t i = 0; i < mesh->vertex_count && !err; i++)
@@ -49,10 +54,12 @@ static bool mesh_has_alpha(const struct scene *scene, const struct scene_mesh *m
     return false;
 }
 
-/* A number in [0, 1) for a ray and a triangle: the same however often and in whatever order Embree asks. */
+/* A number in [0, 1) for a ray and a triangle: the same however often and in whatever order Embree
+ * asks. */
 static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
 {
-    uint32_t h = salt ^ (instance * 0x9e3779b9u) ^ (triangle * 0x85ebca6bu); /* mixed as in MurmurHash3 */
+    /* mixed as in MurmurHash3 */
+    uint32_t h = salt ^ (instance * 0x9e3779b9u) ^ (triangle * 0x85ebca6bu);
     h = (h ^ h >> 16) * 0x85ebca6bu;
     h = (h ^ h >> 13) * 0xc2b2ae35u;
     h ^= h >> 16;
@@ -63,23 +70,29 @@ static float chance(uint32_t salt, uint32_t instance, uint32_t triangle)
 static void filter(const struct RTCFilterFunctionNArguments *args)
 {
     const struct trace_query *query = (const struct trace_query *)args->context;
-    const struct RTCHit *hit = (const struct RTCHit *)args->hit; /* N is 1: single rays alone are traced */
-    const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0] : hit->geomID;
-    struct trace_point point = {.instance = instance, .triangle = hit->primID, .b = hit->u, .c = hit->v};
+    /* N is 1: single rays alone are traced */
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
+    const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0]
+                                                                        : hit->geomID;
+    struct trace_point point = {
+        .instance = instance, .triangle = hit->primID, .b = hit->u, .c = hit->v};
     trace_point_shade(query->tracer, &point);
-    const float through = scene_transparency(query->tracer->scene, point.material, point.u, point.v);
-    const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID) : query->opaque;
+    const float through =
+        scene_transparency(query->tracer->scene, point.material, point.u, point.v);
+    const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID)
+                                             : query->opaque;
     if (through >= limit)
         args->valid[0] = 0;
 }
 
-static RTCGeometry triangle_geometry(const struct tracer *t, const struct scene_mesh *mesh, const float *vertex)
+static RTCGeometry triangle_geometry(const struct tracer *t, const struct scene_mesh *mesh,
+                                     const float *vertex)
 {
     RTCGeometry geometry = rtcNewGeometry(t->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertex, 0, 3 * sizeof(float),
-                               mesh->vertex_count);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->index, 0, 3 * sizeof(uint32_t),
-                               mesh->triangle_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertex, 0,
+                               3 * sizeof(float), mesh->vertex_count);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->index, 0,
+                               3 * sizeof(uint32_t), mesh->triangle_count);
     if (mesh_has_alpha(t->scene, mesh)) {
         rtcSetGeometryIntersectFilterFunction(geometry, filter);
         rtcSetGeometryOccludedFilterFunction(geometry, filter);
@@ -95,9 +108,10 @@ static RTCScene new_scene(const struct tracer *t)
     return scene;
 }
 
-/* Embree 3.13.5 takes the radius of a point query into an instance as it is where it should grow: where the instance is smaller
- * than its mesh. So trace_distance searches as far as the smallest instance needs: 1 / its least singular value times as far,
- * at most |M|^2 / (2 |det M|), Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
+/* Embree 3.13.5 takes the radius of a point query into an instance as it is where it should grow:
+ * where the instance is smaller than its mesh. So trace_distance searches as far as the smallest
+ * instance needs: 1 / its least singular value times as far, at most |M|^2 / (2 |det M|),
+ * Frobenius' norm, since the other two have a product of at most |M|^2 / 2. */
 static double instance_reach(const double m[12])
 {
     double square = 0;
@@ -114,7 +128,8 @@ static struct error *add_placed(struct tracer *t, size_t i)
     const size_t mesh_index = t->scene->instances[i].mesh;
     const struct scene_mesh *mesh = &t->scene->meshes[mesh_index];
     struct trace_geometry *g = &t->geometry[i];
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, centre[3], m[12];
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
+           centre[3], m[12];
     for (size_t v = 0; v < mesh->vertex_count; v++) {
         for (size_t k = 0; k < 3; k++) {
             low[k] = fmin(low[k], mesh->position[3 * v + k]);
@@ -172,17 +187,20 @@ static struct error *add_flat(struct tracer *t, size_t i)
     return NULL;
 }
 
-/* The local origin and scale: the box's centre, and the power of two that brings its largest side to 1 .. 2. */
+/* The local origin and scale: the box's centre, and the power of two that brings its largest side
+ * to 1 .. 2. */
 static void set_frame(struct tracer *t)
 {
     const struct scene *s = t->scene;
     t->scale = 1;
     if (!(s->box_min.x <= s->box_max.x))
         return;
-    t->centre = (struct vec3){s->box_min.x / 2 + s->box_max.x / 2, s->box_min.y / 2 + s->box_max.y / 2,
+    t->centre = (struct vec3){s->box_min.x / 2 + s->box_max.x / 2,
+                              s->box_min.y / 2 + s->box_max.y / 2,
                               s->box_min.z / 2 + s->box_max.z / 2};
-    const double half = fmax(s->box_max.x / 2 - s->box_min.x / 2,
-                             fmax(s->box_max.y / 2 - s->box_min.y / 2, s->box_max.z / 2 - s->box_min.z / 2));
+    const double half =
+        fmax(s->box_max.x / 2 - s->box_min.x / 2,
+             fmax(s->box_max.y / 2 - s->box_min.y / 2, s->box_max.z / 2 - s->box_min.z / 2));
     int exponent = 0;
     if (half > 0)
         frexp(half, &exponent);
@@ -197,7 +215,8 @@ static struct error *build(struct tracer *t)
     if (!err)
         err = array_create(&t->geometry, scene->instance_count, sizeof *t->geometry);
     if (!err)
-        err = array_create(&t->vertices, scene->instance_count + scene->mesh_count, sizeof *t->vertices);
+        err = array_create(&t->vertices, scene->instance_count + scene->mesh_count,
+                           sizeof *t->vertices);
     if (!err)
         err = array_create(&t->parts, scene->mesh_count, sizeof *t->parts);
     for (size_t i = 0; i < scene->instance_count && !err; i++)
@@ -273,17 +292,20 @@ const struct scene *trace_scene(const struct tracer *tracer)
 
 struct vec3f trace_to_local(const struct tracer *t, const double world[3])
 {
-    return (struct vec3f){(float)((world[0] - t->centre.x) * t->scale), (float)((world[1] - t->centre.y) * t->scale),
+    return (struct vec3f){(float)((world[0] - t->centre.x) * t->scale),
+                          (float)((world[1] - t->centre.y) * t->scale),
                           (float)((world[2] - t->centre.z) * t->scale)};
 }
 
 struct vec3 trace_to_world(const struct tracer *t, struct vec3f local)
 {
-    return (struct vec3){t->centre.x + (double)local.x / t->scale, t->centre.y + (double)local.y / t->scale,
+    return (struct vec3){t->centre.x + (double)local.x / t->scale,
+                         t->centre.y + (double)local.y / t->scale,
                          t->centre.z + (double)local.z / t->scale};
 }
 
-void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle, struct vec3f corner[3])
+void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle,
+                   struct vec3f corner[3])
 {
     const struct trace_geometry *g = &t->geometry[instance];
     const uint32_t *index = g->index + 3 * (size_t)triangle;
@@ -297,14 +319,17 @@ void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle,
     }
 }
 
-void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle, float b, float c, struct trace_point *point)
+void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle, float b, float c,
+                    struct trace_point *point)
 {
     const float a = 1 - b - c;
     struct vec3f p[3];
     trace_corners(t, instance, triangle, p);
-    const bool mirrored = t->geometry[instance].mirrored; /* b and c belong to the mesh's corners 1 and 2 */
+    /* b and c belong to the mesh's corners 1 and 2 */
+    const bool mirrored = t->geometry[instance].mirrored;
     const struct vec3f p1 = p[mirrored ? 2 : 1], p2 = p[mirrored ? 1 : 2];
-    point->position = vec3f_add(vec3f_scale(a, p[0]), vec3f_add(vec3f_scale(b, p1), vec3f_scale(c, p2)));
+    point->position =
+        vec3f_add(vec3f_scale(a, p[0]), vec3f_add(vec3f_scale(b, p1), vec3f_scale(c, p2)));
     point->normal = vec3f_normalize(vec3f_cross(vec3f_sub(p[1], p[0]), vec3f_sub(p[2], p[0])));
     point->instance = instance;
     point->triangle = triangle;
@@ -327,20 +352,23 @@ static double largest(struct vec3 a)
     return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
 }
 
-/* How far an eye keeps off a surface, of the largest coordinate. trace_leave's 4 suffices for the rays of the eye itself;
- * beside an edge the points that they meet need room as well: of the light in the corner of a box 0.6 % is lost at 4, 0.2 % at
- * 16, 0.1 % at 32. */
+/* How far an eye keeps off a surface, of the largest coordinate. trace_leave's 4 suffices for the
+ * rays of the eye itself; beside an edge the points that they meet need room as well: of the light
+ * in the corner of a box 0.6 % is lost at 4, 0.2 % at 16, 0.1 % at 32. */
 static const double eye_gap = 32 * (double)FLT_EPSILON;
 
 /* Corners of the mesh's triangle, local, in double. */
-static void exact_corners(const struct tracer *t, uint32_t instance, uint32_t triangle, struct vec3 corner[3])
+static void exact_corners(const struct tracer *t, uint32_t instance, uint32_t triangle,
+                          struct vec3 corner[3])
 {
     const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
     double m[12];
     local_transform(t, &t->scene->instances[instance], m);
     for (int k = 0; k < 3; k++) {
-        const double *p = mesh->position + 3 * (size_t)mesh->index[3 * (size_t)triangle + (size_t)k];
-        corner[k] = (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
+        const double *p = mesh->position +
+                          3 * (size_t)mesh->index[3 * (size_t)triangle + (size_t)k];
+        corner[k] = (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
+                                  m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
                                   m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
     }
 }
@@ -355,7 +383,8 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
     for (int k = 0; k < 3; k++)
         size = fmax(size, largest(corner[k]));
     const double gap = eye_gap * size;
-    struct vec3 n = vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
+    struct vec3 n =
+        vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
     for (int k = 0; k < 3; k++) { /* not beyond an edge */
         const struct vec3 edge = vec3_normalize(vec3_sub(corner[(k + 1) % 3], corner[k]));
         if (vec3_dot(vec3_cross(n, edge), vec3_sub(eye->place, corner[k])) < -gap)
@@ -378,7 +407,8 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
 /* The instance of the scene that a candidate of a point query belongs to. */
 static uint32_t candidate_instance(const struct RTCPointQueryFunctionArguments *args)
 {
-    const uint32_t placed = args->context->instStackSize ? args->context->instID[0] : RTC_INVALID_GEOMETRY_ID;
+    const uint32_t placed = args->context->instStackSize ? args->context->instID[0]
+                                                         : RTC_INVALID_GEOMETRY_ID;
     return placed != RTC_INVALID_GEOMETRY_ID ? placed : args->geomID;
 }
 
@@ -392,10 +422,14 @@ struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
     const double size = fmax(1, largest(place)); /* no corner is farther out than 1 */
-    struct eye eye = {.tracer = t, .place = place, .start = place,
+    struct eye eye = {.tracer = t,
+                      .place = place,
+                      .start = place,
                       .normal = {(double)normal.x, (double)normal.y, (double)normal.z},
                       .rounding = 8 * DBL_EPSILON * (size + t->scale * largest(vec3_load(p)))};
-    struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
+    struct RTCPointQuery query = {.x = (float)place.x,
+                                  .y = (float)place.y,
+                                  .z = (float)place.z,
                                   .radius = (float)(2 * eye_gap * size)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
@@ -414,13 +448,15 @@ struct nearness {
 static double distance_to_segment(struct vec3 p, struct vec3 a, struct vec3 b)
 {
     const struct vec3 way = vec3_sub(b, a), to = vec3_sub(p, a);
-    const double square = vec3_dot(way, way), along = square > 0 ? fmin(fmax(vec3_dot(to, way) / square, 0), 1) : 0;
+    const double square = vec3_dot(way, way),
+                 along = square > 0 ? fmin(fmax(vec3_dot(to, way) / square, 0), 1) : 0;
     return vec3_length(vec3_sub(to, vec3_scale(along, way)));
 }
 
 static double distance_to_triangle(struct vec3 p, const struct vec3 corner[3])
 {
-    const struct vec3 n = vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
+    const struct vec3 n =
+        vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
     double to_edges = INFINITY;
     bool above = vec3_dot(n, n) > 0;
     for (int k = 0; k < 3; k++) {
@@ -441,7 +477,8 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
         return false;
     n->distance = distance;
     /* no less than rounding hides */
-    args->query->radius = (float)(n->tracer->reach * (distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place))));
+    args->query->radius =
+        (float)(n->tracer->reach * (distance * (1 + 1e-5) + 1e-6 * fmax(1, largest(n->place))));
     return true;
 }
 
@@ -449,8 +486,11 @@ double trace_distance(const struct tracer *t, const double p[3])
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
     struct nearness n = {.tracer = t, .place = place, .distance = (double)INFINITY};
-    struct RTCPointQuery query = {.x = (float)place.x, .y = (float)place.y, .z = (float)place.z,
-                                  .radius = (float)((vec3_length(place) + 2) * t->reach)}; /* no corner is farther out than sqrt 3 */
+    struct RTCPointQuery query = {.x = (float)place.x,
+                                  .y = (float)place.y,
+                                  .z = (float)place.z,
+                                  /* no corner is farther out than sqrt 3 */
+                                  .radius = (float)((vec3_length(place) + 2) * t->reach)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
@@ -466,21 +506,25 @@ static struct trace_query start_query(const struct tracer *t, uint32_t salt, flo
     return query;
 }
 
-/* Four at a time, as Embree reads them: a read waits for the narrower writes that it spans (5 ns a ray). */
-static inline void set_ray(struct RTCRay *r, struct vec3f origin, struct vec3f direction, float most)
+/* Four at a time, as Embree reads them: a read waits for the narrower writes that it spans (5 ns a
+ * ray). */
+static inline void set_ray(struct RTCRay *r, struct vec3f origin, struct vec3f direction,
+                           float most)
 {
     typedef float four __attribute__((vector_size(16), may_alias));
-    *(four *)&r->org_x = (four){origin.x, origin.y, origin.z, 0};         /* tnear */
+    *(four *)&r->org_x = (four){origin.x, origin.y, origin.z, 0};          /* tnear */
     *(four *)&r->dir_x = (four){direction.x, direction.y, direction.z, 0}; /* time */
     r->tfar = most;
     r->mask = UINT32_MAX;
     r->id = r->flags = 0;
 }
 
-/* The instance that was hit, and its normal of the front side, of any length. Sends for what trace_point_shade will read. */
+/* The instance that was hit, and its normal of the front side, of any length. Sends for what
+ * trace_point_shade will read. */
 static uint32_t met(const struct tracer *t, const struct RTCHit *hit, struct vec3f *normal)
 {
-    const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0] : hit->geomID;
+    const uint32_t instance = hit->instID[0] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0]
+                                                                        : hit->geomID;
     const struct trace_geometry *g = &t->geometry[instance];
     *normal = (struct vec3f){hit->Ng_x, hit->Ng_y, hit->Ng_z};
     if (g->placed) { /* Embree's is in the mesh's own coordinates */
@@ -496,8 +540,10 @@ static uint32_t met(const struct tracer *t, const struct RTCHit *hit, struct vec
     return instance;
 }
 
-/* The point is reckoned along the ray: its error of a few ulps of max(|p|, t) is what trace_leave steps over. */
-static bool nearest(struct trace_query *query, const struct trace_ray *ray, struct trace_point *point)
+/* The point is reckoned along the ray: its error of a few ulps of max(|p|, t) is what trace_leave
+ * steps over. */
+static bool nearest(struct trace_query *query, const struct trace_ray *ray,
+                    struct trace_point *point)
 {
     struct RTCRayHit rh;
     set_ray(&rh.ray, ray->origin, ray->direction, ray->most);
@@ -531,7 +577,9 @@ static void shade_points(const struct tracer *t, size_t count, struct trace_poin
     for (size_t i = 0; i < count; i++) {
         if (!points->hit[i])
             continue;
-        struct trace_point p = {.instance = points->instance[i], .triangle = points->triangle[i], .b = points->b[i],
+        struct trace_point p = {.instance = points->instance[i],
+                                .triangle = points->triangle[i],
+                                .b = points->b[i],
                                 .c = points->c[i]};
         trace_point_shade(t, &p);
         points->material[i] = p.material;
@@ -540,8 +588,8 @@ static void shade_points(const struct tracer *t, size_t count, struct trace_poin
     }
 }
 
-TRACE_VECTORS void trace_rays_nearest(const struct tracer *t, size_t count, const struct trace_rays *rays,
-                                      struct trace_points *points)
+TRACE_VECTORS void trace_rays_nearest(const struct tracer *t, size_t count,
+                                      const struct trace_rays *rays, struct trace_points *points)
 {
     struct trace_query query = start_query(t, 0, NAN);
     for (size_t i = 0; i < count; i++) {
@@ -560,15 +608,18 @@ TRACE_VECTORS void trace_rays_nearest(const struct tracer *t, size_t count, cons
         wave_put(&points->normal, i, normal);
     }
     for (size_t i = 0; i < count; i++) {
-        const struct vec3f direction = wave_get(&rays->direction, i), normal = vec3f_normalize(wave_get(&points->normal, i));
+        const struct vec3f direction = wave_get(&rays->direction, i),
+                           normal = vec3f_normalize(wave_get(&points->normal, i));
         wave_put(&points->normal, i, normal);
-        wave_put(&points->position, i, vec3f_fma(wave_get(&rays->origin, i), points->distance[i], direction));
+        wave_put(&points->position, i,
+                 vec3f_fma(wave_get(&rays->origin, i), points->distance[i], direction));
         points->front[i] = vec3f_dot(normal, direction) < 0;
     }
     shade_points(t, count, points);
 }
 
-void trace_rays_occluded(const struct tracer *t, size_t count, const struct trace_rays *rays, int32_t *seen)
+void trace_rays_occluded(const struct tracer *t, size_t count, const struct trace_rays *rays,
+                         int32_t *seen)
 {
     struct trace_query query = start_query(t, 0, NAN);
     for (size_t i = 0; i < count; i++) {
@@ -582,21 +633,27 @@ void trace_rays_occluded(const struct tracer *t, size_t count, const struct trac
     }
 }
 
-struct trace_hit trace_nearest(const struct tracer *t, const double origin[3], const double direction[3], double most)
+struct trace_hit trace_nearest(const struct tracer *t, const double origin[3],
+                               const double direction[3], double most)
 {
     struct trace_hit hit = {0};
     const double reach = most * t->scale;
-    const struct trace_ray ray = {.origin = trace_to_local(t, origin),
-                                  .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
-                                  .most = reach < (double)FLT_MAX ? (float)reach : INFINITY};
+    const struct trace_ray ray = {
+        .origin = trace_to_local(t, origin),
+        .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
+        .most = reach < (double)FLT_MAX ? (float)reach : INFINITY};
     struct trace_query query = start_query(t, 0, 0.5f);
     struct trace_point point;
     if (!nearest(&query, &ray, &point))
         return hit;
-    hit = (struct trace_hit){.hit = true, .distance = (double)point.distance / t->scale,
-                             .position = trace_to_world(t, point.position),
-                             .normal = {(double)point.normal.x, (double)point.normal.y, (double)point.normal.z},
-                             .front = point.front, .instance = point.instance, .triangle = point.triangle};
+    hit = (struct trace_hit){
+        .hit = true,
+        .distance = (double)point.distance / t->scale,
+        .position = trace_to_world(t, point.position),
+        .normal = {(double)point.normal.x, (double)point.normal.y, (double)point.normal.z},
+        .front = point.front,
+        .instance = point.instance,
+        .triangle = point.triangle};
     return hit;
 }
 
@@ -607,7 +664,8 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
         return trace_local_occluded(t, &ray) ? 0 : 1;
     float through = 1;
     struct trace_point point;
-    for (struct trace_query query = start_query(t, 0, 1); through > 0 && nearest(&query, &ray, &point);) {
+    for (struct trace_query query = start_query(t, 0, 1);
+         through > 0 && nearest(&query, &ray, &point);) {
         trace_point_shade(t, &point);
         through *= scene_transparency(t->scene, point.material, point.u, point.v);
         const struct vec3f behind = point.front ? vec3f_scale(-1, point.normal) : point.normal;
@@ -621,16 +679,21 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
 
 float trace_visibility(const struct tracer *t, const double a[3], const double b[3])
 {
-    const struct vec3f from = trace_to_local(t, a), to = trace_to_local(t, b), way = vec3f_sub(to, from);
+    const struct vec3f from = trace_to_local(t, a), to = trace_to_local(t, b),
+                       way = vec3f_sub(to, from);
     const float length = vec3f_length(way);
     if (!(length > 0))
         return 1;
-    return transmission(t, (struct trace_ray){.origin = from, .direction = vec3f_scale(1 / length, way), .most = length});
+    return transmission(t, (struct trace_ray){.origin = from,
+                                              .direction = vec3f_scale(1 / length, way),
+                                              .most = length});
 }
 
 float trace_visibility_sky(const struct tracer *t, const double a[3], const double direction[3])
 {
-    return transmission(t, (struct trace_ray){.origin = trace_to_local(t, a),
-                                              .direction = {(float)direction[0], (float)direction[1], (float)direction[2]},
-                                              .most = INFINITY});
+    return transmission(t,
+                        (struct trace_ray){.origin = trace_to_local(t, a),
+                                           .direction = {(float)direction[0], (float)direction[1],
+                                                         (float)direction[2]},
+                                           .most = INFINITY});
 }

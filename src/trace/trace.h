@@ -1,12 +1,13 @@
 /* trace: rays against a scene (Embree).
  *
- * Rays are traced in float relative to a local origin, the centre of the scene's box, at a power-of-two scale
- * that brings the box near 1, so that a scene far from the world's origin, or of any size, loses nothing;
- * callers speak world coordinates in double. Embree runs with RTC_SCENE_FLAG_ROBUST and isa=avx (bytes agree
- * between machines); meshes that are placed many times are instances in Embree too.
+ * Rays are traced in float relative to a local origin, the centre of the scene's box, at a
+ * power-of-two scale that brings the box near 1, so that a scene far from the world's origin, or of
+ * any size, loses nothing; callers speak world coordinates in double. Embree runs with
+ * RTC_SCENE_FLAG_ROBUST and isa=avx (bytes agree between machines); meshes that are placed many
+ * times are instances in Embree too.
  *
- * Cut-outs: a ray passes a surface where its alpha is below the cut-off. Blended surfaces let light through in
- * proportion. Scenes without either pay nothing for them.
+ * Cut-outs: a ray passes a surface where its alpha is below the cut-off. Blended surfaces let light
+ * through in proportion. Scenes without either pay nothing for them.
  *
  * A tracer is read-only once made: any number of threads may use it.
  */
@@ -25,10 +26,10 @@ struct tracer;
 
 struct trace_hit {
     bool hit;
-    double distance;      /* along the unit direction */
-    struct vec3 position; /* on the surface */
-    struct vec3 normal;   /* geometric, unit, of the front (counter-clockwise) side */
-    bool front;           /* the ray met the front side */
+    double distance;           /* along the unit direction */
+    struct vec3 position;      /* on the surface */
+    struct vec3 normal;        /* geometric, unit, of the front (counter-clockwise) side */
+    bool front;                /* the ray met the front side */
     size_t instance, triangle; /* of the scene; triangle of that instance's mesh */
 };
 
@@ -37,17 +38,22 @@ struct error *trace_create(struct tracer **tracer, const struct scene *scene);
 void trace_destroy(struct tracer *tracer);
 const struct scene *trace_scene(const struct tracer *tracer);
 
-/* The nearest surface from `origin` along the unit `direction` (both finite), no farther than `most` (INFINITY: no limit).
- * Passes holes of cut-outs; a blended surface counts when it is more than half opaque. */
-struct trace_hit trace_nearest(const struct tracer *tracer, const double origin[3], const double direction[3], double most);
+/* The nearest surface from `origin` along the unit `direction` (both finite), no farther than
+ * `most` (INFINITY: no limit). Passes holes of cut-outs; a blended surface counts when it is more
+ * than half opaque. */
+struct trace_hit trace_nearest(const struct tracer *tracer, const double origin[3],
+                               const double direction[3], double most);
 
-/* The share of light that gets from a to b (finite): 0 when an opaque surface is between, products of transparency else. */
+/* The share of light that gets from a to b (finite): 0 when an opaque surface is between, products
+ * of transparency else. */
 float trace_visibility(const struct tracer *tracer, const double a[3], const double b[3]);
 
 /* The share of light that comes to a along the unit direction from infinity. */
-float trace_visibility_sky(const struct tracer *tracer, const double a[3], const double direction[3]);
+float trace_visibility_sky(const struct tracer *tracer, const double a[3],
+                           const double direction[3]);
 
-/* The distance from p (finite) to the nearest surface, whatever it lets through; INFINITY in a scene without any. */
+/* The distance from p (finite) to the nearest surface, whatever it lets through; INFINITY in a
+ * scene without any. */
 double trace_distance(const struct tracer *tracer, const double p[3]);
 
 #endif

@@ -29,8 +29,9 @@ struct tracer {
     RTCScene embree;
     struct trace_geometry *geometry; /* by instance of the scene */
     float **vertices;                /* owned buffers: by instance, then by mesh */
-    RTCScene *parts;                 /* by mesh: scenes of meshes that are placed many times, or NULL */
-    bool has_alpha;                  /* some surface lets rays through */
+    /* by mesh: scenes of meshes that are placed many times, or NULL */
+    RTCScene *parts;
+    bool has_alpha; /* some surface lets rays through */
 };
 
 /* What an Embree query carries for the filters of trace.c. */
@@ -38,10 +39,13 @@ struct trace_query {
     struct RTCIntersectContext context; /* first: Embree hands its address on */
     const struct tracer *tracer;
     uint32_t salt;
-    float opaque; /* blended surfaces count where their transparency is below this; NaN: by chance, with the salt */
+    /* blended surfaces count where their transparency is below this; NaN: by chance, with the
+     * salt */
+    float opaque;
 };
 
-/* A ray in local coordinates. salt: which rays a blended surface lets through: another number, another choice. */
+/* A ray in local coordinates. salt: which rays a blended surface lets through: another number,
+ * another choice. */
 struct trace_ray {
     struct vec3f origin, direction;
     float most;
@@ -61,8 +65,8 @@ struct trace_point {
     const struct scene_material *material;
 };
 
-/* Sets the material and the texture coordinates of a point. trace_rays_nearest has sent for them: what is done between the two
- * hides the way to memory. */
+/* Sets the material and the texture coordinates of a point. trace_rays_nearest has sent for them:
+ * what is done between the two hides the way to memory. */
 static inline void trace_point_shade(const struct tracer *tracer, struct trace_point *point)
 {
     const struct trace_geometry *g = &tracer->geometry[point->instance];
@@ -75,13 +79,14 @@ static inline void trace_point_shade(const struct tracer *tracer, struct trace_p
     }
 }
 
-/* -- waves -------------------------------------------------------------------------------------- */
+/* -- waves ------------------------------------------------------------------------------------ */
 
-/* Rays that go together: component by component, so that one instruction works on several of them. */
+/* Rays that go together: component by component, so that one instruction works on several of
+ * them. */
 enum { TRACE_WAVE = 64 };
 
-/* Of functions that loop over a wave. Embree runs nowhere without AVX; without fused operations, which these are not, its
- * results are the same bits as any other instruction's. */
+/* Of functions that loop over a wave. Embree runs nowhere without AVX; without fused operations,
+ * which these are not, its results are the same bits as any other instruction's. */
 #define TRACE_VECTORS __attribute__((target("avx")))
 
 struct wave_vec {
@@ -98,8 +103,8 @@ static inline void wave_put(struct wave_vec *v, size_t i, struct vec3f a)
     v->x[i] = a.x, v->y[i] = a.y, v->z[i] = a.z;
 }
 
-/* As trace_ray and trace_point, but that a point may be none: hit is 1 or 0, and then distance is INFINITY and the rest has no
- * meaning. */
+/* As trace_ray and trace_point, but that a point may be none: hit is 1 or 0, and then distance is
+ * INFINITY and the rest has no meaning. */
 struct trace_rays {
     struct wave_vec origin, direction;
     float most[TRACE_WAVE];
@@ -117,35 +122,42 @@ struct trace_points {
 };
 
 /* Nearest surfaces of the first `count` rays, shaded. */
-void trace_rays_nearest(const struct tracer *tracer, size_t count, const struct trace_rays *rays, struct trace_points *points);
+void trace_rays_nearest(const struct tracer *tracer, size_t count, const struct trace_rays *rays,
+                        struct trace_points *points);
 
 /* Makes seen 0 where anything is on the way of a ray; rays whose seen is 0 are not traced. */
-void trace_rays_occluded(const struct tracer *tracer, size_t count, const struct trace_rays *rays, int32_t *seen);
+void trace_rays_occluded(const struct tracer *tracer, size_t count, const struct trace_rays *rays,
+                         int32_t *seen);
 
-/* -- points --------------------------------------------------------------------------------------- */
+/* -- points ----------------------------------------------------------------------------------- */
 
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
 struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
 
 /* Corners of a triangle, counter-clockwise seen from the front. */
-void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle, struct vec3f corner[3]);
+void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle,
+                   struct vec3f corner[3]);
 
-/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2, of the mesh. Sets all but distance and front, shaded. */
-void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b, float c,
-                    struct trace_point *point);
+/* A point of a triangle: (1-b-c) corner 0 + b corner 1 + c corner 2, of the mesh. Sets all but
+ * distance and front, shaded. */
+void trace_point_at(const struct tracer *tracer, uint32_t instance, uint32_t triangle, float b,
+                    float c, struct trace_point *point);
 
-/* Whether anything is on the way of the ray. Blended surfaces let it through with probability 1 - alpha. */
+/* Whether anything is on the way of the ray. Blended surfaces let it through with probability 1 -
+ * alpha. */
 bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *ray);
 
-/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface, just off it: on p's side;
- * before its front, where p is on it; on the side of `normal`, where that is given (unit; zero: none) and the surface's own. */
+/* Where the rays of an eye at p (world) start: at p, or, where floats cannot tell p from a surface,
+ * just off it: on p's side; before its front, where p is on it; on the side of `normal`, where that
+ * is given (unit; zero: none) and the surface's own. */
 struct vec3f trace_start(const struct tracer *tracer, const double p[3], struct vec3f normal);
 
-/* Where a ray starts that leaves a surface's point, met at `distance`, to the side of `normal` (unit; either sign of the
- * surface's). */
+/* Where a ray starts that leaves a surface's point, met at `distance`, to the side of `normal`
+ * (unit; either sign of the surface's). */
 static inline struct vec3f trace_leave(struct vec3f position, float distance, struct vec3f normal)
 {
-    const float size = float_most(float_most(fabsf(position.x), fabsf(position.y)), float_most(fabsf(position.z), distance));
+    const float size = float_most(float_most(fabsf(position.x), fabsf(position.y)),
+                                  float_most(fabsf(position.z), distance));
     return vec3f_fma(position, 4 * FLT_EPSILON * size, normal);
 }
 

@@ -54,7 +54,8 @@ void derive_brightest(size_t count, int order, bool convolved, const float *sh, 
     }
 }
 
-void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient, float *gradient)
+void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient,
+                                  float *gradient)
 {
     const size_t width = (size_t)(3 * order * order);
     const double factor = mean_factor(convolved);
@@ -69,9 +70,10 @@ void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const
     }
 }
 
-/* The edges of a cell from its first corner; those that it lacks are unit vectors across it. So their determinant is six times
- * the volume of a tetrahedron, twice the area of a triangle, the length of a segment, and what is linear in the cell and does
- * not change across it has one gradient. */
+/* The edges of a cell from its first corner; those that it lacks are unit vectors across it. So
+ * their determinant is six times the volume of a tetrahedron, twice the area of a triangle, the
+ * length of a segment, and what is linear in the cell and does not change across it has one
+ * gradient. */
 static double cell_edges(int corners, const int32_t *v, const double *position, struct vec3 edge[3])
 {
     const struct vec3 p0 = vec3_load(position + 3 * (size_t)v[0]);
@@ -79,7 +81,8 @@ static double cell_edges(int corners, const int32_t *v, const double *position, 
         edge[k] = vec3_sub(vec3_load(position + 3 * (size_t)v[k + 1]), p0);
     if (corners == 2) {
         const double x = fabs(edge[0].x), y = fabs(edge[0].y), z = fabs(edge[0].z);
-        const struct vec3 axis = {x <= y && x <= z, y < x && y <= z, z < x && z < y}; /* that it is least along */
+        /* that it is least along */
+        const struct vec3 axis = {x <= y && x <= z, y < x && y <= z, z < x && z < y};
         edge[1] = vec3_normalize(vec3_cross(axis, edge[0]));
     }
     if (corners < 4)
@@ -87,7 +90,8 @@ static double cell_edges(int corners, const int32_t *v, const double *position, 
     return vec3_dot(edge[0], vec3_cross(edge[1], edge[2]));
 }
 
-void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position, float *angle)
+void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position,
+                         float *angle)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         double p[4][3], all[6];
@@ -101,7 +105,8 @@ void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double 
     }
 }
 
-void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *position, float *angle)
+void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *position,
+                      float *angle)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         double least = 180;
@@ -110,7 +115,8 @@ void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *po
             const struct vec3 p = vec3_load(position + 3 * (size_t)v[i]);
             const struct vec3 a = vec3_sub(vec3_load(position + 3 * (size_t)v[(i + 1) % 3]), p),
                               b = vec3_sub(vec3_load(position + 3 * (size_t)v[(i + 2) % 3]), p);
-            least = fmin(least, angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) * (180 / ANGLE_PI));
+            least = fmin(least, angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) *
+                                    (180 / ANGLE_PI));
         }
         angle[cell] = (float)least;
     }
@@ -120,19 +126,20 @@ void derive_length(size_t cell_count, const int32_t *vertex, const double *posit
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         const struct vec3 a = vec3_load(position + 3 * (size_t)vertex[2 * cell]),
-            b = vec3_load(position + 3 * (size_t)vertex[2 * cell + 1]);
+                          b = vec3_load(position + 3 * (size_t)vertex[2 * cell + 1]);
         length[cell] = vec3_length(vec3_sub(b, a));
     }
 }
 
-void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex, const double *position, const float *value,
-                          float *gradient)
+void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
+                          const double *position, const float *value, float *gradient)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         const int32_t *v = vertex + (size_t)corners * cell;
         struct vec3 edge[3], g = {0};
         const double volume = cell_edges(corners, v, position, edge);
-        for (int k = 0; k < corners - 1 && volume > 0; k++) { /* Cramer's rule for edge[k] . g = difference[k] */
+        /* Cramer's rule for edge[k] . g = difference[k] */
+        for (int k = 0; k < corners - 1 && volume > 0; k++) {
             const double difference = (double)value[v[k + 1]] - (double)value[v[0]];
             g = vec3_fma(g, difference / volume, vec3_cross(edge[(k + 1) % 3], edge[(k + 2) % 3]));
         }
@@ -140,7 +147,8 @@ void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
     }
 }
 
-struct error *derive_point_gradient(size_t count, int corners, size_t cell_count, const int32_t *vertex, const double *position,
+struct error *derive_point_gradient(size_t count, int corners, size_t cell_count,
+                                    const int32_t *vertex, const double *position,
                                     const float *cell_gradient, float *gradient)
 {
     double *sum = NULL;

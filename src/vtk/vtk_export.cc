@@ -36,14 +36,15 @@ extern "C" {
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
-namespace {
+namespace
+{
 
 // Takes what VTK has to say, in place of standard error.
-class message_window : public vtkOutputWindow {
-public:
+class message_window : public vtkOutputWindow
+{
+  public:
     static message_window *New();
-    vtkTypeMacro(message_window, vtkOutputWindow)
-    void DisplayText(const char *) override {}
+    vtkTypeMacro(message_window, vtkOutputWindow) void DisplayText(const char *) override {}
     void DisplayErrorText(const char *text) override
     {
         if (error.empty() && text)
@@ -53,8 +54,9 @@ public:
 };
 vtkStandardNewMacro(message_window)
 
-class message_catcher {
-public:
+    class message_catcher
+{
+  public:
     message_catcher() : before(vtkOutputWindow::GetInstance())
     {
         vtkOutputWindow::SetInstance(window);
@@ -65,18 +67,21 @@ public:
     message_catcher &operator=(const message_catcher &) = delete;
     const std::string &error() const { return window->error; }
 
-private:
+  private:
     vtkSmartPointer<vtkOutputWindow> before;
     vtkNew<message_window> window;
 };
 
-// -- from plain arrays to VTK's, which borrow the memory ---------------------------------------------
+// -- from plain arrays to VTK's, which borrow the memory
+// ---------------------------------------------
 
-template <class Array> vtkSmartPointer<vtkDataArray> borrow(const void *data, size_t count, int width)
+template <class Array>
+vtkSmartPointer<vtkDataArray> borrow(const void *data, size_t count, int width)
 {
     auto array = vtkSmartPointer<Array>::New();
     array->SetNumberOfComponents(width);
-    array->SetVoidArray(const_cast<void *>(data), static_cast<vtkIdType>(count) * width, 1); // 1: VTK is not to free it
+    array->SetVoidArray(const_cast<void *>(data), static_cast<vtkIdType>(count) * width,
+                        1); // 1: VTK is not to free it
     return array;
 }
 
@@ -85,18 +90,10 @@ vtkSmartPointer<vtkDataArray> make_array(const struct vtk_array &from, size_t co
     const int width = static_cast<int>(from.width);
     vtkSmartPointer<vtkDataArray> array;
     switch (from.type) {
-    case VTK_EXPORT_F32:
-        array = borrow<vtkFloatArray>(from.data, count, width);
-        break;
-    case VTK_EXPORT_F64:
-        array = borrow<vtkDoubleArray>(from.data, count, width);
-        break;
-    case VTK_EXPORT_I32:
-        array = borrow<vtkTypeInt32Array>(from.data, count, width);
-        break;
-    case VTK_EXPORT_U8:
-        array = borrow<vtkUnsignedCharArray>(from.data, count, width);
-        break;
+    case VTK_EXPORT_F32: array = borrow<vtkFloatArray>(from.data, count, width); break;
+    case VTK_EXPORT_F64: array = borrow<vtkDoubleArray>(from.data, count, width); break;
+    case VTK_EXPORT_I32: array = borrow<vtkTypeInt32Array>(from.data, count, width); break;
+    case VTK_EXPORT_U8: array = borrow<vtkUnsignedCharArray>(from.data, count, width); break;
     }
     array->SetName(from.name);
     for (int k = 0; from.components && k < width; k++)
@@ -131,9 +128,11 @@ void fill(vtkPointSet *data, const struct vtk_mesh *mesh)
     vtkNew<vtkPoints> points;
     points->SetData(borrow<vtkDoubleArray>(mesh->position, mesh->point_count, 3));
     data->SetPoints(points);
-    add_arrays(data->GetPointData(), mesh->point_arrays, mesh->point_array_count, mesh->point_count);
+    add_arrays(data->GetPointData(), mesh->point_arrays, mesh->point_array_count,
+               mesh->point_count);
     if (mesh->cell_count)
-        add_arrays(data->GetCellData(), mesh->cell_arrays, mesh->cell_array_count, mesh->cell_count);
+        add_arrays(data->GetCellData(), mesh->cell_arrays, mesh->cell_array_count,
+                   mesh->cell_count);
     for (size_t i = 0; i < mesh->text_count; i++) {
         vtkNew<vtkStringArray> text;
         text->SetName(mesh->texts[i].name);
@@ -156,7 +155,8 @@ void add_quality(vtkUnstructuredGrid *grid, const char *name, int corners, int m
     else
         quality->SetTriangleQualityMeasure(measure);
     quality->Update();
-    auto *result = vtkDoubleArray::SafeDownCast(quality->GetOutput()->GetCellData()->GetArray("Quality"));
+    auto *result =
+        vtkDoubleArray::SafeDownCast(quality->GetOutput()->GetCellData()->GetArray("Quality"));
     if (!result)
         throw std::runtime_error(std::string("no quality ") + name);
     for (vtkIdType i = 0; i < result->GetNumberOfValues(); i++)
@@ -166,18 +166,21 @@ void add_quality(vtkUnstructuredGrid *grid, const char *name, int corners, int m
     grid->GetCellData()->AddArray(result);
 }
 
-// -- files ---------------------------------------------------------------------------------------------
+// -- files
+// ---------------------------------------------------------------------------------------------
 
-class output {
-public:
+class output
+{
+  public:
     ~output() { output_abandon(&out); }
     struct stream_output out = {};
 };
 
-// A file that never fails in the eyes of its writer, as VTK's writers crash on a full disk: what does not fit is
-// dropped, and the first error kept.
-class patient_file : public std::filebuf {
-public:
+// A file that never fails in the eyes of its writer, as VTK's writers crash on a full disk: what
+// does not fit is dropped, and the first error kept.
+class patient_file : public std::filebuf
+{
+  public:
     int number = 0; // errno of the first failure
 
     void finish()
@@ -186,7 +189,7 @@ public:
             failed();
     }
 
-protected:
+  protected:
     int_type overflow(int_type c) override
     {
         if (!number && std::filebuf::overflow(c) == traits_type::eof())
@@ -214,7 +217,7 @@ protected:
         return number ? to : sought(std::filebuf::seekpos(to, mode));
     }
 
-private:
+  private:
     void failed()
     {
         if (!number)
@@ -229,13 +232,15 @@ private:
     }
 };
 
-// A writer of VTK's that writes into a buffer of ours. VTK knows only files and strings; this takes the string's place.
-template <class Writer> class into_buffer : public Writer {
-public:
+// A writer of VTK's that writes into a buffer of ours. VTK knows only files and strings; this takes
+// the string's place.
+template <class Writer> class into_buffer : public Writer
+{
+  public:
     static into_buffer *New() { VTK_STANDARD_NEW_BODY(into_buffer); }
     std::streambuf *buffer = nullptr;
 
-protected:
+  protected:
     int StartFile() override
     {
         this->Stream->rdbuf(buffer);
@@ -244,8 +249,8 @@ protected:
 };
 
 template <class Writer>
-struct error *write_into(std::streambuf *buffer, vtkDataSet *data, const char *path, enum vtk_encoding encoding,
-                         const message_catcher &messages)
+struct error *write_into(std::streambuf *buffer, vtkDataSet *data, const char *path,
+                         enum vtk_encoding encoding, const message_catcher &messages)
 {
     vtkNew<into_buffer<Writer>> writer;
     writer->buffer = buffer;
@@ -257,15 +262,18 @@ struct error *write_into(std::streambuf *buffer, vtkDataSet *data, const char *p
         writer->SetCompressorTypeToZLib();
     else
         writer->SetCompressorTypeToNone();
-    if (writer->Write() && writer->GetErrorCode() == vtkErrorCode::NoError && messages.error().empty())
+    if (writer->Write() && writer->GetErrorCode() == vtkErrorCode::NoError &&
+        messages.error().empty())
         return nullptr;
     return error_new("%s: VTK could not write it (code %lu): %.200s", path, writer->GetErrorCode(),
                      messages.error().c_str());
 }
 
-// The file itself takes the bytes where there is one; a pipe or device, where VTK cannot seek, gets them from memory.
+// The file itself takes the bytes where there is one; a pipe or device, where VTK cannot seek, gets
+// them from memory.
 template <class Writer>
-struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encoding, const message_catcher &messages)
+struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encoding,
+                    const message_catcher &messages)
 {
     output file;
     struct error *err = output_open(&file.out, path, false);
@@ -285,7 +293,8 @@ struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encodi
         file.out.count += count;
         return output_finish(&file.out);
     }
-    const std::string name = file.out.temporary ? file.out.temporary : "/proc/self/fd/" + std::to_string(file.out.fd);
+    const std::string name = file.out.temporary ? file.out.temporary
+                                                : "/proc/self/fd/" + std::to_string(file.out.fd);
     patient_file disk;
     if (!disk.open(name, std::ios::out | std::ios::binary))
         return error_system(errno, "%s", path);
@@ -319,7 +328,8 @@ extern "C" size_t vtk_type_size(enum vtk_type type)
     return type == VTK_EXPORT_U8 ? 1 : type == VTK_EXPORT_F64 ? 8 : 4;
 }
 
-extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding)
+extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh,
+                                        enum vtk_encoding encoding)
 {
     return guard([=](const message_catcher &messages) {
         vtkNew<vtkUnstructuredGrid> grid;
@@ -329,13 +339,15 @@ extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh 
         grid->SetCells(kinds[corners], make_cells(mesh, corners));
         if (corners >= 3) {
             add_quality(grid, "aspect_ratio", corners, VTK_QUALITY_ASPECT_RATIO);
-            add_quality(grid, corners == 4 ? "volume" : "area", corners, corners == 4 ? VTK_QUALITY_VOLUME : VTK_QUALITY_AREA);
+            add_quality(grid, corners == 4 ? "volume" : "area", corners,
+                        corners == 4 ? VTK_QUALITY_VOLUME : VTK_QUALITY_AREA);
         }
         return write<vtkXMLUnstructuredGridWriter>(grid, path, encoding, messages);
     });
 }
 
-extern "C" struct error *vtk_write_surface(const char *path, const struct vtk_mesh *mesh, enum vtk_encoding encoding)
+extern "C" struct error *vtk_write_surface(const char *path, const struct vtk_mesh *mesh,
+                                           enum vtk_encoding encoding)
 {
     return guard([=](const message_catcher &messages) {
         vtkNew<vtkPolyData> surface;

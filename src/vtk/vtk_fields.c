@@ -10,7 +10,8 @@ struct error *fields_add(struct fields *fields, struct vtk_array array)
     for (size_t i = 0; i < fields->count; i++)
         if (!strcmp(fields->list[i].name, array.name))
             return NULL;
-    struct error *err = array_reserve(&fields->list, &fields->capacity, fields->count + 1, sizeof *fields->list);
+    struct error *err =
+        array_reserve(&fields->list, &fields->capacity, fields->count + 1, sizeof *fields->list);
     if (!err)
         fields->list[fields->count++] = array;
     return err;
@@ -18,8 +19,8 @@ struct error *fields_add(struct fields *fields, struct vtk_array array)
 
 struct error *fields_own(struct fields *fields, size_t count, size_t size, void *block)
 {
-    struct error *err =
-        array_reserve(&fields->blocks, &fields->block_capacity, fields->block_count + 1, sizeof *fields->blocks);
+    struct error *err = array_reserve(&fields->blocks, &fields->block_capacity,
+                                      fields->block_count + 1, sizeof *fields->blocks);
     if (!err)
         err = array_create(block, count, size);
     if (!err)
@@ -27,8 +28,8 @@ struct error *fields_own(struct fields *fields, size_t count, size_t size, void 
     return err;
 }
 
-struct error *fields_add_new(struct fields *fields, const char *name, enum vtk_type type, size_t width, size_t count,
-                             void *data)
+struct error *fields_add_new(struct fields *fields, const char *name, enum vtk_type type,
+                             size_t width, size_t count, void *data)
 {
     struct error *err = fields_own(fields, count * width, vtk_type_size(type), data);
     if (err)

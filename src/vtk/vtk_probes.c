@@ -14,10 +14,12 @@
 
 enum { NAME_ROOM = 24 };
 
-/* -- columns ------------------------------------------------------------------------------------- */
+/* -- columns ---------------------------------------------------------------------------------- */
 
-/* Names of the components of an SH column, L00.r, L00.g, ..., L1-1.r, ...; of a gradient's, L00.r.x. */
-static struct error *sh_names(struct fields *fields, size_t width, bool gradient, const char *const **names)
+/* Names of the components of an SH column, L00.r, L00.g, ..., L1-1.r, ...; of a gradient's,
+ * L00.r.x. */
+static struct error *sh_names(struct fields *fields, size_t width, bool gradient,
+                              const char *const **names)
 {
     char **list = NULL, *text = NULL;
     struct error *err = fields_own(fields, width, sizeof *list, &list);
@@ -30,7 +32,8 @@ static struct error *sh_names(struct fields *fields, size_t width, bool gradient
         while ((size_t)((l + 1) * (l + 1)) <= coefficient)
             l++;
         list[i] = text + i * NAME_ROOM;
-        const int length = snprintf(list[i], NAME_ROOM, "L%d%d.%c", l, (int)coefficient - l * (l + 1), "rgb"[i % 3]);
+        const int length = snprintf(list[i], NAME_ROOM, "L%d%d.%c", l,
+                                    (int)coefficient - l * (l + 1), "rgb"[i % 3]);
         if (gradient)
             snprintf(list[i] + length, NAME_ROOM - (size_t)length, ".%c", "xyz"[i / one]);
     }
@@ -38,10 +41,12 @@ static struct error *sh_names(struct fields *fields, size_t width, bool gradient
     return err;
 }
 
-static struct error *component_names(struct fields *fields, const struct column *c, const char *const **names)
+static struct error *component_names(struct fields *fields, const struct column *c,
+                                     const char *const **names)
 {
-    static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03", "12", "13", "23"},
-                      *const edges_of_three[] = {"01", "02", "12"};
+    static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03",
+                                                                           "12", "13", "23"},
+                             *const edges_of_three[] = {"01", "02", "12"};
     if (!strcmp(c->name, "sh") || !strcmp(c->name, "sh_error"))
         return sh_names(fields, c->width, false, names);
     if (!strcmp(c->name, "sh_gradient"))
@@ -57,12 +62,13 @@ static struct error *component_names(struct fields *fields, const struct column 
 
 static bool is_missing(const struct column *c, size_t i)
 {
-    return c->type == COLUMN_F32 ? isnan(column_f32(c)[i]) : c->type == COLUMN_F64 && isnan(column_f64(c)[i]);
+    return c->type == COLUMN_F32 ? isnan(column_f32(c)[i])
+                                 : c->type == COLUMN_F64 && isnan(column_f64(c)[i]);
 }
 
 /* The column's data; where values are missing a copy in which they are 0. */
-static struct error *present(struct fields *fields, const struct table *table, const struct column *c,
-                             const void **data, struct warnings *warnings)
+static struct error *present(struct fields *fields, const struct table *table,
+                             const struct column *c, const void **data, struct warnings *warnings)
 {
     *data = c->data;
     size_t missing = 0; /* a row misses all its values or none */
@@ -70,7 +76,8 @@ static struct error *present(struct fields *fields, const struct table *table, c
         missing += is_missing(c, row * c->width);
     if (!missing)
         return NULL;
-    warnings_add(warnings, "missing", "table %s: column %s: %zu of %zu values are missing: 0 is written", table->name,
+    warnings_add(warnings, "missing",
+                 "table %s: column %s: %zu of %zu values are missing: 0 is written", table->name,
                  c->name, missing, table->rows);
     const size_t size = column_type_size(c->type), bytes = c->width * size;
     char *copy = NULL;
@@ -82,10 +89,12 @@ static struct error *present(struct fields *fields, const struct table *table, c
     return err;
 }
 
-static struct error *add_columns(struct fields *fields, const struct table *table, struct warnings *warnings)
+static struct error *add_columns(struct fields *fields, const struct table *table,
+                                 struct warnings *warnings)
 {
-    static const enum vtk_type types[] = {
-        [COLUMN_F32] = VTK_EXPORT_F32, [COLUMN_F64] = VTK_EXPORT_F64, [COLUMN_I32] = VTK_EXPORT_I32};
+    static const enum vtk_type types[] = {[COLUMN_F32] = VTK_EXPORT_F32,
+                                          [COLUMN_F64] = VTK_EXPORT_F64,
+                                          [COLUMN_I32] = VTK_EXPORT_I32};
     struct error *err = NULL;
     for (size_t i = 0; i < table->column_count && !err; i++) {
         const struct column *c = &table->columns[i];
@@ -99,11 +108,12 @@ static struct error *add_columns(struct fields *fields, const struct table *tabl
     return err;
 }
 
-/* -- derived arrays -------------------------------------------------------------------------------- */
+/* -- derived arrays --------------------------------------------------------------------------- */
 
 /* What the light at each probe looks like. *luminance, for gradients, lives as long as the grid. */
-static struct error *add_light(struct grid *grid, const struct table *probes, const struct column *sh, bool convolved,
-                               double *exposure, float **luminance)
+static struct error *add_light(struct grid *grid, const struct table *probes,
+                               const struct column *sh, bool convolved, double *exposure,
+                               float **luminance)
 {
     const size_t n = probes->rows;
     const int order = sh_order_of(sh->width);
@@ -111,7 +121,8 @@ static struct error *add_light(struct grid *grid, const struct table *probes, co
     float *irradiance = NULL, *brightest = NULL, *gradient = NULL;
     uint8_t *colour = NULL;
     int32_t *captured = NULL;
-    struct error *err = fields_add_new(&grid->points, "irradiance", VTK_EXPORT_F32, 3, n, &irradiance);
+    struct error *err =
+        fields_add_new(&grid->points, "irradiance", VTK_EXPORT_F32, 3, n, &irradiance);
     if (!err)
         err = fields_add_new(&grid->points, "luminance", VTK_EXPORT_F32, 1, n, luminance);
     if (!err)
@@ -121,15 +132,16 @@ static struct error *add_light(struct grid *grid, const struct table *probes, co
     if (!err)
         err = fields_add_new(&grid->points, "captured", VTK_EXPORT_I32, 1, n, &captured);
     if (!err && sh_gradient)
-        err = fields_add_new(&grid->points, "sh_luminance_gradient", VTK_EXPORT_F32, 3, n, &gradient);
+        err =
+            fields_add_new(&grid->points, "sh_luminance_gradient", VTK_EXPORT_F32, 3, n, &gradient);
     if (err)
         return err;
     derive_irradiance(n, order, convolved, column_f32(sh), irradiance);
     derive_luminance(n, irradiance, *luminance);
     derive_brightest(n, order, convolved, column_f32(sh), brightest);
     if (sh_gradient)
-        derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved, column_f32(sh_gradient),
-                                     gradient);
+        derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved,
+                                     column_f32(sh_gradient), gradient);
     for (size_t i = 0; i < n; i++)
         captured[i] = !is_missing(sh, i * sh->width);
     if (*exposure <= 0)
@@ -144,21 +156,25 @@ static struct error *add_gradients(struct grid *grid, const float *luminance)
     const struct vtk_mesh *m = &grid->mesh;
     float *of_points = NULL, *of_cells = NULL;
     static const char name[] = "luminance_gradient";
-    struct error *err = fields_add_new(&grid->points, name, VTK_EXPORT_F32, 3, m->point_count, &of_points);
+    struct error *err =
+        fields_add_new(&grid->points, name, VTK_EXPORT_F32, 3, m->point_count, &of_points);
     if (!err)
         err = fields_add_new(&grid->cells, name, VTK_EXPORT_F32, 3, m->cell_count, &of_cells);
     if (err)
         return err;
     derive_cell_gradient(m->corners, m->cell_count, m->vertex, m->position, luminance, of_cells);
-    return derive_point_gradient(m->point_count, m->corners, m->cell_count, m->vertex, m->position, of_cells, of_points);
+    return derive_point_gradient(m->point_count, m->corners, m->cell_count, m->vertex, m->position,
+                                 of_cells, of_points);
 }
 
-/* Where the hull is: a face (an edge, an end) is on it where there is no neighbour, and so are its probes. */
+/* Where the hull is: a face (an edge, an end) is on it where there is no neighbour, and so are its
+ * probes. */
 static struct error *add_hull(struct grid *grid, const int32_t *neighbour)
 {
     const struct vtk_mesh *mesh = &grid->mesh;
     int32_t *faces = NULL, *probes = NULL;
-    struct error *err = fields_add_new(&grid->cells, "hull_faces", VTK_EXPORT_I32, 1, mesh->cell_count, &faces);
+    struct error *err =
+        fields_add_new(&grid->cells, "hull_faces", VTK_EXPORT_I32, 1, mesh->cell_count, &faces);
     if (!err)
         err = fields_add_new(&grid->points, "hull", VTK_EXPORT_I32, 1, mesh->point_count, &probes);
     const size_t corners = (size_t)mesh->corners;
@@ -174,12 +190,14 @@ static struct error *add_hull(struct grid *grid, const int32_t *neighbour)
     return err;
 }
 
-/* How many edges of each cell pass through a surface, and how many of these leak (man probe-leakfix). */
+/* How many edges of each cell pass through a surface, and how many of these leak (man
+ * probe-leakfix). */
 static struct error *add_leaks(struct grid *grid, const struct column *occlusion)
 {
     const size_t count = grid->mesh.cell_count;
     int32_t *crossed = NULL, *leaking = NULL;
-    struct error *err = fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, count, &crossed);
+    struct error *err =
+        fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, count, &crossed);
     if (!err)
         err = fields_add_new(&grid->cells, "leaking_edges", VTK_EXPORT_I32, 1, count, &leaking);
     for (size_t i = 0; i < occlusion->width * count && !err; i++) {
@@ -190,7 +208,8 @@ static struct error *add_leaks(struct grid *grid, const struct column *occlusion
 }
 
 /* Keys under their names, the command lines as Provenance: a name that no key can have. */
-static struct error *add_texts(struct grid *grid, const struct stream_header *header, double exposure)
+static struct error *add_texts(struct grid *grid, const struct stream_header *header,
+                               double exposure)
 {
     struct vtk_text *texts = NULL;
     char *number = NULL;
@@ -205,15 +224,18 @@ static struct error *add_texts(struct grid *grid, const struct stream_header *he
     size_t count = 0;
     for (size_t i = 0; i < header->key_count; i++) {
         lines[i] = header->keys[i].value;
-        texts[count++] = (struct vtk_text){.name = header->keys[i].name, .lines = &lines[i], .line_count = 1};
+        texts[count++] =
+            (struct vtk_text){.name = header->keys[i].name, .lines = &lines[i], .line_count = 1};
     }
     if (exposure > 0) {
         snprintf(number, NAME_ROOM, "%.9g", exposure);
         lines[header->key_count] = number;
-        texts[count++] = (struct vtk_text){.name = "Exposure", .lines = &lines[header->key_count], .line_count = 1};
+        texts[count++] = (struct vtk_text){
+            .name = "Exposure", .lines = &lines[header->key_count], .line_count = 1};
     }
     if (header->provenance_count)
-        texts[count++] = (struct vtk_text){.name = "Provenance", .lines = (const char *const *)header->provenance,
+        texts[count++] = (struct vtk_text){.name = "Provenance",
+                                           .lines = (const char *const *)header->provenance,
                                            .line_count = header->provenance_count};
     grid->mesh.texts = texts;
     grid->mesh.text_count = count;
@@ -241,7 +263,8 @@ static struct error *add_quality(struct grid *grid)
     return err;
 }
 
-static struct error *add_cells(struct grid *grid, const struct cells *cells, struct warnings *warnings)
+static struct error *add_cells(struct grid *grid, const struct cells *cells,
+                               struct warnings *warnings)
 {
     const struct column *occlusion = table_column(cells->table, "occlusion");
     grid->mesh.cell_count = cells->table->rows;
@@ -257,7 +280,8 @@ static struct error *add_cells(struct grid *grid, const struct cells *cells, str
     return err;
 }
 
-struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure, struct warnings *warnings)
+struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure,
+                          struct warnings *warnings)
 {
     *grid = (struct grid){0};
     const struct table *probes = stream_table(stream, "probe");
@@ -266,7 +290,8 @@ struct error *grid_create(struct grid *grid, const struct stream *stream, double
         return error_new("there are no probes to show");
     for (size_t i = 0; i < stream->table_count; i++)
         if (&stream->tables[i] != probes && !stream_cell_corners(stream->tables[i].name))
-            warnings_add(warnings, "table", "table %s has no shape: it is left out", stream->tables[i].name);
+            warnings_add(warnings, "table", "table %s has no shape: it is left out",
+                         stream->tables[i].name);
     const struct column *sh = table_column(probes, "sh");
     bool convolved = false;
     float *luminance = NULL;
@@ -282,7 +307,8 @@ struct error *grid_create(struct grid *grid, const struct stream *stream, double
     if (!err && sh)
         err = add_light(grid, probes, sh, convolved, &exposure, &luminance);
     else if (!err)
-        warnings_add(warnings, "no light", "the probes have no light (no column sh): nothing is derived from it");
+        warnings_add(warnings, "no light",
+                     "the probes have no light (no column sh): nothing is derived from it");
     if (!err && sh && grid->mesh.cell_count && grid->mesh.corners > 1)
         err = add_gradients(grid, luminance);
     if (!err)

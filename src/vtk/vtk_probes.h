@@ -1,6 +1,8 @@
-/* vtk_probes: a stream's probes and cells as a mesh of named arrays, every column and what is derived from them.
+/* vtk_probes: a stream's probes and cells as a mesh of named arrays, every column and what is
+ * derived from them.
  *
- * man/probe-vtk.1 lists the arrays. Where the stream has a column of the name of a derived array, the column stays.
+ * man/probe-vtk.1 lists the arrays. Where the stream has a column of the name of a derived array,
+ * the column stays.
  */
 #ifndef VTK_PROBES_H
 #define VTK_PROBES_H
@@ -17,9 +19,11 @@ struct grid {
     struct fields points, cells;
 };
 
-/* exposure: the factor from irradiance to display colour; 0: chosen from the light (display_exposure). Errors: no
- * probes, cells without their column vertex. Missing values become 0, with a warning. */
-struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure, struct warnings *warnings);
+/* exposure: the factor from irradiance to display colour; 0: chosen from the light
+ * (display_exposure). Errors: no probes, cells without their column vertex. Missing values become
+ * 0, with a warning. */
+struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure,
+                          struct warnings *warnings);
 void grid_clear(struct grid *grid);
 
 #endif

@@ -26,10 +26,11 @@ static bool is_plain(const struct scene_material *m)
            m->alpha_map.texture == SCENE_NONE;
 }
 
-/* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16 triangles that it falls
- * into when its edges are quartered: strips, in which triangles stand on their base and on their tip in turn. */
-static void shade(const struct scene *scene, const struct scene_mesh *mesh, size_t t, float albedo[3],
-                  float emission[3], float *opacity)
+/* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16
+ * triangles that it falls into when its edges are quartered: strips, in which triangles stand on
+ * their base and on their tip in turn. */
+static void shade(const struct scene *scene, const struct scene_mesh *mesh, size_t t,
+                  float albedo[3], float emission[3], float *opacity)
 {
     const struct scene_material *m = &scene->materials[mesh->material[t]];
     const float *uv = mesh->uv ? mesh->uv + 6 * t : (const float[6]){0};
@@ -38,9 +39,11 @@ static void shade(const struct scene *scene, const struct scene_mesh *mesh, size
     for (int i = 0; i < parts; i++) {
         for (int j = 0; j < 2 * (parts - i) - 1; j++) {
             const float third = (float)(1 + j % 2) / 3;
-            const float b = ((float)i + third) / (float)parts, c = ((float)(j / 2) + third) / (float)parts;
+            const float b = ((float)i + third) / (float)parts,
+                        c = ((float)(j / 2) + third) / (float)parts;
             const float a = 1 - b - c;
-            const float u = a * uv[0] + b * uv[2] + c * uv[4], v = a * uv[1] + b * uv[3] + c * uv[5];
+            const float u = a * uv[0] + b * uv[2] + c * uv[4],
+                        v = a * uv[1] + b * uv[3] + c * uv[5];
             const float opaque = 1 - scene_transparency(scene, m, u, v);
             add_to(albedo, opaque, scene_albedo(scene, m, u, v));
             add_to(emission, opaque, scene_emission(scene, m, u, v));
@@ -75,7 +78,8 @@ static void add_instance(struct vtk_mesh *to, const struct arrays *a, const stru
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const size_t at = to->cell_count + t;
         for (size_t k = 0; k < 3; k++)
-            a->index[3 * at + (mirrored ? 2 - k : k)] = (int32_t)(to->point_count + mesh->index[3 * t + k]);
+            a->index[3 * at + (mirrored ? 2 - k : k)] =
+                (int32_t)(to->point_count + mesh->index[3 * t + k]);
         shade(scene, mesh, t, a->albedo + 3 * at, a->emission + 3 * at, a->opacity + at);
         a->material[at] = mesh->material[t];
     }
@@ -113,7 +117,8 @@ static struct error *add_material_names(struct surface *s, const struct scene *s
         return err;
     for (size_t i = 0; i < scene->material_count; i++)
         names[i] = scene->materials[i].name;
-    *text = (struct vtk_text){.name = "Materials", .lines = names, .line_count = scene->material_count};
+    *text =
+        (struct vtk_text){.name = "Materials", .lines = names, .line_count = scene->material_count};
     s->mesh.texts = text;
     s->mesh.text_count = 1;
     return NULL;
@@ -128,7 +133,8 @@ struct error *surface_create(struct surface *s, const struct scene *scene)
         triangles += scene->meshes[scene->instances[i].mesh].triangle_count;
     }
     if (vertices > INT32_MAX)
-        return error_new("the scene has %zu vertices with its instances placed, more than %d", vertices, INT32_MAX);
+        return error_new("the scene has %zu vertices with its instances placed, more than %d",
+                         vertices, INT32_MAX);
     struct arrays a = {0};
     struct error *err = fields_own(&s->cells, 3 * vertices, sizeof *a.position, &a.position);
     if (!err)

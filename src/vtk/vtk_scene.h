@@ -1,4 +1,5 @@
-/* vtk_scene: a scene's triangles as a mesh of named arrays, for looking at: instances placed, fronts counter-clockwise.
+/* vtk_scene: a scene's triangles as a mesh of named arrays, for looking at: instances placed,
+ * fronts counter-clockwise.
  *
  * man/probe-vtk.1 lists the arrays. Textures are averaged over each triangle.
  */

@@ -2,11 +2,12 @@
  *
  *     bench_bases PROBES TRUTH
  *
- * PROBES: a stream of points with sh of order 6 and the columns of all bases, made of it. TRUTH: surface probes with their
- * irradiance, as many for each of PROBES, one point after the other. Prints one line of JSON for each way to store a probe:
- * bytes, and the RMS, the 95th percentile and the worst of what irradiance in luminance is off, of all directions of all
- * probes, against the probe's mean or, where that is less, a quarter of all probes' mean; the share of directions in which it
- * is below 0. */
+ * PROBES: a stream of points with sh of order 6 and the columns of all bases, made of it. TRUTH:
+ * surface probes with their irradiance, as many for each of PROBES, one point after the other.
+ * Prints one line of JSON for each way to store a probe: bytes, and the RMS, the 95th percentile
+ * and the worst of what irradiance in luminance is off, of all directions of all probes, against
+ * the probe's mean or, where that is less, a quarter of all probes' mean; the share of directions
+ * in which it is below 0. */
 #include "base/array.h"
 #include "base/error.h"
 #include "libprobe-query/sh.h"
@@ -34,7 +35,8 @@ static double luminance(const double rgb[3])
 
 static double true_light(const struct bench *b, size_t i)
 {
-    return luminance((const double[3]){(double)b->truth[3 * i], (double)b->truth[3 * i + 1], (double)b->truth[3 * i + 2]});
+    return luminance((const double[3]){(double)b->truth[3 * i], (double)b->truth[3 * i + 1],
+                                       (double)b->truth[3 * i + 2]});
 }
 
 /* A way to store a probe: SH of some order, de-rung or not; or another basis. */
@@ -45,8 +47,8 @@ struct way {
     enum basis basis;
 };
 
-static void evaluate(const struct bench *b, const struct way *way, size_t probe, const double n[3], const float *sh,
-                     double rgb[3])
+static void evaluate(const struct bench *b, const struct way *way, size_t probe, const double n[3],
+                     const float *sh, double rgb[3])
 {
     if (way->order) {
         sh_irradiance(way->order, sh, 0, n, rgb);
@@ -75,8 +77,10 @@ static void measure(const struct bench *b, const struct way *way)
         for (size_t k = 0; k < b->directions; k++) {
             const size_t i = probe * b->directions + k;
             double rgb[3];
-            evaluate(b, way, probe, (const double[3]){(double)b->normal[3 * i], (double)b->normal[3 * i + 1],
-                                                      (double)b->normal[3 * i + 2]}, sh, rgb);
+            evaluate(b, way, probe,
+                     (const double[3]){(double)b->normal[3 * i], (double)b->normal[3 * i + 1],
+                                       (double)b->normal[3 * i + 2]},
+                     sh, rgb);
             b->off[i] = fabs(luminance(rgb) - true_light(b, i)) / b->mean[probe];
             square += b->off[i] * b->off[i];
             negative += luminance(rgb) < 0;
@@ -84,9 +88,12 @@ static void measure(const struct bench *b, const struct way *way)
     }
     const size_t all = b->count * b->directions;
     qsort(b->off, all, sizeof *b->off, compare_doubles);
-    printf("{\"name\": \"%s\", \"bytes\": %zu, \"rms\": %.6f, \"p95\": %.6f, \"worst\": %.6f, \"negative\": %.6f}\n", way->name,
-           way->order ? (size_t)(12 * way->order * way->order) : 4 * basis_width(way->basis), sqrt(square / (double)all), b->off[all * 95 / 100],
-           b->off[all - 1], negative / (double)all);
+    printf("{\"name\": \"%s\", \"bytes\": %zu, \"rms\": %.6f, \"p95\": %.6f, \"worst\": %.6f, "
+           "\"negative\": %.6f}\n",
+           way->name,
+           way->order ? (size_t)(12 * way->order * way->order) : 4 * basis_width(way->basis),
+           sqrt(square / (double)all), b->off[all * 95 / 100], b->off[all - 1],
+           negative / (double)all);
 }
 
 static struct error *take(struct bench *b, const struct stream *probes, const struct stream *truth)
@@ -100,10 +107,12 @@ static struct error *take(struct bench *b, const struct stream *probes, const st
     if (!err)
         err = table_require(surfaces, "irradiance", COLUMN_F32, 3, &irradiance);
     for (int i = 0; i < BASIS_COUNT && !err; i++)
-        err = table_require(b->probes, basis_column((enum basis)i), COLUMN_F32, basis_width((enum basis)i), &basis);
+        err = table_require(b->probes, basis_column((enum basis)i), COLUMN_F32,
+                            basis_width((enum basis)i), &basis);
     b->count = b->probes->rows;
     if (!err && (!b->count || !surfaces->rows || surfaces->rows % b->count))
-        err = error_new("expected as many surfaces for each of %zu probes, got %zu", b->count, surfaces->rows);
+        err = error_new("expected as many surfaces for each of %zu probes, got %zu", b->count,
+                        surfaces->rows);
     if (!err)
         err = array_create(&b->mean, b->count, sizeof *b->mean);
     if (!err)
@@ -128,7 +137,8 @@ int main(int argc, char **argv)
 {
     struct stream *probes = NULL, *truth = NULL;
     struct bench b = {0};
-    struct error *err = argc == 3 ? stream_read(&probes, argv[1]) : error_usage("expected PROBES TRUTH");
+    struct error *err = argc == 3 ? stream_read(&probes, argv[1])
+                                  : error_usage("expected PROBES TRUTH");
     if (!err)
         err = stream_read(&truth, argv[2]);
     if (!err)

@@ -1,6 +1,8 @@
-/* Cold lookups, for scripts/bench query: single calls from PROBE_COLD at random points of the probes' box.
+/* Cold lookups, for scripts/bench query: single calls from PROBE_COLD at random points of the
+ * probes' box.
  *
- *     bench_cold STREAM      prints cells, and the median and the 99th percentile of microseconds, plain and lean, as JSON
+ *     bench_cold STREAM      prints cells, and the median and the 99th percentile of microseconds,
+ * plain and lean, as JSON
  */
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"
@@ -31,16 +33,22 @@ int main(int argc, char **argv)
 {
     static double took[LOOKUPS];
     struct stream *stream = NULL;
-    struct error *err = argc == 2 ? stream_read(&stream, argv[1]) : error_new("a stream is expected");
+    struct error *err = argc == 2 ? stream_read(&stream, argv[1])
+                                  : error_new("a stream is expected");
     if (err) {
         fprintf(stderr, "bench_cold: %s\n", error_message(err));
         return 1;
     }
-    const struct table *probes = stream_table(stream, "probe"), *cells = stream_table(stream, "tet");
+    const struct table *probes = stream_table(stream, "probe"),
+                       *cells = stream_table(stream, "tet");
     if (!probes || !cells)
         return 1;
-    const struct probe_mesh mesh = {.probes = probes->rows, .position = column_f64(table_column(probes, "position")), .corners = 4, .cells = cells->rows,
-                                    .vertex = column_i32(table_column(cells, "vertex")), .neighbour = column_i32(table_column(cells, "neighbour"))};
+    const struct probe_mesh mesh = {.probes = probes->rows,
+                                    .position = column_f64(table_column(probes, "position")),
+                                    .corners = 4,
+                                    .cells = cells->rows,
+                                    .vertex = column_i32(table_column(cells, "vertex")),
+                                    .neighbour = column_i32(table_column(cells, "neighbour"))};
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < 3 * mesh.probes; i++) {
         low[i % 3] = fmin(low[i % 3], mesh.position[i]);
@@ -62,7 +70,8 @@ int main(int argc, char **argv)
             took[i] = microseconds() - start;
         }
         qsort(took, LOOKUPS, sizeof *took, ascending);
-        printf(", \"%s\": [%.3f, %.3f]", flags ? "lean" : "plain", took[LOOKUPS / 2], took[LOOKUPS / 100 * 99]);
+        printf(", \"%s\": [%.3f, %.3f]", flags ? "lean" : "plain", took[LOOKUPS / 2],
+               took[LOOKUPS / 100 * 99]);
         probe_volume_destroy(volume);
     }
     printf("}\n");

@@ -2,9 +2,10 @@
  *
  * Usage: bench_query STREAM POINTS [RUNS]       POINTS: doubles, x y z each
  *
- * Prints, as JSON, the median of millions of points a second on one thread, from an array of points to an array of light:
- * "calls": a probe_volume_locate and a probe_blend a point, as a game calls them; "batch": probe_volume_locate_many of 64 points at a
- * time; "irradiance": calls, and probe_irradiance for a normal in place of the light itself.
+ * Prints, as JSON, the median of millions of points a second on one thread, from an array of points
+ * to an array of light: "calls": a probe_volume_locate and a probe_blend a point, as a game calls
+ * them; "batch": probe_volume_locate_many of 64 points at a time; "irradiance": calls, and
+ * probe_irradiance for a normal in place of the light itself.
  */
 #include "base/error.h"
 #include "interpolate/interpolate.h"
@@ -47,7 +48,9 @@ static void run_batch(const struct work *w)
 
 static void run_irradiance(const struct work *w)
 {
-    static const float normal[8][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {.6F, .8F, 0}, {0, .6F, -.8F}, {-.8F, 0, .6F}, {-.6F, -.8F, 0}, {0, 0, -1}};
+    static const float normal[8][3] = {{1, 0, 0},       {0, 1, 0},      {0, 0, 1},
+                                       {.6F, .8F, 0},   {0, .6F, -.8F}, {-.8F, 0, .6F},
+                                       {-.6F, -.8F, 0}, {0, 0, -1}};
     struct probe_place place = {.cell = PROBE_COLD};
     float *sh = w->light + 3 * w->count; /* one point's */
     for (size_t i = 0; i < w->count; i++) {
@@ -91,7 +94,8 @@ static bool read_points(const char *path, double **point, size_t *count)
     const long bytes = read ? ftell(file) : 0;
     *count = (size_t)(bytes > 0 ? bytes : 0) / (3 * sizeof **point);
     *point = malloc(3 * *count * sizeof **point + 1);
-    read = read && *point && !fseek(file, 0, SEEK_SET) && fread(*point, 3 * sizeof **point, *count, file) == *count;
+    read = read && *point && !fseek(file, 0, SEEK_SET) &&
+           fread(*point, 3 * sizeof **point, *count, file) == *count;
     if (file)
         fclose(file);
     return read && *count > 0;
@@ -119,7 +123,8 @@ int main(int argc, char **argv)
         err = w.light ? NULL : error_memory();
     }
     if (!err)
-        printf("{\"calls\": %.3f, \"batch\": %.3f, \"irradiance\": %.3f}\n", rate(run_calls, &w, runs), rate(run_batch, &w, runs),
+        printf("{\"calls\": %.3f, \"batch\": %.3f, \"irradiance\": %.3f}\n",
+               rate(run_calls, &w, runs), rate(run_batch, &w, runs),
                rate(run_irradiance, &w, runs));
     free(w.light);
     free(point);

@@ -3,10 +3,11 @@
  *     bench_rays SCENE CAPTURED.probe [RUNS]
  *     bench_rays --render SCENE CAPTURED.probe [RUNS]
  *
- * Captures the stream's probes again, on one thread, with the settings in its header, and remembers every ray that Embree is
- * asked for; then hands the same rays to Embree in a bare loop, in the same order. Both take turns; the medians, the rates and
- * their ratio are printed as one line of JSON, for scripts/bench. --render: takes a picture of the truth in turn with capture
- * instead, and counts the rays of both. The linker puts the functions below between capture and Embree (--wrap).
+ * Captures the stream's probes again, on one thread, with the settings in its header, and remembers
+ * every ray that Embree is asked for; then hands the same rays to Embree in a bare loop, in the
+ * same order. Both take turns; the medians, the rates and their ratio are printed as one line of
+ * JSON, for scripts/bench. --render: takes a picture of the truth in turn with capture instead, and
+ * counts the rays of both. The linker puts the functions below between capture and Embree (--wrap).
  */
 #include "base/array.h"
 #include "base/error.h"
@@ -33,9 +34,11 @@ static struct recorded *rays;
 static size_t ray_count, ray_capacity;
 static bool recording, counting;
 
-void __real_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *hit);
+void __real_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context,
+                          struct RTCRayHit *hit);
 void __real_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
-void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *hit);
+void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context,
+                          struct RTCRayHit *hit);
 void __wrap_rtcOccluded1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRay *ray);
 
 static void fail(struct error *err)
@@ -46,13 +49,15 @@ static void fail(struct error *err)
     }
 }
 
-static void record(const struct RTCIntersectContext *context, const struct RTCRay *ray, bool occlusion)
+static void record(const struct RTCIntersectContext *context, const struct RTCRay *ray,
+                   bool occlusion)
 {
     fail(array_reserve(&rays, &ray_capacity, ray_count + 1, sizeof *rays));
     rays[ray_count++] = (struct recorded){*(const struct trace_query *)context, *ray, occlusion};
 }
 
-void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context, struct RTCRayHit *hit)
+void __wrap_rtcIntersect1(RTCScene scene, struct RTCIntersectContext *context,
+                          struct RTCRayHit *hit)
 {
     if (recording)
         record(context, &hit->ray, false);
@@ -92,11 +97,13 @@ static double replay(const struct tracer *tracer)
     return seconds() - start;
 }
 
-static double capture_all(const struct path_tracer *path, const struct capture_settings *settings, struct table *probes)
+static double capture_all(const struct path_tracer *path, const struct capture_settings *settings,
+                          struct table *probes)
 {
     size_t captured;
     const double start = seconds();
-    fail(capture_rows(path, settings, probes, 0, probes->rows, true, NULL, 1, NULL, &captured, NULL));
+    fail(capture_rows(path, settings, probes, 0, probes->rows, true, NULL, 1, NULL, &captured,
+                      NULL));
     return seconds() - start;
 }
 
@@ -114,7 +121,8 @@ static double median(double *x, size_t n)
 
 static double render_truth(const struct path_tracer *path, const struct camera *camera)
 {
-    const struct render render = {.path = path, .camera = camera, .object = {.first = SIZE_MAX}, .samples = 16, .threads = 1};
+    const struct render render = {
+        .path = path, .camera = camera, .object = {.first = SIZE_MAX}, .samples = 16, .threads = 1};
     struct picture picture;
     const double start = seconds();
     fail(render_picture(&render, RENDER_TRUTH, &picture, NULL, NULL));
@@ -125,8 +133,8 @@ static double render_truth(const struct path_tracer *path, const struct camera *
 enum { RUNS_MOST = 99 };
 
 /* A picture and a capture in turn. */
-static void compare_render(const struct path_tracer *path, const struct capture_settings *settings, struct table *probes,
-                           int runs)
+static void compare_render(const struct path_tracer *path, const struct capture_settings *settings,
+                           struct table *probes, int runs)
 {
     struct vec3 eye, look_at;
     struct camera camera;
@@ -144,9 +152,10 @@ static void compare_render(const struct path_tracer *path, const struct capture_
         render[i] = render_truth(path, &camera);
     }
     const double c = median(capture, (size_t)runs), r = median(render, (size_t)runs);
-    printf("{\"capture_rays\": %zu, \"render_rays\": %zu, \"capture_mrays\": %.3f, \"render_mrays\": %.3f, \"paths\": %.3f, \"ratio\": %.3f}\n",
-           of_capture, of_render, (double)of_capture / c / 1e6, (double)of_render / r / 1e6, 320 * 180 * 16 / r / 1e6,
-           (double)of_render / r / ((double)of_capture / c));
+    printf("{\"capture_rays\": %zu, \"render_rays\": %zu, \"capture_mrays\": %.3f, "
+           "\"render_mrays\": %.3f, \"paths\": %.3f, \"ratio\": %.3f}\n",
+           of_capture, of_render, (double)of_capture / c / 1e6, (double)of_render / r / 1e6,
+           320 * 180 * 16 / r / 1e6, (double)of_render / r / ((double)of_capture / c));
 }
 
 int main(int argc, char **argv)
@@ -190,10 +199,11 @@ int main(int argc, char **argv)
         bare[i] = replay(tracer);
     }
     const double c = median(capture, (size_t)runs), b = median(bare, (size_t)runs);
-    printf("{\"probes\": %zu, \"rays\": %zu, \"capture_s\": %.4f, \"bare_s\": %.4f, \"capture_mrays\": %.3f, \"bare_mrays\": %.3f, "
-           "\"ratio\": %.3f, \"triangles\": %zu, \"decimate_s\": %.4f, \"build_s\": %.4f}\n", probes->rows, ray_count, c, b,
-           (double)ray_count / c / 1e6, (double)ray_count / b / 1e6, b / c, scene_triangle_count(scene),
-               build_start - decimate_start,
+    printf("{\"probes\": %zu, \"rays\": %zu, \"capture_s\": %.4f, \"bare_s\": %.4f, "
+           "\"capture_mrays\": %.3f, \"bare_mrays\": %.3f, "
+           "\"ratio\": %.3f, \"triangles\": %zu, \"decimate_s\": %.4f, \"build_s\": %.4f}\n",
+           probes->rows, ray_count, c, b, (double)ray_count / c / 1e6, (double)ray_count / b / 1e6,
+           b / c, scene_triangle_count(scene), build_start - decimate_start,
            build_end - build_start);
     path_clear(&path);
     trace_destroy(tracer);

@@ -1,7 +1,9 @@
-// TetGen alone, for scripts/bench tet: what it takes on just the points that probe-tet gives it, in their canonical order.
+// TetGen alone, for scripts/bench tet: what it takes on just the points that probe-tet gives it, in
+// their canonical order.
 //
-//     bench_tetgen order STREAM FILE   the sites of a stream's probes, ordered and scaled as probe-tet does, as raw doubles
-//     bench_tetgen run FILE            tetrahedralises those: prints seconds, cells and the peak memory in MB as JSON
+//     bench_tetgen order STREAM FILE   the sites of a stream's probes, ordered and scaled as
+//     probe-tet does, as raw doubles bench_tetgen run FILE            tetrahedralises those: prints
+//     seconds, cells and the peak memory in MB as JSON
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -39,7 +41,8 @@ static int order(const char *stream_path, const char *path)
     for (double &x : scaled)
         x *= 0x1p-40;
     FILE *file = std::fopen(path, "wb");
-    if (!file || std::fwrite(scaled.data(), sizeof(double), scaled.size(), file) != scaled.size() || std::fclose(file))
+    if (!file || std::fwrite(scaled.data(), sizeof(double), scaled.size(), file) != scaled.size() ||
+        std::fclose(file))
         return fail("cannot write");
     return 0;
 }
@@ -59,10 +62,12 @@ static int run(const char *path)
     char switches[] = "Qzn";
     const auto start = std::chrono::steady_clock::now();
     tetrahedralize(switches, in, out);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
-    std::printf("{\"seconds\": %.6f, \"cells\": %d, \"megabytes\": %.1f}\n", seconds, out->numberoftetrahedra, static_cast<double>(usage.ru_maxrss) / 1024);
+    std::printf("{\"seconds\": %.6f, \"cells\": %d, \"megabytes\": %.1f}\n", seconds,
+                out->numberoftetrahedra, static_cast<double>(usage.ru_maxrss) / 1024);
     std::fflush(stdout);
     _exit(0); // as TetGen leaves it
 }

@@ -1,7 +1,9 @@
-/* A hostile glTF file: as tests/fuzz_scene.c, which holds the target (LLVMFuzzerTestOneInput) and what a scene that was
- * read must be like, but with a seed that uses all that the importer reads, and mutations that know JSON.
+/* A hostile glTF file: as tests/fuzz_scene.c, which holds the target (LLVMFuzzerTestOneInput) and
+ * what a scene that was read must be like, but with a seed that uses all that the importer reads,
+ * and mutations that know JSON.
  *
- *     fuzz_gltf [MUTATIONS [SEED]]      part of make check with few mutations; for longer: fuzz_gltf 1000000
+ *     fuzz_gltf [MUTATIONS [SEED]]      part of make check with few mutations; for longer:
+ * fuzz_gltf 1000000
  */
 #include "base/error.h"
 #include "scene/scene.h"
@@ -41,8 +43,8 @@ static void put_encoded(void *context, void *data, int size)
 
 /* -- the seed --------------------------------------------------------------------------------- */
 
-/* The buffer: 4 vertices of 16 bytes with a stride, 8 texture coordinates, indices, a sparse accessor's, 2 instances,
- * then a picture. */
+/* The buffer: 4 vertices of 16 bytes with a stride, 8 texture coordinates, indices, a sparse
+ * accessor's, 2 instances, then a picture. */
 static struct bytes make_buffer(size_t *picture_size)
 {
     static const float vertex[16] = {0, 0, 0, 9, 1, 0, 0, 9, 0, 1, 0, 9, 1, 1, 1, 9};
@@ -85,38 +87,53 @@ static struct bytes make_json(const struct bytes *buffer, size_t picture_size, b
     static const char head[] =
         "{'asset':{'version':'2.0'},'scene':0,'scenes':[{'nodes':[0,2,3,4]}],"
         "'extensionsRequired':['KHR_lights_punctual','KHR_texture_transform'],"
-        "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':3,'color':[1,0.5,0],'range':4},"
-        "{'type':'spot','spot':{'innerConeAngle':0.2,'outerConeAngle':0.7}},{'type':'directional'}]}},"
+        "'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','intensity':3,'color':[1,0."
+        "5,0],'range':4},"
+        "{'type':'spot','spot':{'innerConeAngle':0.2,'outerConeAngle':0.7}},{'type':'directional'}]"
+        "}},"
         "'nodes':[{'children':[1],'matrix':[-1,0,0,0,0,2,0,0,0,0,1,0,3,4,5,1]},"
         "{'mesh':0,'translation':[1,2,3],'rotation':[0,0.6,0,0.8],'scale':[1,-2,3],"
         "'extensions':{'KHR_lights_punctual':{'light':0}}},"
         "{'mesh':1,'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':5}},"
         "'KHR_lights_punctual':{'light':1}}},"
-        "{'mesh':0,'skin':0,'extensions':{'KHR_node_visibility':{'visible':true},'KHR_lights_punctual':{'light':2}}},"
+        "{'mesh':0,'skin':0,'extensions':{'KHR_node_visibility':{'visible':true},'KHR_lights_"
+        "punctual':{'light':2}}},"
         "{'mesh':2}],"
-        "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1,'TEXCOORD_1':2},'indices':3,'material':0},"
+        "'meshes':[{'primitives':[{'attributes':{'POSITION':0,'TEXCOORD_0':1,'TEXCOORD_1':2},'"
+        "indices':3,'material':0},"
         "{'attributes':{'POSITION':4},'material':1,'mode':5}]},"
         "{'primitives':[{'attributes':{'POSITION':0},'mode':6,'targets':[{'POSITION':0}]}]},"
-        "{'primitives':[{'attributes':{'POSITION':0,'COLOR_0':0,'TEXCOORD_0':1},'indices':3,'mode':5,'material':2}]}],"
-        "'materials':[{'name':'a','alphaMode':'MASK','alphaCutoff':0.3,'emissiveFactor':[1,0.5,0],'emissiveTexture':"
-        "{'index':1,'texCoord':1},'extensions':{'KHR_materials_emissive_strength':{'emissiveStrength':8}},"
-        "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.6,0.7,0.8],'baseColorTexture':{'index':0,'extensions':"
-        "{'KHR_texture_transform':{'offset':[0.1,0.2],'rotation':0.3,'scale':[2,3],'texCoord':1}}}}},"
-        "{'alphaMode':'BLEND','extensions':{'KHR_materials_unlit':{},'KHR_materials_pbrSpecularGlossiness':"
+        "{'primitives':[{'attributes':{'POSITION':0,'COLOR_0':0,'TEXCOORD_0':1},'indices':3,'mode':"
+        "5,'material':2}]}],"
+        "'materials':[{'name':'a','alphaMode':'MASK','alphaCutoff':0.3,'emissiveFactor':[1,0.5,0],'"
+        "emissiveTexture':"
+        "{'index':1,'texCoord':1},'extensions':{'KHR_materials_emissive_strength':{'"
+        "emissiveStrength':8}},"
+        "'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.6,0.7,0.8],'baseColorTexture':{'index':0,"
+        "'extensions':"
+        "{'KHR_texture_transform':{'offset':[0.1,0.2],'rotation':0.3,'scale':[2,3],'texCoord':1}}}}"
+        "},"
+        "{'alphaMode':'BLEND','extensions':{'KHR_materials_unlit':{},'KHR_materials_"
+        "pbrSpecularGlossiness':"
         "{'diffuseFactor':[0.1,0.2,0.3,0.4],'diffuseTexture':{'index':1}}}},"
         "{'pbrMetallicRoughness':{'baseColorTexture':{'index':1}}}],"
-        "'textures':[{'source':0,'sampler':0},{'source':7,'extensions':{'EXT_texture_webp':{'source':0}}}],"
+        "'textures':[{'source':0,'sampler':0},{'source':7,'extensions':{'EXT_texture_webp':{'"
+        "source':0}}}],"
         "'samplers':[{'wrapS':33071,'wrapT':33648,'magFilter':9728}],"
         "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
         "{'bufferView':1,'componentType':5126,'count':4,'type':'VEC2'},"
         "{'bufferView':1,'byteOffset':32,'componentType':5126,'count':4,'type':'VEC2'},"
         "{'bufferView':2,'componentType':5123,'count':6,'type':'SCALAR'},"
-        "{'componentType':5126,'count':4,'type':'VEC3','sparse':{'count':2,'indices':{'bufferView':2,'byteOffset':2,"
+        "{'componentType':5126,'count':4,'type':'VEC3','sparse':{'count':2,'indices':{'bufferView':"
+        "2,'byteOffset':2,"
         "'componentType':5123},'values':{'bufferView':3}}},"
         "{'bufferView':4,'componentType':5126,'count':2,'type':'VEC3'}],"
-        "'bufferViews':[{'buffer':0,'byteLength':64,'byteStride':16},{'buffer':0,'byteOffset':64,'byteLength':64},"
-        "{'buffer':0,'byteOffset':128,'byteLength':16},{'buffer':0,'byteOffset':144,'byteLength':24},"
-        "{'buffer':0,'byteOffset':168,'byteLength':24},{'buffer':0,'byteOffset':192,'byteLength':%zu}],"
+        "'bufferViews':[{'buffer':0,'byteLength':64,'byteStride':16},{'buffer':0,'byteOffset':64,'"
+        "byteLength':64},"
+        "{'buffer':0,'byteOffset':128,'byteLength':16},{'buffer':0,'byteOffset':144,'byteLength':"
+        "24},"
+        "{'buffer':0,'byteOffset':168,'byteLength':24},{'buffer':0,'byteOffset':192,'byteLength':%"
+        "zu}],"
         "'images':[{'bufferView':5,'mimeType':'image/png'}],'buffers':[{'byteLength':%zu";
     struct bytes out = {.size = 0};
     char text[sizeof head + 64];
@@ -136,7 +153,8 @@ static struct bytes make_json(const struct bytes *buffer, size_t picture_size, b
 
 static void put_word(struct bytes *to, size_t word)
 {
-    const uint8_t bytes[4] = {(uint8_t)word, (uint8_t)(word >> 8), (uint8_t)(word >> 16), (uint8_t)(word >> 24)};
+    const uint8_t bytes[4] = {(uint8_t)word, (uint8_t)(word >> 8), (uint8_t)(word >> 16),
+                              (uint8_t)(word >> 24)};
     put(to, bytes, 4);
 }
 
@@ -170,7 +188,8 @@ static void expect_read(const char *name, const struct bytes *file)
     files_begin();
     files_write_bytes(name, file->data + 1, file->size - 1);
     struct error *err = scene_read(&s, files_path(name), NULL, false, NULL);
-    ok(!err && scene_triangle_count(s) == 14 && s->light_count == 3 && s->instance_count == 5 && s->texture_count == 2,
+    ok(!err && scene_triangle_count(s) == 14 && s->light_count == 3 && s->instance_count == 5 &&
+           s->texture_count == 2,
        "the seed %s is read%s%s", name, err ? ": " : "", err ? error_message(err) : "");
     error_destroy(err);
     scene_destroy(s);
@@ -194,7 +213,8 @@ struct piece {
     size_t at, size;
 };
 
-/* Some piece that begins with one of these characters and ends where `length` says; nothing when there is none. */
+/* Some piece that begins with one of these characters and ends where `length` says; nothing when
+ * there is none. */
 static struct piece find_piece(const struct bytes *b, const char *first,
                                size_t (*length)(const char *text, size_t room))
 {
@@ -248,14 +268,50 @@ static void replace(struct bytes *b, struct piece p, const void *with, size_t si
 
 static void mutate_json(struct bytes *b)
 {
-    static const char *const numbers[] = {
-        "0", "1", "2", "3", "4", "5", "6", "-1", "-0.5", "1e30", "1e-310", "-1e308", "255", "256", "65535",
-        "2147483647", "2147483648", "4294967295", "4294967297", "9223372036854775807", "18446744073709551615",
-        "18446744073709551600", "5120", "5121", "5122", "5123", "5124", "5125", "5126", "5130", "16", "252", "1000000",
-        "null", "true", "\"x\"", "{}", "[]", "[1,2,3]"};
+    static const char *const numbers[] = {"0",
+                                          "1",
+                                          "2",
+                                          "3",
+                                          "4",
+                                          "5",
+                                          "6",
+                                          "-1",
+                                          "-0.5",
+                                          "1e30",
+                                          "1e-310",
+                                          "-1e308",
+                                          "255",
+                                          "256",
+                                          "65535",
+                                          "2147483647",
+                                          "2147483648",
+                                          "4294967295",
+                                          "4294967297",
+                                          "9223372036854775807",
+                                          "18446744073709551615",
+                                          "18446744073709551600",
+                                          "5120",
+                                          "5121",
+                                          "5122",
+                                          "5123",
+                                          "5124",
+                                          "5125",
+                                          "5126",
+                                          "5130",
+                                          "16",
+                                          "252",
+                                          "1000000",
+                                          "null",
+                                          "true",
+                                          "\"x\"",
+                                          "{}",
+                                          "[]",
+                                          "[1,2,3]"};
     const size_t kind = number_below(8);
     const char *const first = kind < 4 ? "-0123456789" : kind < 6 ? "\"" : "{[";
-    size_t (*const length)(const char *, size_t) = kind < 4 ? number_length : kind < 6 ? word_length : group_length;
+    size_t (*const length)(const char *, size_t) = kind < 4   ? number_length
+                                                   : kind < 6 ? word_length
+                                                              : group_length;
     const struct piece a = find_piece(b, first, length), other = find_piece(b, first, length);
     const char *const number = numbers[number_below(sizeof numbers / sizeof *numbers)];
     if (kind < 3 || (kind < 5 && number_below(4) == 0))
@@ -286,7 +342,8 @@ int main(int argc, char **argv)
     state = state * 0x9E3779B97F4A7C15u + 88172645463325252u;
     size_t picture_size;
     const struct bytes buffer = make_buffer(&picture_size);
-    const struct bytes seeds[2] = {make_json(&buffer, picture_size, true), make_json(&buffer, picture_size, false)};
+    const struct bytes seeds[2] = {make_json(&buffer, picture_size, true),
+                                   make_json(&buffer, picture_size, false)};
     const struct bytes sound = pack(&seeds[0], NULL), sound_glb = pack(&seeds[1], &buffer);
     expect_read("x.gltf", &sound);
     expect_read("x.glb", &sound_glb);

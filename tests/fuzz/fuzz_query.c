@@ -1,11 +1,13 @@
-/* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume or a status, and whatever a volume was
- * made of, each point has a place, in bounds, with weights that sum to 1.
+/* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume
+ * or a status, and whatever a volume was made of, each point has a place, in bounds, with weights
+ * that sum to 1.
  *
- *     fuzz_query [MUTATIONS [SEED]]     small meshes, mutated; part of make check with few mutations
+ *     fuzz_query [MUTATIONS [SEED]]     small meshes, mutated; part of make check with few
+ * mutations
  *
- * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte says by its lowest bit
- * whether it is a packed file (whose checksum is made right) or a mesh: corners, probes and cells (a byte each), then positions, vertices
- * and neighbours.
+ * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's
+ * first byte says by its lowest bit whether it is a packed file (whose checksum is made right) or a
+ * mesh: corners, probes and cells (a byte each), then positions, vertices and neighbours.
  */
 #include "libprobe-query/probe-query.h"
 #include "math/random.h"
@@ -39,18 +41,24 @@ static void ask(const struct probe_volume *v, uint64_t seed)
     for (int i = 0; i < 32; i++) {
         for (int k = 0; k < 3; k++) {
             const double at = 8 * random_double(&r) - 2;
-            point[i][k] = i % 8 == 0 ? floor(at) : i % 8 == 1 ? at * 1e300 : i % 8 == 2 ? at * 1e-300 : at;
+            point[i][k] = i % 8 == 0   ? floor(at)
+                          : i % 8 == 1 ? at * 1e300
+                          : i % 8 == 2 ? at * 1e-300
+                                       : at;
         }
         if (i % 5 == 0)
             place.cell = (int32_t)random_u32(&r);
         require(probe_volume_locate(v, point[i], &place) == PROBE_OK, "a finite point has a place");
         double sum = 0;
         for (int k = 0; k < 4; k++) {
-            require(place.weight[k] >= 0 && place.probe[k] >= 0 && (size_t)place.probe[k] < probe_volume_probes(v), "weights and probes are in bounds");
+            require(place.weight[k] >= 0 && place.probe[k] >= 0 &&
+                        (size_t)place.probe[k] < probe_volume_probes(v),
+                    "weights and probes are in bounds");
             sum += place.weight[k];
         }
         require(fabs(sum - 1) < 1e-6, "weights sum to 1");
-        require(place.cell >= 0 && (size_t)place.cell < probe_volume_cells(v), "the cell is in bounds");
+        require(place.cell >= 0 && (size_t)place.cell < probe_volume_cells(v),
+                "the cell is in bounds");
         require(place.inside ? place.distance == 0 : place.distance >= 0, "the distance is one");
         if (facts.order) {
             probe_volume_light(v, &place, sh);
@@ -72,7 +80,8 @@ static void try_packed(const uint8_t *data, size_t size)
     uint64_t *image = malloc(size + 8);
     require(image, "memory");
     memcpy(image, data, size);
-    if (size >= 128) { /* the checksum stands behind 8 bytes, and is of all behind it; the size is at 88 */
+    /* the checksum stands behind 8 bytes, and is of all behind it; the size is at 88 */
+    if (size >= 128) {
         image[11] = size;
         const uint64_t sum = XXH3_64bits((const char *)image + 16, size - 16);
         image[1] = sum;
@@ -100,7 +109,8 @@ static void try_mesh(const uint8_t *data, size_t size)
     m.probes = data[1];
     m.cells = data[2];
     const size_t corners = m.corners > 4 ? 4 : (size_t)m.corners;
-    const size_t bytes[3] = {3 * m.probes * sizeof *position, corners * m.cells * 4, corners * m.cells * 4};
+    const size_t bytes[3] = {3 * m.probes * sizeof *position, corners * m.cells * 4,
+                             corners * m.cells * 4};
     if (size - 3 < bytes[0] + bytes[1] + bytes[2])
         return;
     memcpy(position, data + 3, bytes[0]);
@@ -137,13 +147,16 @@ struct bytes {
     size_t size;
 };
 
-/* 2 x 2 x 2 cubes of six tetrahedra each around their diagonals, 3 x 3 triangles' squares, segments or a point, of whole
- * numbers. */
-static void make_mesh(int corners, double position[3 * 27], int32_t *vertex, int32_t *neighbour, struct probe_mesh *m)
+/* 2 x 2 x 2 cubes of six tetrahedra each around their diagonals, 3 x 3 triangles' squares, segments
+ * or a point, of whole numbers. */
+static void make_mesh(int corners, double position[3 * 27], int32_t *vertex, int32_t *neighbour,
+                      struct probe_mesh *m)
 {
-    static const int walk[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+    static const int walk[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                   {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
     const int dimensions = corners - 1;
-    *m = (struct probe_mesh){.corners = corners, .position = position, .vertex = vertex, .neighbour = neighbour};
+    *m = (struct probe_mesh){
+        .corners = corners, .position = position, .vertex = vertex, .neighbour = neighbour};
     int32_t stride[3];
     m->probes = 1;
     for (int k = 0; k < dimensions; k++) {
@@ -161,7 +174,8 @@ static void make_mesh(int corners, double position[3 * 27], int32_t *vertex, int
             int32_t v[4] = {(int32_t)i, 0, 0, 0};
             bool good = true;
             int at = 0;
-            for (int k = 0; k < 3; k++) { /* permutations of the axes that there are, those that are not last and in order */
+            /* permutations of the axes that there are, those that are not last and in order */
+            for (int k = 0; k < 3; k++) {
                 if (walk[w][k] < dimensions) {
                     v[at + 1] = v[at] + stride[walk[w][k]];
                     at++;
@@ -185,7 +199,8 @@ static void make_mesh(int corners, double position[3 * 27], int32_t *vertex, int
             int shared = 0;
             for (int i = 0; i < corners; i++)
                 for (int j = 0; j < corners; j++)
-                    shared += i != (int)(a % (size_t)corners) && va[i] == vertex[b * (size_t)corners + (size_t)j];
+                    shared += i != (int)(a % (size_t)corners) &&
+                              va[i] == vertex[b * (size_t)corners + (size_t)j];
             if (b != a / (size_t)corners && shared == corners - 1 && corners > 1)
                 neighbour[a] = (int32_t)b;
         }
@@ -236,7 +251,8 @@ static uint32_t below(struct random *r, size_t n)
 /* Changes a few places: a bit, an index, a coordinate. */
 static void mutate(struct bytes *b, struct random *r)
 {
-    static const double numbers[] = {0, 1, -1, 0.5, 1e-12, 1e300, -1e300, 1e-310, 0x1p39, 0x1p40, 3, INFINITY, NAN};
+    static const double numbers[] = {0,      1,      -1,     0.5, 1e-12,    1e300, -1e300,
+                                     1e-310, 0x1p39, 0x1p40, 3,   INFINITY, NAN};
     for (uint32_t times = 1 + below(r, 3); times > 0; times--) {
         const size_t at = 1 + below(r, b->size - 9);
         const int32_t index = (int32_t)below(r, 50) - 1;
@@ -244,15 +260,18 @@ static void mutate(struct bytes *b, struct random *r)
         switch (below(r, 6)) {
         case 0: b->data[at] ^= (uint8_t)(1u << below(r, 8)); break;
         case 1: b->data[at] = (uint8_t)below(r, 64); break;
-        case 2: memcpy(b->data + (at - 1) / 4 * 4 + (b->data[0] ? 1 : 4), &index, b->data[0] ? 2 : 4); break;
-        case 3: memcpy(b->data + (at - 1) / 8 * 8 + (b->data[0] ? 1 : 4), &number, sizeof number); break;
+        case 2:
+            memcpy(b->data + (at - 1) / 4 * 4 + (b->data[0] ? 1 : 4), &index, b->data[0] ? 2 : 4);
+            break;
+        case 3:
+            memcpy(b->data + (at - 1) / 8 * 8 + (b->data[0] ? 1 : 4), &number, sizeof number);
+            break;
         case 4: { /* an index from elsewhere */
             const size_t from = 1 + below(r, b->size - 9);
             memmove(b->data + at, b->data + from, 4);
             break;
         }
-        default: /* cut off, now and then */
-            b->size = below(r, 40) ? b->size : at + 9;
+        default: /* cut off, now and then */ b->size = below(r, 40) ? b->size : at + 9;
         }
     }
 }
@@ -268,13 +287,15 @@ int main(int argc, char **argv)
     }
     ok(accepted == 96, "the seeds are meshes, of each dimension, plain and packed (%lu)", accepted);
     for (unsigned long i = 0; i < mutations; i++) {
-        const struct bytes *seed = &seeds[i % 3 ? i % 12 : (i / 3) % 3 * 4 + 3]; /* tetrahedra more often */
+        /* tetrahedra more often */
+        const struct bytes *seed = &seeds[i % 3 ? i % 12 : (i / 3) % 3 * 4 + 3];
         b.size = seed->size;
         memcpy(b.data, seed->data, seed->size);
         mutate(&b, &r);
         LLVMFuzzerTestOneInput(b.data, b.size);
     }
-    ok(accepted > mutations / 20, "%lu mutated meshes became volumes (%lu) or were refused", mutations, accepted);
+    ok(accepted > mutations / 20, "%lu mutated meshes became volumes (%lu) or were refused",
+       mutations, accepted);
     return tap_done();
 }
 

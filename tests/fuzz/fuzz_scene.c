@@ -1,9 +1,11 @@
-/* A hostile scene: whatever bytes a file holds, reading it ends, with a legal scene or an error, and harms nothing.
+/* A hostile scene: whatever bytes a file holds, reading it ends, with a legal scene or an error,
+ * and harms nothing.
  *
- *     fuzz_scene [MUTATIONS [SEED]]     small files of every format, mutated; part of make check with few mutations
+ *     fuzz_scene [MUTATIONS [SEED]]     small files of every format, mutated; part of make check
+ * with few mutations
  *
- * For longer: fuzz_scene 1000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE, for which LLVMFuzzerTestOneInput
- * takes a byte that chooses the format and then the file.
+ * For longer: fuzz_scene 1000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE, for which
+ * LLVMFuzzerTestOneInput takes a byte that chooses the format and then the file.
  */
 #include "base/error.h"
 #include "base/warning.h"
@@ -44,8 +46,10 @@ static void check_mesh(const struct scene *s, const struct scene_mesh *mesh)
             const struct vec3f a = scene_albedo(s, &s->materials[m], u, v),
                                e = scene_emission(s, &s->materials[m], u, v);
             const float passes = scene_transparency(s, &s->materials[m], u, v);
-            require(a.x >= 0 && a.x <= 1 && a.y >= 0 && a.y <= 1 && a.z >= 0 && a.z <= 1, "albedo is within 0 and 1");
-            require(e.x >= 0 && isfinite(e.x) && e.y >= 0 && isfinite(e.y) && e.z >= 0 && isfinite(e.z),
+            require(a.x >= 0 && a.x <= 1 && a.y >= 0 && a.y <= 1 && a.z >= 0 && a.z <= 1,
+                    "albedo is within 0 and 1");
+            require(e.x >= 0 && isfinite(e.x) && e.y >= 0 && isfinite(e.y) && e.z >= 0 &&
+                        isfinite(e.z),
                     "emission is legal");
             require(passes >= 0 && passes <= 1, "transparency is a share");
         }
@@ -61,7 +65,8 @@ static void check_scene(const struct scene *s)
     if (scene_triangle_count(s) > 0)
         require(isfinite(s->box_min.x) && s->box_min.x <= s->box_max.x, "the box is finite");
     for (size_t i = 0; i < s->light_count; i++)
-        require(isfinite(s->lights[i].intensity[0]) && s->lights[i].intensity[0] >= 0, "lights are legal");
+        require(isfinite(s->lights[i].intensity[0]) && s->lights[i].intensity[0] >= 0,
+                "lights are legal");
     struct scene_solids solids;
     struct error *err = scene_solids(s, &solids, NULL);
     require(!err && solids.closed_count <= solids.count, "pieces are found");
@@ -70,11 +75,21 @@ static void check_scene(const struct scene *s)
     scene_solids_clear(&solids);
 }
 
-enum { FORMAT_OBJ, FORMAT_MTL, FORMAT_PLY, FORMAT_OFF, FORMAT_STL, FORMAT_PNG, FORMAT_HDR, FORMAT_GLTF, FORMAT_GLB,
-      FORMATS };
+enum {
+    FORMAT_OBJ,
+    FORMAT_MTL,
+    FORMAT_PLY,
+    FORMAT_OFF,
+    FORMAT_STL,
+    FORMAT_PNG,
+    FORMAT_HDR,
+    FORMAT_GLTF,
+    FORMAT_GLB,
+    FORMATS
+};
 
-static const char *const names[FORMATS] = {"x.obj", "x.mtl", "x.ply", "x.off", "x.stl", "x.png", "x.hdr", "x.gltf",
-                                           "x.glb"};
+static const char *const names[FORMATS] = {"x.obj", "x.mtl", "x.ply",  "x.off", "x.stl",
+                                           "x.png", "x.hdr", "x.gltf", "x.glb"};
 
 static void read_scene(const char *name, const char *sky)
 {
@@ -101,10 +116,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!*files_directory) {
         files_begin();
         atexit(files_end);
-        files_write("fixed.obj", "mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl a\n"
-                                 "f 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 2/2\n");
-        files_write("textured.obj", "mtllib textured.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl a\n"
-                                    "f 1/1 2/2 3/3\n");
+        files_write("fixed.obj",
+                    "mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl a\n"
+                    "f 1/1 2/2 3/3\nusemtl b\nf 1/1 3/3 2/2\n");
+        files_write(
+            "textured.obj",
+            "mtllib textured.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl a\n"
+            "f 1/1 2/2 3/3\n");
         files_write("textured.mtl", "newmtl a\nmap_Kd x.png\nmap_d x.png\nmap_Ke x.hdr\n");
     }
     if (size == 0)
@@ -159,26 +177,35 @@ static void add_text(uint8_t format, const char *text)
 
 static void make_seeds(void)
 {
-    add_text(FORMAT_OBJ, "# cube\nmtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
-                         "v 0 1 1\nvt 0 0\nvt 1 0.5\n"
-                         "usemtl a\nf 4/1 3/2 2/1 1/2\nf 5 6 7 8\nf -8 -7 -3 -4\nusemtl b\nf 2//1 3//1 7 6\n"
-                         "f 3 4 8 \\\n7\nf 4 1 5 8\n");
-    add_text(FORMAT_MTL, "newmtl a\nKd .5 .6 .7\nmap_Kd -s 1 2 -o .5 x.png\nd .5\nnewmtl b\nKe 1 2 3\nTr .2\n"
-                         "map_d none.png\n");
-    add_text(FORMAT_PLY, "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty double y\n"
-                         "property int z\nelement face 2\n"
-                         "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n"
-                         "4 0 1 2 3\n");
-    add_text(FORMAT_OFF, "COFF # c\n4 2 0\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n3 0 1 2\n4 0 1 2 3 9 9 9\n");
-    add_text(FORMAT_STL, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\n"
+    add_text(FORMAT_OBJ,
+             "# cube\nmtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
+             "v 0 1 1\nvt 0 0\nvt 1 0.5\n"
+             "usemtl a\nf 4/1 3/2 2/1 1/2\nf 5 6 7 8\nf -8 -7 -3 -4\nusemtl b\nf 2//1 3//1 7 6\n"
+             "f 3 4 8 \\\n7\nf 4 1 5 8\n");
+    add_text(FORMAT_MTL,
+             "newmtl a\nKd .5 .6 .7\nmap_Kd -s 1 2 -o .5 x.png\nd .5\nnewmtl b\nKe 1 2 3\nTr .2\n"
+             "map_d none.png\n");
+    add_text(
+        FORMAT_PLY,
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty double y\n"
+        "property int z\nelement face 2\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n"
+        "4 0 1 2 3\n");
+    add_text(FORMAT_OFF,
+             "COFF # c\n4 2 0\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n3 0 1 2\n4 0 1 2 3 9 9 9\n");
+    add_text(FORMAT_STL, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 "
+                         "0\nvertex 1 1 0\nendloop\n"
                          "endfacet\nendsolid\n");
-    add_text(FORMAT_GLTF,
-             "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
-             "\"nodes\":[{\"mesh\":0,\"scale\":[1,2,3]}],"
-             "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
-             "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
-             "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,\"uri\":"
-             "\"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}");
+    add_text(
+        FORMAT_GLTF,
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+        "\"nodes\":[{\"mesh\":0,\"scale\":[1,2,3]}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,"
+        "\"uri\":"
+        "\"data:application/"
+        "octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}");
     const float stl[12] = {0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1, 0};
     const uint32_t one = 1;
     struct bytes *seed = begin_seed(FORMAT_STL);
@@ -187,9 +214,10 @@ static void make_seeds(void)
     put(seed, stl, 48);
     put(seed, "\0\0", 2);
     seed = begin_seed(FORMAT_PLY);
-    static const char ply[] = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
-                              "property float y\nproperty float z\n"
-                              "element face 1\nproperty list uint8 uint vertex_index\nend_header\n";
+    static const char ply[] =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+        "property float y\nproperty float z\n"
+        "element face 1\nproperty list uint8 uint vertex_index\nend_header\n";
     put(seed, ply, sizeof ply - 1);
     put(seed, stl + 3, 36);
     put(seed, "\3", 1);
@@ -217,29 +245,25 @@ static size_t number_below(size_t n)
     return (size_t)((state >> 16) % n);
 }
 
-/* Changes a few places: a bit, a byte, a number in the text, a piece cut out, doubled, or copied from elsewhere. */
+/* Changes a few places: a bit, a byte, a number in the text, a piece cut out, doubled, or copied
+ * from elsewhere. */
 static void mutate(struct bytes *b)
 {
-    static const char *const words[] = {"-1", "0", "4294967295", "1e999", "nan", "2147483648", "-9999999999", "", " ",
-                                        "\n", "#", "/"};
+    static const char *const words[] = {"-1",  "0",          "4294967295",  "1e999",
+                                        "nan", "2147483648", "-9999999999", "",
+                                        " ",   "\n",         "#",           "/"};
     for (size_t times = 1 + number_below(4); times > 0 && b->size > 1; times--) {
         const size_t at = 1 + number_below(b->size - 1), length = 1 + number_below(16);
         const size_t piece = length < b->size - at ? length : b->size - at;
         const char *word = words[number_below(sizeof words / sizeof *words)];
         switch (number_below(6)) {
-        case 0:
-            b->data[at] ^= (uint8_t)(1u << number_below(8));
-            break;
-        case 1:
-            b->data[at] = (uint8_t)number_below(256);
-            break;
+        case 0: b->data[at] ^= (uint8_t)(1u << number_below(8)); break;
+        case 1: b->data[at] = (uint8_t)number_below(256); break;
         case 2: /* cut out */
             memmove(b->data + at, b->data + at + piece, b->size - at - piece);
             b->size -= piece;
             break;
-        case 3: /* cut off */
-            b->size = number_below(8) ? b->size : at;
-            break;
+        case 3: /* cut off */ b->size = number_below(8) ? b->size : at; break;
         case 4: /* a word in place of what is there */
             memcpy(b->data + at, word, strlen(word) < piece ? strlen(word) : piece);
             break;

@@ -1,10 +1,13 @@
-/* A hostile stream: whatever bytes a file holds, reading it ends, with a valid stream or an error, and harms nothing.
+/* A hostile stream: whatever bytes a file holds, reading it ends, with a valid stream or an error,
+ * and harms nothing.
  *
- *     fuzz_stream [MUTATIONS [SEED]]     small streams, mutated; part of make check with few mutations
+ *     fuzz_stream [MUTATIONS [SEED]]     small streams, mutated; part of make check with few
+ * mutations
  *
- * Half of the mutated binary streams get their checksums made right again, so that the reader sees what lies behind
- * them. For longer: fuzz_stream 10000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's first byte
- * says by its lowest bit whether its checksums are made right, the rest is the stream.
+ * Half of the mutated binary streams get their checksums made right again, so that the reader sees
+ * what lies behind them. For longer: fuzz_stream 10000000, or build with clang -fsanitize=fuzzer
+ * -DFUZZ_ENGINE; an input's first byte says by its lowest bit whether its checksums are made right,
+ * the rest is the stream.
  */
 #include "base/error.h"
 #include "math/random.h"
@@ -72,7 +75,8 @@ static void seal_blocks(struct sealer *s)
 {
     for (uint32_t counts[2] = {1, 0}; counts[0] && s->end - s->at >= 16;) {
         memcpy(counts, s->at, sizeof counts);
-        const size_t left = (size_t)(s->end - s->at) - 16, bytes = counts[1] < left ? counts[1] : left;
+        const size_t left = (size_t)(s->end - s->at) - 16,
+                     bytes = counts[1] < left ? counts[1] : left;
         s->at += 8;
         uint8_t *place = s->at;
         const uint64_t sum = seal(s, 8, bytes);
@@ -104,13 +108,15 @@ static void seal_stream(uint8_t *data, size_t size)
     }
 }
 
-/* -- one input ----------------------------------------------------------------------------------- */
+/* -- one input -------------------------------------------------------------------------------- */
 
 static bool same_columns(const struct table *a, const struct table *b)
 {
-    bool same = a->rows == b->rows && a->column_count == b->column_count && !strcmp(a->name, b->name);
+    bool same = a->rows == b->rows && a->column_count == b->column_count &&
+                !strcmp(a->name, b->name);
     for (size_t i = 0; same && i < a->column_count; i++)
-        same = !strcmp(a->columns[i].name, b->columns[i].name) && a->columns[i].width == b->columns[i].width &&
+        same = !strcmp(a->columns[i].name, b->columns[i].name) &&
+               a->columns[i].width == b->columns[i].width &&
                !memcmp(a->columns[i].data, b->columns[i].data,
                        a->rows * a->columns[i].width * column_type_size(a->columns[i].type));
     return same;
@@ -240,7 +246,8 @@ static void mutate(struct bytes *b, struct random *r)
     b->data[0] = (uint8_t)number_below(r, 2);
     for (uint32_t times = 1 + number_below(r, 4); times > 0 && b->size > 2; times--) {
         const size_t at = 1 + number_below(r, b->size - 1), length = 1 + number_below(r, 40);
-        const size_t piece = length < b->size - at ? length : b->size - at, from = 1 + number_below(r, b->size - piece);
+        const size_t piece = length < b->size - at ? length : b->size - at,
+                     from = 1 + number_below(r, b->size - piece);
         const char *word = words[number_below(r, sizeof words / sizeof *words)];
         switch (number_below(r, 7)) {
         case 0: b->data[at] ^= (uint8_t)(1u << number_below(r, 8)); break;
@@ -249,15 +256,11 @@ static void mutate(struct bytes *b, struct random *r)
             memmove(b->data + at, b->data + at + piece, b->size - at - piece);
             b->size -= piece;
             break;
-        case 3: /* cut off, now and then */
-            b->size = number_below(r, 8) ? b->size : at;
-            break;
+        case 3: /* cut off, now and then */ b->size = number_below(r, 8) ? b->size : at; break;
         case 4: /* a word in place of what is there */
             memcpy(b->data + at, word, strlen(word) < b->size - at ? strlen(word) : b->size - at);
             break;
-        case 5: /* a piece from elsewhere */
-            memmove(b->data + at, b->data + from, piece);
-            break;
+        case 5: /* a piece from elsewhere */ memmove(b->data + at, b->data + from, piece); break;
         default: /* doubled */
             if (b->size + piece <= ROOM) {
                 memmove(b->data + at + piece, b->data + at, b->size - at);

@@ -1,10 +1,12 @@
-/* Fuzzing tetra: generated sets of points of every kind become cells that pass tetra_verify and can be looked up in, the same
- * for any order of the points.
+/* Fuzzing tetra: generated sets of points of every kind become cells that pass tetra_verify and can
+ * be looked up in, the same for any order of the points.
  *
- * Many sets run in one child process, TetGen in it, since a process a set would cost more than the set. When the child dies, the set
- * is made once more as programs make it, TetGen in a child of its own: what counts is what comes of that.
+ * Many sets run in one child process, TetGen in it, since a process a set would cost more than the
+ * set. When the child dies, the set is made once more as programs make it, TetGen in a child of its
+ * own: what counts is what comes of that.
  *
- * PROBE_FUZZ_SETS: how many sets (2700 by default), PROBE_FUZZ_SEED: which (1), PROBE_FUZZ_KIND: only those of this number.
+ * PROBE_FUZZ_SETS: how many sets (2700 by default), PROBE_FUZZ_SEED: which (1), PROBE_FUZZ_KIND:
+ * only those of this number.
  */
 #include "base/error.h"
 #include "base/warning.h"
@@ -37,7 +39,8 @@ static void fail_set(struct tally *tally, int kind, size_t set, const char *what
 {
     tally->kind[kind].failed++;
     if (tally->failures < FAILURES_SHOWN)
-        snprintf(tally->failure[tally->failures], sizeof *tally->failure, "%s, set %zu: %s", point_set_names[kind], set, what);
+        snprintf(tally->failure[tally->failures], sizeof *tally->failure, "%s, set %zu: %s",
+                 point_set_names[kind], set, what);
     tally->failures++;
 }
 
@@ -54,7 +57,8 @@ static void make_set(struct set *set, uint64_t seed, size_t number, int only)
     struct random r = random_start(seed, number, 0);
     set->kind = only >= 0 ? only : (int)(number % POINT_SETS);
     set->count = (size_t)(4 * pow(POINTS_MOST / 4.0 + 0.001, random_double(&r)));
-    if (set->count > 100 && random_u32(&r) % 4) /* large ones take most of the time, and find the least */
+    /* large ones take most of the time, and find the least */
+    if (set->count > 100 && random_u32(&r) % 4)
         set->count /= 8;
     make_points((enum point_set)set->kind, set->count, &r, set->position);
     for (size_t i = 0; i < set->count; i++) {
@@ -69,20 +73,25 @@ static void make_set(struct set *set, uint64_t seed, size_t number, int only)
     set->settings.light_width = LIGHT;
     for (size_t i = 0; i < set->count; i++) { /* backwards: another order, and easy to map */
         memcpy(set->shuffled + 3 * i, set->position + 3 * (set->count - 1 - i), 3 * sizeof(double));
-        memcpy(set->shuffled_light + LIGHT * i, set->light + LIGHT * (set->count - 1 - i), LIGHT * sizeof(float));
+        memcpy(set->shuffled_light + LIGHT * i, set->light + LIGHT * (set->count - 1 - i),
+               LIGHT * sizeof(float));
     }
 }
 
 static bool same_place(const struct set *set, int32_t a, int32_t b)
 {
-    return !memcmp(set->position + 3 * (size_t)a, set->shuffled + 3 * (size_t)b, 3 * sizeof(double)) &&
-           !memcmp(set->light + LIGHT * (size_t)a, set->shuffled_light + LIGHT * (size_t)b, LIGHT * sizeof(float));
+    return !memcmp(set->position + 3 * (size_t)a, set->shuffled + 3 * (size_t)b,
+                   3 * sizeof(double)) &&
+           !memcmp(set->light + LIGHT * (size_t)a, set->shuffled_light + LIGHT * (size_t)b,
+                   LIGHT * sizeof(float));
 }
 
-/* The same cells, cell by cell and corner by corner, of probes at the same places with the same light. */
+/* The same cells, cell by cell and corner by corner, of probes at the same places with the same
+ * light. */
 static bool same_cells(const struct set *set, const struct tetra *a, const struct tetra *b)
 {
-    if (a->corners != b->corners || a->cell_count != b->cell_count || a->merged_count != b->merged_count)
+    if (a->corners != b->corners || a->cell_count != b->cell_count ||
+        a->merged_count != b->merged_count)
         return false;
     for (size_t i = 0; i < (size_t)a->corners * a->cell_count; i++)
         if (a->neighbour[i] != b->neighbour[i] || !same_place(set, a->vertex[i], b->vertex[i]))
@@ -90,12 +99,17 @@ static bool same_cells(const struct set *set, const struct tetra *a, const struc
     return true;
 }
 
-/* Whether libprobe-query takes the cells, and finds each of their probes where it is: all its weight on itself, but for probes that were put
- * into a plane or onto a line, which they may stand off by what is merged. */
+/* Whether libprobe-query takes the cells, and finds each of their probes where it is: all its
+ * weight on itself, but for probes that were put into a plane or onto a line, which they may stand
+ * off by what is merged. */
 static struct error *look_up(const struct set *set, const struct tetra *t)
 {
-    const struct probe_mesh mesh = {.probes = set->count, .position = set->position, .corners = t->corners, .cells = t->cell_count,
-                                    .vertex = t->vertex, .neighbour = t->neighbour};
+    const struct probe_mesh mesh = {.probes = set->count,
+                                    .position = set->position,
+                                    .corners = t->corners,
+                                    .cells = t->cell_count,
+                                    .vertex = t->vertex,
+                                    .neighbour = t->neighbour};
     struct probe_volume *volume = NULL;
     struct error *err = mesh_volume(&mesh, 0, &volume);
     struct probe_place place = {.cell = PROBE_COLD};
@@ -124,7 +138,8 @@ static void run_set(struct tally *tally, struct set *set, size_t number, bool in
     if (!err && verdict.not_delaunay && !t.stretched)
         err = error_new("%zu facets are not Delaunay", verdict.not_delaunay);
     for (size_t i = 0; i < set->count && t.merged && !err; i++)
-        if (t.merged[i] >= 0 && isnan(set->light[LIGHT * (size_t)t.merged[i]]) && !isnan(set->light[LIGHT * i]))
+        if (t.merged[i] >= 0 && isnan(set->light[LIGHT * (size_t)t.merged[i]]) &&
+            !isnan(set->light[LIGHT * i]))
             err = error_new("probe %zu, which has light, is merged with one that has none", i);
     if (!err)
         err = look_up(set, &t);
@@ -186,22 +201,33 @@ static void run_all(struct tally *tally, size_t sets, uint64_t seed, int only)
 
 int main(void)
 {
-    const char *count = getenv("PROBE_FUZZ_SETS"), *seed = getenv("PROBE_FUZZ_SEED"), *kind = getenv("PROBE_FUZZ_KIND");
-    struct tally *tally = mmap(NULL, sizeof *tally, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    const char *count = getenv("PROBE_FUZZ_SETS"), *seed = getenv("PROBE_FUZZ_SEED"),
+               *kind = getenv("PROBE_FUZZ_KIND");
+    struct tally *tally =
+        mmap(NULL, sizeof *tally, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (tally == MAP_FAILED)
         bail("no memory");
-    run_all(tally, count ? strtoull(count, NULL, 10) : 100 * POINT_SETS, seed ? strtoull(seed, NULL, 10) : 1, kind ? atoi(kind) : -1);
-    printf("# kind: sets, of them tetrahedra, triangles, segments, points; merged probes; stretched; sets in two orders; TetGen died at first; "
+    run_all(tally, count ? strtoull(count, NULL, 10) : 100 * POINT_SETS,
+            seed ? strtoull(seed, NULL, 10) : 1, kind ? atoi(kind) : -1);
+    printf("# kind: sets, of them tetrahedra, triangles, segments, points; merged probes; "
+           "stretched; sets in two orders; TetGen died at first; "
            "slivers of cells; tolerance\n");
     for (int k = 0; k < POINT_SETS; k++)
-        printf("# %-20s %8zu  %8zu %8zu %8zu %8zu  %9zu %8zu %8zu %5zu  %7zu of %9zu (%.3f %%)  %.2g\n", point_set_names[k], tally->kind[k].sets,
-               tally->kind[k].by_corners[4], tally->kind[k].by_corners[3], tally->kind[k].by_corners[2], tally->kind[k].by_corners[1],
-               tally->kind[k].merged, tally->kind[k].stretched, tally->kind[k].shuffled, tally->kind[k].died, tally->kind[k].slivers, tally->kind[k].cells,
-               100.0 * (double)tally->kind[k].slivers / (double)(tally->kind[k].cells + !tally->kind[k].cells), tally->kind[k].tolerance);
+        printf("# %-20s %8zu  %8zu %8zu %8zu %8zu  %9zu %8zu %8zu %5zu  %7zu of %9zu (%.3f %%)  "
+               "%.2g\n",
+               point_set_names[k], tally->kind[k].sets, tally->kind[k].by_corners[4],
+               tally->kind[k].by_corners[3], tally->kind[k].by_corners[2],
+               tally->kind[k].by_corners[1], tally->kind[k].merged, tally->kind[k].stretched,
+               tally->kind[k].shuffled, tally->kind[k].died, tally->kind[k].slivers,
+               tally->kind[k].cells,
+               100.0 * (double)tally->kind[k].slivers /
+                   (double)(tally->kind[k].cells + !tally->kind[k].cells),
+               tally->kind[k].tolerance);
     for (size_t i = 0; i < tally->failures && i < FAILURES_SHOWN; i++)
         printf("# %s\n", tally->failure[i]);
     for (int k = 0; k < POINT_SETS; k++)
         if (tally->kind[k].sets)
-            ok(!tally->kind[k].failed, "%s: %zu sets, %zu failed", point_set_names[k], tally->kind[k].sets, tally->kind[k].failed);
+            ok(!tally->kind[k].failed, "%s: %zu sets, %zu failed", point_set_names[k],
+               tally->kind[k].sets, tally->kind[k].failed);
     return tap_done();
 }

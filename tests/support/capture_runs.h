@@ -1,16 +1,19 @@
-/* capture_runs: the same probe captured with many seeds, held against a truth or against other runs.
+/* capture_runs: the same probe captured with many seeds, held against a truth or against other
+ * runs.
  *
- * One capture shows errors as large as its noise; the mean of K shows them sqrt(K) times smaller. Three statistics, each of them
- * near a standard normal (z) or Student's t with K - 1 degrees of freedom when nothing is wrong:
+ * One capture shows errors as large as its noise; the mean of K shows them sqrt(K) times smaller.
+ * Three statistics, each of them near a standard normal (z) or Student's t with K - 1 degrees of
+ * freedom when nothing is wrong:
  *
- *     runs_z            (mean - truth) / sqrt(mean of sh_error^2 / K), the largest of all coefficients
- *     runs_bias         the mean along the truth, <value, truth> / <truth, truth> - 1, and its standard error from the spread of the K
- *     runs_irradiance_t the irradiance on 14 normals from orders 1 .. 6, its standard error from the spread
+ *     runs_z            (mean - truth) / sqrt(mean of sh_error^2 / K), the largest of all
+ * coefficients runs_bias         the mean along the truth, <value, truth> / <truth, truth> - 1, and
+ * its standard error from the spread of the K runs_irradiance_t the irradiance on 14 normals from
+ * orders 1 .. 6, its standard error from the spread
  *
- * The largest of 108 |z| passes RUNS_Z_MOST by luck once in 16000 checks; |t| with 31 or more degrees of freedom passes
- * RUNS_T_MOST once in 8e5 (Bonferroni: one check of 252 irradiances once in 3000). Seeds are fixed: luck does not change from
- * day to day. runs_check asks besides that the standard error of the bias be below RUNS_RESOLUTION: a test that could not see 2
- * % fails.
+ * The largest of 108 |z| passes RUNS_Z_MOST by luck once in 16000 checks; |t| with 31 or more
+ * degrees of freedom passes RUNS_T_MOST once in 8e5 (Bonferroni: one check of 252 irradiances once
+ * in 3000). Seeds are fixed: luck does not change from day to day. runs_check asks besides that the
+ * standard error of the bias be below RUNS_RESOLUTION: a test that could not see 2 % fails.
  */
 #ifndef CAPTURE_RUNS_H
 #define CAPTURE_RUNS_H
@@ -35,8 +38,8 @@ static inline int runs_values(const struct runs *r)
 }
 
 /* Captures the probe at p with the seeds settings.seed, ... + count - 1. */
-static inline void runs_take(struct runs *r, const struct bench *b, struct capture_settings settings, const double p[3],
-                             int count)
+static inline void runs_take(struct runs *r, const struct bench *b,
+                             struct capture_settings settings, const double p[3], int count)
 {
     *r = (struct runs){.order = settings.order, .count = count};
     for (int i = 0; i < count; i++, settings.seed++) {
@@ -83,8 +86,9 @@ static inline double largest(const double *x, int count)
     return most;
 }
 
-/* How many standard errors off. 1e-5 of the largest value is float's own, and what multiple importance sampling leaves to rays
- * that meet a small emitter by themselves, which none of them may do. */
+/* How many standard errors off. 1e-5 of the largest value is float's own, and what multiple
+ * importance sampling leaves to rays that meet a small emitter by themselves, which none of them
+ * may do. */
 static inline double deviation(double off, double error, double most)
 {
     return fabs(off) / (error + 1e-5 * most + 1e-300);
@@ -97,7 +101,8 @@ static inline double runs_z(const struct runs *r, const double *truth)
     const double most = largest(truth, runs_values(r));
     double worst = 0;
     for (int k = 0; k < runs_values(r); k++)
-        worst = fmax(worst, deviation(runs_coefficient(r, k).mean - truth[k], sqrt(r->variance[k]), most));
+        worst = fmax(worst,
+                     deviation(runs_coefficient(r, k).mean - truth[k], sqrt(r->variance[k]), most));
     return worst;
 }
 
@@ -115,7 +120,8 @@ static inline struct estimate runs_bias(const struct runs *r, const double *trut
 }
 
 /* Irradiance that a truth gives on a surface with normal n, bands below `order`. */
-static inline void truth_irradiance(const double *truth, int order, const double n[3], double rgb[3])
+static inline void truth_irradiance(const double *truth, int order, const double n[3],
+                                    double rgb[3])
 {
     double y[SH_COUNT_MAX];
     sh_basis(order, n, y);
@@ -149,14 +155,16 @@ static inline double runs_irradiance_t(const struct runs *r, const double *truth
         }
         for (int k = 0; k < 3; k++) {
             const struct estimate mean = estimate_of(e[k], r->count);
-            worst = fmax(worst, deviation(mean.mean - true_e[k], mean.error, PI * largest(truth, runs_values(r))));
+            worst = fmax(worst, deviation(mean.mean - true_e[k], mean.error,
+                                          PI * largest(truth, runs_values(r))));
         }
     }
     return worst;
 }
 
 /* Says whether runs agree with the truth, in the three ways. */
-__attribute__((format(printf, 3, 4), unused)) static void runs_check(const struct runs *r, const double *truth,
+__attribute__((format(printf, 3, 4), unused)) static void runs_check(const struct runs *r,
+                                                                     const double *truth,
                                                                      const char *format, ...)
 {
     char name[160];
@@ -175,7 +183,8 @@ __attribute__((format(printf, 3, 4), unused)) static void runs_check(const struc
 /* -- against each other ----------------------------------------------------------------------- */
 
 /* The largest of |a + b - c| over its standard error from the spread (Welch's t); b may be NULL. */
-static inline double runs_difference_t(const struct runs *a, const struct runs *b, const struct runs *c)
+static inline double runs_difference_t(const struct runs *a, const struct runs *b,
+                                       const struct runs *c)
 {
     double worst = 0, most = 0;
     for (int k = 0; k < runs_values(c); k++)

@@ -1,13 +1,17 @@
-/* capture_truth: what a probe's coefficients have to be, from closed forms and from quadrature of closed forms.
+/* capture_truth: what a probe's coefficients have to be, from closed forms and from quadrature of
+ * closed forms.
  *
- * A truth is 3 * order^2 doubles, laid out as the coefficients are; the functions add to it. The quadrature is Gauss and
- * Legendre's over pieces on which the integrand is smooth, so its error is far below any that sampling could show.
+ * A truth is 3 * order^2 doubles, laid out as the coefficients are; the functions add to it. The
+ * quadrature is Gauss and Legendre's over pieces on which the integrand is smooth, so its error is
+ * far below any that sampling could show.
  *
- * Based on: Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964: 25.4.29 (Gauss-Legendre), 8.14.1 (integrals of
- * P_l). Duffy, "Quadrature over a pyramid or cube of integrands with a singularity at a vertex", SIAM J. Numer. Anal. 19, 1982:
- * the square that is folded to a triangle. Ramamoorthi and Hanrahan, "An efficient representation for irradiance environment
- * maps", SIGGRAPH 2001, eq. 5: rotation of a zonal function. Lambert, "Photometria", 1760: the irradiance from a polygon. Van
- * Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983, eq. 8.
+ * Based on: Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964: 25.4.29
+ * (Gauss-Legendre), 8.14.1 (integrals of P_l). Duffy, "Quadrature over a pyramid or cube of
+ * integrands with a singularity at a vertex", SIAM J. Numer. Anal. 19, 1982: the square that is
+ * folded to a triangle. Ramamoorthi and Hanrahan, "An efficient representation for irradiance
+ * environment maps", SIGGRAPH 2001, eq. 5: rotation of a zonal function. Lambert, "Photometria",
+ * 1760: the irradiance from a polygon. Van Oosterom and Strackee, "The solid angle of a plane
+ * triangle", IEEE Trans. Biomed. Eng. 30, 1983, eq. 8.
  */
 #ifndef CAPTURE_TRUTH_H
 #define CAPTURE_TRUTH_H
@@ -18,7 +22,8 @@
 enum { TRUTH_ORDER = SH_ORDER_MAX, TRUTH_VALUES = 3 * SH_COUNT_MAX, TRUTH_POINTS_MOST = 64 };
 
 /* Adds radiance * solid angle from a unit direction to the truth. */
-static inline void add_truth(double *truth, int order, const double d[3], double r, double g, double b, double weight)
+static inline void add_truth(double *truth, int order, const double d[3], double r, double g,
+                             double b, double weight)
 {
     double y[SH_COUNT_MAX];
     sh_basis(order, d, y);
@@ -61,8 +66,8 @@ static inline struct gauss gauss_rule(int n)
 
 /* -- caps ------------------------------------------------------------------------------------- */
 
-/* A cone of directions about the unit `axis`: zonal coefficients 2 pi integral of Y_l0 from `cosine` to 1 = sqrt(pi / (2l+1))
- * (P_(l-1)(cosine) - P_(l+1)(cosine)), turned to the axis. */
+/* A cone of directions about the unit `axis`: zonal coefficients 2 pi integral of Y_l0 from
+ * `cosine` to 1 = sqrt(pi / (2l+1)) (P_(l-1)(cosine) - P_(l+1)(cosine)), turned to the axis. */
 static inline void add_cap(double *truth, const double axis[3], double cosine, const double rgb[3])
 {
     double y[SH_COUNT_MAX], before = 1, p = 1; /* P_(l-1), where P_(-1) = 1, and P_l */
@@ -81,15 +86,16 @@ static inline void add_cap(double *truth, const double axis[3], double cosine, c
 /* -- triangles -------------------------------------------------------------------------------- */
 
 /* A triangle as seen from the origin, with n * n points. */
-static inline void add_triangle(double *truth, struct vec3 a, struct vec3 b, struct vec3 c, const struct gauss *g,
-                                const double rgb[3])
+static inline void add_triangle(double *truth, struct vec3 a, struct vec3 b, struct vec3 c,
+                                const struct gauss *g, const double rgb[3])
 {
     const struct vec3 ab = vec3_sub(b, a), bc = vec3_sub(c, b), cross = vec3_cross(ab, bc);
     for (int i = 0; i < g->n; i++) {
         for (int j = 0; j < g->n; j++) {
             const struct vec3 p = vec3_fma(a, g->x[i], vec3_fma(ab, g->x[j], bc));
             const double distance = vec3_length(p);
-            const double solid = g->w[i] * g->w[j] * g->x[i] * fabs(vec3_dot(cross, p)) / (distance * distance * distance);
+            const double solid = g->w[i] * g->w[j] * g->x[i] * fabs(vec3_dot(cross, p)) /
+                                 (distance * distance * distance);
             double d[3];
             vec3_store(d, vec3_scale(1 / distance, p));
             add_truth(truth, TRUTH_ORDER, d, rgb[0], rgb[1], rgb[2], solid);
@@ -98,19 +104,21 @@ static inline void add_triangle(double *truth, struct vec3 a, struct vec3 b, str
 }
 
 /* The triangles of a shape that face `at`: all that is seen of a convex one. */
-static inline void add_facing(double *truth, const struct shape *s, struct vec3 at, int points, const double rgb[3])
+static inline void add_facing(double *truth, const struct shape *s, struct vec3 at, int points,
+                              const double rgb[3])
 {
     const struct gauss g = gauss_rule(points);
     for (size_t t = 0; t < s->triangle_count; t++) {
-        const struct vec3 a = vec3_sub(shape_corner(s, t, 0), at), b = vec3_sub(shape_corner(s, t, 1), at);
+        const struct vec3 a = vec3_sub(shape_corner(s, t, 0), at),
+                          b = vec3_sub(shape_corner(s, t, 1), at);
         if (vec3_dot(shape_area_vector(s, t), a) < 0)
             add_triangle(truth, a, b, vec3_sub(shape_corner(s, t, 2), at), &g, rgb);
     }
 }
 
 /* A parallelogram, corner + u * [0, 1] + v * [0, 1], as seen from the origin. */
-static inline void add_parallelogram(double *truth, struct vec3 corner, struct vec3 u, struct vec3 v, const struct gauss *g,
-                                     const double rgb[3])
+static inline void add_parallelogram(double *truth, struct vec3 corner, struct vec3 u,
+                                     struct vec3 v, const struct gauss *g, const double rgb[3])
 {
     const struct vec3 cross = vec3_cross(u, v);
     for (int i = 0; i < g->n; i++) {
@@ -120,7 +128,8 @@ static inline void add_parallelogram(double *truth, struct vec3 corner, struct v
             double d[3];
             vec3_store(d, vec3_scale(1 / distance, p));
             add_truth(truth, TRUTH_ORDER, d, rgb[0], rgb[1], rgb[2],
-                      g->w[i] * g->w[j] * fabs(vec3_dot(cross, p)) / (distance * distance * distance));
+                      g->w[i] * g->w[j] * fabs(vec3_dot(cross, p)) /
+                          (distance * distance * distance));
         }
     }
 }
@@ -129,16 +138,19 @@ static inline void add_parallelogram(double *truth, struct vec3 corner, struct v
 static inline double triangle_solid_angle(struct vec3 a, struct vec3 b, struct vec3 c)
 {
     const struct vec3 u = vec3_normalize(a), v = vec3_normalize(b), w = vec3_normalize(c);
-    return 2 * fabs(atan2(vec3_dot(u, vec3_cross(v, w)), 1 + vec3_dot(u, v) + vec3_dot(v, w) + vec3_dot(w, u)));
+    return 2 * fabs(atan2(vec3_dot(u, vec3_cross(v, w)),
+                          1 + vec3_dot(u, v) + vec3_dot(v, w) + vec3_dot(w, u)));
 }
 
-/* Irradiance at the origin, on a surface with normal n, from a polygon of radiance 1 that lies wholly before it:
- * the sum over its edges of half their angle times the cosine between n and the edge's plane. */
+/* Irradiance at the origin, on a surface with normal n, from a polygon of radiance 1 that lies
+ * wholly before it: the sum over its edges of half their angle times the cosine between n and the
+ * edge's plane. */
 static inline double lambert_irradiance(const struct vec3 *corner, int count, struct vec3 n)
 {
     double sum = 0;
     for (int i = 0; i < count; i++) {
-        const struct vec3 a = vec3_normalize(corner[i]), b = vec3_normalize(corner[(i + 1) % count]), cross = vec3_cross(a, b);
+        const struct vec3 a = vec3_normalize(corner[i]),
+                          b = vec3_normalize(corner[(i + 1) % count]), cross = vec3_cross(a, b);
         sum += atan2(vec3_length(cross), vec3_dot(a, b)) / 2 * vec3_dot(n, vec3_normalize(cross));
     }
     return fabs(sum);
@@ -148,16 +160,18 @@ static inline double lambert_irradiance(const struct vec3 *corner, int count, st
 
 typedef void truth_field(const void *context, const double d[3], double rgb[3]);
 
-/* A field of directions, smooth on each of columns * rows pieces of equal azimuth (from +X towards +Z) and height above the
- * plane y = 0. */
-static inline void add_field(double *truth, int columns, int rows, truth_field *field, const void *context)
+/* A field of directions, smooth on each of columns * rows pieces of equal azimuth (from +X towards
+ * +Z) and height above the plane y = 0. */
+static inline void add_field(double *truth, int columns, int rows, truth_field *field,
+                             const void *context)
 {
     const struct gauss g = gauss_rule(6);
     for (int piece = 0; piece < columns * rows; piece++) {
         for (int i = 0; i < g.n * g.n; i++) {
             const double azimuth = 2 * PI * (piece % columns + g.x[i % g.n]) / columns;
             const double height = PI * ((piece / columns + g.x[i / g.n]) / rows - 0.5);
-            const double d[3] = {cos(height) * cos(azimuth), sin(height), cos(height) * sin(azimuth)};
+            const double d[3] = {cos(height) * cos(azimuth), sin(height),
+                                 cos(height) * sin(azimuth)};
             double rgb[3];
             field(context, d, rgb);
             add_truth(truth, TRUTH_ORDER, d, rgb[0], rgb[1], rgb[2],
@@ -166,14 +180,16 @@ static inline void add_field(double *truth, int columns, int rows, truth_field *
     }
 }
 
-/* The matrix that turns coefficients as `rows` (3x3, a rotation) turns directions: M_ij = integral of Y_i(d) Y_j(R^T d). 12
- * heights and 24 azimuths integrate polynomials up to degree 22 exactly. */
+/* The matrix that turns coefficients as `rows` (3x3, a rotation) turns directions: M_ij = integral
+ * of Y_i(d) Y_j(R^T d). 12 heights and 24 azimuths integrate polynomials up to degree 22
+ * exactly. */
 static inline void rotation_matrix(const double rows[9], double matrix[SH_COUNT_MAX][SH_COUNT_MAX])
 {
     const struct gauss g = gauss_rule(12);
     memset(matrix, 0, sizeof(double[SH_COUNT_MAX][SH_COUNT_MAX]));
     for (int point = 0; point < 12 * 24; point++) {
-        const double z = 2 * g.x[point / 24] - 1, phi = 2 * PI * (point % 24) / 24, r = sqrt(1 - z * z);
+        const double z = 2 * g.x[point / 24] - 1, phi = 2 * PI * (point % 24) / 24,
+                     r = sqrt(1 - z * z);
         const double d[3] = {r * cos(phi), r * sin(phi), z};
         double back[3], y[SH_COUNT_MAX], y_back[SH_COUNT_MAX];
         for (int k = 0; k < 3; k++)

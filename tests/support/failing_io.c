@@ -2,9 +2,10 @@
  *
  *     FAIL_CALL=write FAIL_AFTER=3 FAIL_ERRNO=28 LD_PRELOAD=.../failing_io.so probe-cat ...
  *
- * FAIL_CALL: read, write, close, linkat, rename, or tmpfile (open with O_TMPFILE). FAIL_AFTER: how many of these calls
- * work first (0). FAIL_HOW: "errno", they fail with FAIL_ERRNO (5, EIO); "short", reads and writes move 7 bytes at
- * most; "interrupt", every second one fails with EINTR; "unsupported", they fail with EOPNOTSUPP.
+ * FAIL_CALL: read, write, close, linkat, rename, or tmpfile (open with O_TMPFILE). FAIL_AFTER: how
+ * many of these calls work first (0). FAIL_HOW: "errno", they fail with FAIL_ERRNO (5, EIO);
+ * "short", reads and writes move 7 bytes at most; "interrupt", every second one fails with EINTR;
+ * "unsupported", they fail with EOPNOTSUPP.
  */
 #include <dlfcn.h>
 #include <errno.h>
@@ -55,7 +56,8 @@ int open(const char *path, int flags, ...)
     const mode_t mode = flags & (O_CREAT | __O_TMPFILE) ? va_arg(args, mode_t) : 0;
     va_end(args);
     hidden("open", &real);
-    return (flags & O_TMPFILE) == O_TMPFILE && fails("tmpfile", &count) ? -1 : real(path, flags, mode);
+    return (flags & O_TMPFILE) == O_TMPFILE && fails("tmpfile", &count) ? -1
+                                                                        : real(path, flags, mode);
 }
 
 ssize_t read(int fd, void *to, size_t count)

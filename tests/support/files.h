@@ -31,14 +31,16 @@ __attribute__((unused)) static const char *files_path(const char *name)
 __attribute__((unused)) static void files_begin(void)
 {
     const char *parent = getenv("TMPDIR");
-    snprintf(files_directory, sizeof files_directory, "%s/probe-test.XXXXXX", parent && *parent ? parent : "/tmp");
+    snprintf(files_directory, sizeof files_directory, "%s/probe-test.XXXXXX",
+             parent && *parent ? parent : "/tmp");
     if (!mkdtemp(files_directory)) {
         perror(files_directory);
         exit(1);
     }
 }
 
-__attribute__((unused)) static void files_write_bytes(const char *name, const void *data, size_t size)
+__attribute__((unused)) static void files_write_bytes(const char *name, const void *data,
+                                                      size_t size)
 {
     FILE *file = fopen(files_path(name), "wb");
     if (!file || (size && fwrite(data, 1, size, file) != size) || fclose(file)) {

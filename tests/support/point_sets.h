@@ -9,18 +9,63 @@
 #include <string.h>
 
 enum point_set {
-    SET_RANDOM, SET_GRID, SET_ROTATED_GRID, SET_NOISY_GRID, SET_ROTATED_NOISY_GRID, SET_BOX_GRID, SET_OCTREE,
-        SET_SMALL_INTEGERS, SET_PRISMS,
-    SET_CLUSTERS, SET_SHELL, SET_GLOBE, SET_BOX_SURFACE, SET_LINE, SET_LINE_ONE_OFF, SET_PLANE, SET_PLANE_GRID,
-        SET_PLANE_ONE_OFF, SET_TWO_PLANES,
-    SET_SLAB, SET_DUPLICATES, SET_NEAR_DUPLICATES, SET_FAR_AWAY, SET_FAR_GRID, SET_SCALES, SET_ONE_PLACE, SET_MOMENT_CURVE,
-        POINT_SETS
+    SET_RANDOM,
+    SET_GRID,
+    SET_ROTATED_GRID,
+    SET_NOISY_GRID,
+    SET_ROTATED_NOISY_GRID,
+    SET_BOX_GRID,
+    SET_OCTREE,
+    SET_SMALL_INTEGERS,
+    SET_PRISMS,
+    SET_CLUSTERS,
+    SET_SHELL,
+    SET_GLOBE,
+    SET_BOX_SURFACE,
+    SET_LINE,
+    SET_LINE_ONE_OFF,
+    SET_PLANE,
+    SET_PLANE_GRID,
+    SET_PLANE_ONE_OFF,
+    SET_TWO_PLANES,
+    SET_SLAB,
+    SET_DUPLICATES,
+    SET_NEAR_DUPLICATES,
+    SET_FAR_AWAY,
+    SET_FAR_GRID,
+    SET_SCALES,
+    SET_ONE_PLACE,
+    SET_MOMENT_CURVE,
+    POINT_SETS
 };
 
-static const char *const point_set_names[POINT_SETS] = {
-    "random", "grid", "rotated grid", "noisy grid", "rotated noisy grid", "grid of boxes", "octree", "small integers", "prisms",
-    "clusters", "shell", "globe", "box surface", "line", "line, one off", "plane", "grid in a plane", "plane, one off", "two planes",
-    "thin slab", "duplicates", "near duplicates", "far away", "grid far away", "any scale", "one place", "moment curve"};
+static const char *const point_set_names[POINT_SETS] = {"random",
+                                                        "grid",
+                                                        "rotated grid",
+                                                        "noisy grid",
+                                                        "rotated noisy grid",
+                                                        "grid of boxes",
+                                                        "octree",
+                                                        "small integers",
+                                                        "prisms",
+                                                        "clusters",
+                                                        "shell",
+                                                        "globe",
+                                                        "box surface",
+                                                        "line",
+                                                        "line, one off",
+                                                        "plane",
+                                                        "grid in a plane",
+                                                        "plane, one off",
+                                                        "two planes",
+                                                        "thin slab",
+                                                        "duplicates",
+                                                        "near duplicates",
+                                                        "far away",
+                                                        "grid far away",
+                                                        "any scale",
+                                                        "one place",
+                                                        "moment curve"};
 
 struct rotation {
     double m[3][3];
@@ -50,7 +95,8 @@ static inline void rotate_points(const struct rotation *rotation, size_t count, 
     for (size_t i = 0; i < count; i++) {
         const double q[3] = {p[3 * i], p[3 * i + 1], p[3 * i + 2]};
         for (int k = 0; k < 3; k++)
-            p[3 * i + (size_t)k] = rotation->m[k][0] * q[0] + rotation->m[k][1] * q[1] + rotation->m[k][2] * q[2];
+            p[3 * i + (size_t)k] = rotation->m[k][0] * q[0] + rotation->m[k][1] * q[1] +
+                                   rotation->m[k][2] * q[2];
     }
 }
 
@@ -62,21 +108,25 @@ static inline double random_scale(struct random *r, double low, double high)
 /* Fills p (3 * count) with a set of this kind; each call another one. */
 static inline void make_points(enum point_set kind, size_t count, struct random *r, double *p)
 {
-    const size_t cube = (size_t)ceil(cbrt((double)count) - 1e-9), square = (size_t)ceil(sqrt((double)count) - 1e-9);
+    const size_t cube = (size_t)ceil(cbrt((double)count) - 1e-9),
+                 square = (size_t)ceil(sqrt((double)count) - 1e-9);
     const struct rotation rotation = random_rotation(r);
-    const double noise = random_scale(r, -12, -2), aspect[3] = {1, random_scale(r, -1, 1), random_scale(r, -1, 1)};
+    const double noise = random_scale(r, -12, -2),
+                 aspect[3] = {1, random_scale(r, -1, 1), random_scale(r, -1, 1)};
     const double angle = (1 + random_double(r)) / (double)square;
     for (size_t i = 0; i < count; i++) {
         double *q = p + 3 * i;
-        const double g[3] = {(double)(i % cube), (double)(i / cube % cube), (double)(i / cube / cube)};
+        const double g[3] = {(double)(i % cube), (double)(i / cube % cube),
+                             (double)(i / cube / cube)};
         const double h[2] = {(double)(i % square), (double)(i / square)};
         for (int k = 0; k < 3; k++)
             q[k] = random_double(r);
         switch (kind) {
-        case SET_GRID: case SET_ROTATED_GRID: case SET_FAR_GRID:
-            memcpy(q, g, sizeof g);
-            break;
-        case SET_NOISY_GRID: case SET_ROTATED_NOISY_GRID:
+        case SET_GRID:
+        case SET_ROTATED_GRID:
+        case SET_FAR_GRID: memcpy(q, g, sizeof g); break;
+        case SET_NOISY_GRID:
+        case SET_ROTATED_NOISY_GRID:
             for (int k = 0; k < 3; k++)
                 q[k] = g[k] + noise * (2 * q[k] - 1);
             break;
@@ -123,48 +173,43 @@ static inline void make_points(enum point_set kind, size_t count, struct random 
                 q[k] = floor(q[k] * (double)cube);
             q[i % 3] = i % 2 ? 0 : (double)cube;
             break;
-        case SET_LINE: case SET_LINE_ONE_OFF:
-            q[1] = q[2] = 0;
-            break;
-        case SET_PLANE: case SET_PLANE_ONE_OFF:
-            q[2] = 0;
-            break;
+        case SET_LINE:
+        case SET_LINE_ONE_OFF: q[1] = q[2] = 0; break;
+        case SET_PLANE:
+        case SET_PLANE_ONE_OFF: q[2] = 0; break;
         case SET_PLANE_GRID:
             q[0] = h[0];
             q[1] = h[1] * aspect[1];
             q[2] = 0;
             break;
-        case SET_TWO_PLANES:
-            q[2] = (double)(i % 2);
-            break;
-        case SET_SLAB:
-            q[2] *= noise;
-            break;
-        case SET_DUPLICATES: case SET_NEAR_DUPLICATES:
+        case SET_TWO_PLANES: q[2] = (double)(i % 2); break;
+        case SET_SLAB: q[2] *= noise; break;
+        case SET_DUPLICATES:
+        case SET_NEAR_DUPLICATES:
             if (i >= 4 && random_u32(r) % 2) {
                 const double *other = p + 3 * (random_u32(r) % i);
                 for (int k = 0; k < 3; k++)
-                    q[k] = other[k] + (kind == SET_NEAR_DUPLICATES ? random_scale(r, -16, -3) * (2 * q[k] - 1) : 0);
+                    q[k] = other[k] + (kind == SET_NEAR_DUPLICATES
+                                           ? random_scale(r, -16, -3) * (2 * q[k] - 1)
+                                           : 0);
             }
             break;
-        case SET_SCALES:
-            break;
-        case SET_ONE_PLACE:
-            q[0] = q[1] = q[2] = 0.3;
-            break;
+        case SET_SCALES: break;
+        case SET_ONE_PLACE: q[0] = q[1] = q[2] = 0.3; break;
         case SET_MOMENT_CURVE: /* every two are joined: most cells for their number */
             q[0] = (double)i / (double)count;
             q[1] = q[0] * q[0];
             q[2] = q[1] * q[0];
             break;
-        default:
-            break;
+        default: break;
         }
     }
     const double off = random_scale(r, -14, 0);
     if ((kind == SET_LINE_ONE_OFF || kind == SET_PLANE_ONE_OFF) && count)
         p[3 * (random_u32(r) % count) + 2] += off;
-    const unsigned turn = kind == SET_ROTATED_GRID || kind == SET_ROTATED_NOISY_GRID ? 1 : kind == SET_GRID || kind == SET_NOISY_GRID ? 0 : random_u32(r) % 2;
+    const unsigned turn = kind == SET_ROTATED_GRID || kind == SET_ROTATED_NOISY_GRID ? 1
+                          : kind == SET_GRID || kind == SET_NOISY_GRID               ? 0
+                                                                       : random_u32(r) % 2;
     if (turn)
         rotate_points(&rotation, count, p);
     const double scale = kind == SET_SCALES ? random_scale(r, -300, 300) : random_scale(r, -3, 3);

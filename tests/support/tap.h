@@ -2,7 +2,8 @@
  *
  *     int main(void) { test_a(); test_b(); return tap_done(); }
  *
- * Each check names the property it holds. A failed check prints where and, where given, what was seen.
+ * Each check names the property it holds. A failed check prints where and, where given, what was
+ * seen.
  */
 #ifndef TAP_H
 #define TAP_H
@@ -15,7 +16,9 @@
 
 static int tap_count, tap_failed;
 
-__attribute__((format(printf, 4, 5), unused)) static bool tap_check(const char *file, int line, bool holds, const char *format, ...)
+__attribute__((format(printf, 4, 5), unused)) static bool tap_check(const char *file, int line,
+                                                                    bool holds, const char *format,
+                                                                    ...)
 {
     va_list args;
     va_start(args, format);
