@@ -254,7 +254,7 @@ int main(int argc, char **argv)
     if (!err)
         err = trace_create(&tracer, scene);
     if (!err)
-        err = path_create(&path, tracer, o->capture.bounces);
+        err = path_init(&path, tracer, o->capture.bounces);
     if (!err)
         warn_before(scene, &warnings);
     if (!o->common.quiet)

@@ -404,7 +404,7 @@ int main(int argc, char **argv)
     if (!err)
         err = open_baked(&baked, stream, &a, input, &warnings);
     if (!err)
-        err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
+        err = stage_init(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other && !a.any_scene)
         err = error_new("%s: this is not the scene that the probes were captured in (its key is "
                         "%s, theirs %s); "
@@ -434,7 +434,7 @@ int main(int argc, char **argv)
     unseen_cells_clear(&cells);
     report_clear(&report);
     baked_close(&baked);
-    stage_destroy(&stage);
+    stage_clear(&stage);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

@@ -260,7 +260,7 @@ int main(int argc, char **argv)
     if (!err)
         err = error_wrap(check_stream(stream), "%s", strcmp(input, "-") ? input : "stdin");
     if (!err)
-        err = stage_create(&stage, program.operands[0], &stream->header, &warnings);
+        err = stage_init(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other)
         warnings_add(
             &warnings, "scene",
@@ -281,7 +281,7 @@ int main(int argc, char **argv)
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    stage_destroy(&stage);
+    stage_clear(&stage);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

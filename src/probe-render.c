@@ -358,7 +358,7 @@ static struct error *aim(const struct arguments *a, const char *program, const s
     if (!a->eye_given)
         err = trace_create(&tracer, scene);
     if (!err && !a->eye_given)
-        err = path_create(&path, tracer, 2);
+        err = path_init(&path, tracer, 2);
     if (!err && !a->eye_given)
         err = view_choose(&path, a->fov, (double)a->width / (double)a->height, &eye, &look_at);
     path_clear(&path);
@@ -367,7 +367,7 @@ static struct error *aim(const struct arguments *a, const char *program, const s
         fprintf(stderr, "%s: --eye %.4g,%.4g,%.4g --look-at %.4g,%.4g,%.4g\n", program, eye.x,
                 eye.y, eye.z, look_at.x, look_at.y, look_at.z);
     return err ? err
-               : camera_create(camera, eye, look_at, vec3_load(a->up), a->fov, a->width, a->height);
+               : camera_init(camera, eye, look_at, vec3_load(a->up), a->fov, a->width, a->height);
 }
 
 /* The light of the probes everywhere, or that which they have themselves. */

@@ -83,7 +83,7 @@ static void try_scene(const char *name, double sky, struct trial *t, double *wit
     light.sky[0] = light.sky[1] = light.sky[2] = sky;
     must(scene_read(&scene, path, &light, false, &warnings));
     must(trace_create(&tracer, scene));
-    must(path_create(&tracing, tracer, 64));
+    must(path_init(&tracing, tracer, 64));
     t->path = &tracing;
     t->low = scene->box_min;
     t->high = scene->box_max;

@@ -494,7 +494,7 @@ static void test_refused(void)
     add_cube(&b, 1, material(0.5f, 1e38f));
     must(scene_finish(b.scene, &b.settings, NULL));
     must(trace_create(&b.tracer, b.scene));
-    err = path_create(&b.path, b.tracer, 64);
+    err = path_init(&b.path, b.tracer, 64);
     ok(err && strstr(error_message(err), "--light-scale"), "radiance of 1e38: %s",
        err ? error_message(err) : "not refused");
     error_destroy(err);

@@ -670,7 +670,7 @@ static void test_channels(const struct runs *all)
     room_build(&b, &(struct room){.bulb = 0});
     b.scene->materials[b.scene->material_count - 1].emission = (struct vec3f){1, 0, 0};
     path_clear(&b.path);
-    must(path_create(&b.path, b.tracer, 32));
+    must(path_init(&b.path, b.tracer, 32));
     const struct capture_probe p = capture(
         &b, &(struct capture_settings){.order = 6, .rays = 1000, .bounces = 32}, -0.2, 0.1, 0.35);
     float others = 0;

@@ -480,7 +480,7 @@ static void test_light(void)
             struct tracer *tracer = NULL;
             struct path_tracer path = {0};
             must(trace_create(&tracer, i ? fewer : whole));
-            must(path_create(&path, tracer, settings.bounces));
+            must(path_init(&path, tracer, settings.bounces));
             must(capture_probe(&path, &settings, at[p], NULL, &probe[i]));
             path_clear(&path);
             trace_destroy(tracer);

@@ -129,7 +129,7 @@ static void test_maps(void)
 static void test_files(void)
 {
     struct picture p = {0}, q = {0};
-    must(picture_create(&p, 7, 5));
+    must(picture_init(&p, 7, 5));
     for (size_t i = 0; i < 105; i++)
         p.rgb[i] = (float)(i * i) / 7 - 3;
     must(picture_write(&p, files_path("a.pfm"), false));
@@ -172,14 +172,14 @@ static void test_files(void)
 
 static void fill(struct picture *p, size_t width, size_t height, float r, float g, float b)
 {
-    must(picture_create(p, width, height));
+    must(picture_init(p, width, height));
     for (size_t i = 0; i < width * height; i++)
         picture_set(p, i % width, i / width, (struct vec3f){r, g, b});
 }
 
 static void pattern(struct picture *p, size_t seed)
 {
-    must(picture_create(p, 32, 24));
+    must(picture_init(p, 32, 24));
     for (size_t y = 0; y < 24; y++)
         for (size_t x = 0; x < 32; x++)
             for (size_t k = 0; k < 3; k++)

@@ -21,8 +21,8 @@ static struct camera camera_at(double ex, double ey, double ez, double lx, doubl
 {
     struct camera c;
     const struct vec3 eye = {ex, ey, ez}, at = {lx, ly, lz}, up = {0, 1, 0}, other = {0, 0, 1};
-    must(camera_create(&c, eye, at, fabs(lx - ex) + fabs(lz - ez) > 0 ? up : other, fov, width,
-                       height));
+    must(camera_init(&c, eye, at, fabs(lx - ex) + fabs(lz - ez) > 0 ? up : other, fov, width,
+                     height));
     return c;
 }
 
@@ -108,9 +108,9 @@ static void test_camera(void)
        "right is right");
     struct camera bad;
     const struct vec3 o = {0, 0, 0}, z = {0, 0, 1}, up = {0, 1, 0};
-    struct error *err[3] = {camera_create(&bad, o, o, up, 60, 1, 1),
-                            camera_create(&bad, o, z, z, 60, 1, 1),
-                            camera_create(&bad, o, z, up, 180, 1, 1)};
+    struct error *err[3] = {camera_init(&bad, o, o, up, 60, 1, 1),
+                            camera_init(&bad, o, z, z, 60, 1, 1),
+                            camera_init(&bad, o, z, up, 180, 1, 1)};
     for (int i = 0; i < 3; i++) {
         ok(err[i] && error_status(err[i]) == EXIT_BAD_USAGE, "refused: %s",
            err[i] ? error_message(err[i]) : "");
@@ -312,7 +312,7 @@ static void test_plane(void)
     must(overlay_spacing(s, &spacing));
     ok(spacing == 20, "the median of a triangle's sides is their distance (%g)", spacing);
     struct overlay o = {0};
-    must(overlay_create(&o, &r, s, &baked, &(struct overlay_settings){.cells = true}));
+    must(overlay_init(&o, &r, s, &baked, &(struct overlay_settings){.cells = true}));
     overlay_clear(&o);
     baked_close(&baked);
     column_f32(table_column(stream_table(s, "probe"), "sh"))[6] = NAN;
@@ -348,11 +348,11 @@ static void test_sphere(void)
     add_floor(&b, 1e-3, -50, material(0.5f, 0)); /* a scene is never empty */
     must(scene_finish(b.scene, &b.settings, NULL));
     struct object object;
-    must(object_create(&object, b.scene, "sphere", 0.5, NULL));
+    must(object_init(&object, b.scene, "sphere", 0.5, NULL));
     const struct vec3 centre = {0.1, 0.2, -0.1};
     object_place(&object, centre);
     must(trace_create(&b.tracer, b.scene));
-    must(path_create(&b.path, b.tracer, 8));
+    must(path_init(&b.path, b.tracer, 8));
     double sun[3] = {0.48, 0.6, 0.64}, y[9], sh[27];
     sh_basis(3, sun, y);
     for (int i = 0; i < 27; i++)
@@ -436,14 +436,14 @@ static void test_moving(void)
     add_floor(&b, 1e-3, -50, material(0.5f, 0));
     must(scene_finish(b.scene, &b.settings, NULL));
     struct object object;
-    must(object_create(&object, b.scene, "sphere", 0.5, NULL));
+    must(object_init(&object, b.scene, "sphere", 0.5, NULL));
     const struct camera camera = camera_at(3, 0.2, 4, 3, 0.2, 0, 10, 8, 8);
     struct render r = render_of(&b, &camera, 4);
     for (int there = 0; there < 2; there++) {
         struct picture p;
         object_place(&object, (struct vec3){there ? 3 : 0, 0.2, 0});
         must(trace_create(&b.tracer, b.scene));
-        must(path_create(&b.path, b.tracer, 8));
+        must(path_init(&b.path, b.tracer, 8));
         must(render_picture(&r, RENDER_TRUTH, &p, NULL, NULL));
         const double rgb = there ? (double)0.8f : 1, all[3] = {rgb, rgb, rgb};
         ok(off(&p, all) < 1e-5,
@@ -560,7 +560,7 @@ static void test_overlay(void)
     const struct camera camera = camera_at(0, 0, 0, 0, 0, -1, 45, 320, 200);
     struct render r = render_of(&b, &camera, 1);
     struct overlay o = {0};
-    must(overlay_create(&o, &r, s, &baked, &(struct overlay_settings){.probe_radius = 0.5}));
+    must(overlay_init(&o, &r, s, &baked, &(struct overlay_settings){.probe_radius = 0.5}));
     /* A sphere's outline is a cone; a plane at distance 1 cuts it in an ellipse of half axes tan(a)
      * and sin-like width: by counting rays. */
     double count = 0;
@@ -584,7 +584,7 @@ static void test_overlay(void)
            fabs((double)light.z - 3 * sqrt(1 / (4 * PI))) < 1e-6,
        "a sphere's light is E / pi of its probe");
     overlay_clear(&o);
-    must(overlay_create(&o, &r, s, NULL, &(struct overlay_settings){.cells = true}));
+    must(overlay_init(&o, &r, s, NULL, &(struct overlay_settings){.cells = true}));
     /* Left of the wall: the edge from (-1, 0) to (-1, 2), half of that from (-1, 0) to (1, 0), half
      * of the diagonal, and what comes from behind. */
     double column = 0;
@@ -608,8 +608,8 @@ static void test_overlay(void)
 static void test_difference(void)
 {
     struct picture truth, test;
-    must(picture_create(&truth, 60, 200));
-    must(picture_create(&test, 60, 200));
+    must(picture_init(&truth, 60, 200));
+    must(picture_init(&test, 60, 200));
     for (size_t i = 0; i < 12000; i++) { /* L* of 50 and 60; a quarter of it each way */
         const float fifty = 0.18418651851f, sixty = 0.28123332748f;
         const size_t x = i % 60, y = i / 60;

@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <string.h>
 
-struct error *stage_create(struct stage *stage, const char *path,
-                           const struct stream_header *header, struct warnings *warnings)
+struct error *stage_init(struct stage *stage, const char *path, const struct stream_header *header,
+                         struct warnings *warnings)
 {
     *stage = (struct stage){.scene_settings = scene_settings_default(),
                             .capture_settings = capture_settings_default(),
@@ -21,7 +21,7 @@ struct error *stage_create(struct stage *stage, const char *path,
     if (!err)
         err = trace_create(&stage->tracer, stage->scene);
     if (!err)
-        err = path_create(&stage->path, stage->tracer, stage->capture_settings.bounces);
+        err = path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
     if (err)
         return err;
     const char *captured = header_key(header, "scene-key");
@@ -42,10 +42,10 @@ struct error *stage_decimate(struct stage *stage, struct warnings *warnings)
     struct error *err = scene_decimate(stage->scene, stage->capture_settings.decimate, warnings);
     if (!err)
         err = trace_create(&stage->tracer, stage->scene);
-    return err ? err : path_create(&stage->path, stage->tracer, stage->capture_settings.bounces);
+    return err ? err : path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
 }
 
-void stage_destroy(struct stage *stage)
+void stage_clear(struct stage *stage)
 {
     path_clear(&stage->path);
     trace_destroy(stage->tracer);

@@ -27,14 +27,14 @@ struct stage {
     struct path_tracer path;
 };
 
-/* Reads the scene at `path` as the header says. stage_destroy is legal, and needed, on error
+/* Reads the scene at `path` as the header says. stage_clear is legal, and needed, on error
  * too. */
-struct error *stage_create(struct stage *stage, const char *path,
-                           const struct stream_header *header, struct warnings *warnings);
+struct error *stage_init(struct stage *stage, const char *path, const struct stream_header *header,
+                         struct warnings *warnings);
 
 /* The scene is the whole one, until this makes it the one that probes were captured in, where that
  * was decimated: for who is to capture as they were. */
 struct error *stage_decimate(struct stage *stage, struct warnings *warnings);
-void stage_destroy(struct stage *stage);
+void stage_clear(struct stage *stage);
 
 #endif

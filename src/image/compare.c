@@ -9,7 +9,7 @@
 struct error *compare_show(const struct picture *picture, const struct compare_screen *screen,
                            struct picture *shown)
 {
-    struct error *err = picture_create(shown, picture->width, picture->height);
+    struct error *err = picture_init(shown, picture->width, picture->height);
     for (size_t i = 0; !err && i < 3 * picture->width * picture->height; i++)
         shown->rgb[i] =
             (float)display_tone(screen->tone, screen->exposure * (double)picture->rgb[i]);

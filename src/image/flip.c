@@ -243,7 +243,7 @@ static double feature_difference(const struct work *w, size_t i)
 
 /* -- all of it -------------------------------------------------------------------------------- */
 
-static struct error *work_create(struct work *w, const struct picture *p, int threads)
+static struct error *work_init(struct work *w, const struct picture *p, int threads)
 {
     enum { ARRAYS = 1 + 4 * PLANES + 8 };
     *w = (struct work){
@@ -288,7 +288,7 @@ struct error *flip_compare(const struct picture *reference, const struct picture
                          reference->width, reference->height, test->width, test->height);
     if (!(ppd > 0 && ppd * 0.135077 < RADIUS_MOST))
         return error_new("%g pixels a degree, expected above 0 and below 1895", ppd);
-    struct error *err = work_create(&w, reference, threads);
+    struct error *err = work_init(&w, reference, threads);
     if (err)
         return err;
     fill_planes(&w, reference, w.plane[0]);

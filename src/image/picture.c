@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-struct error *picture_create(struct picture *p, size_t width, size_t height)
+struct error *picture_init(struct picture *p, size_t width, size_t height)
 {
     *p = (struct picture){.width = width, .height = height};
     if (width < 1 || height < 1 || width > PICTURE_SIDE_MOST || height > PICTURE_SIDE_MOST)
@@ -139,7 +139,7 @@ static struct error *read_pfm(struct picture *p, const char *data, size_t size)
         !(scale < 0 || scale > 0))
         return error_new(
             "expected a colour PFM: PF, width, height, and -1 or 1 for the order of bytes");
-    struct error *err = picture_create(p, width, height);
+    struct error *err = picture_init(p, width, height);
     if (err)
         return err;
     /* one blank behind the scale */
@@ -166,7 +166,7 @@ static struct error *read_image(struct picture *p, const char *data, size_t size
     struct scene_texture texture = {0};
     struct error *err = image_decode(&texture, data, size, IMAGE_COLOUR);
     if (!err)
-        err = picture_create(p, texture.width, texture.height);
+        err = picture_init(p, texture.width, texture.height);
     for (size_t i = 0; !err && i < p->width * p->height; i++)
         for (size_t k = 0; k < 3; k++) {
             const size_t from = texture.channels * i + k;

@@ -22,7 +22,7 @@ struct picture {
 enum { PICTURE_SIDE_MOST = 16384 };
 
 /* A black picture. Errors: a side of 0, or of more than PICTURE_SIDE_MOST. */
-struct error *picture_create(struct picture *picture, size_t width, size_t height);
+struct error *picture_init(struct picture *picture, size_t width, size_t height);
 void picture_clear(struct picture *picture);
 
 static inline struct vec3f picture_get(const struct picture *p, size_t x, size_t y)

@@ -246,7 +246,7 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
     struct cubes cubes = {0};
     struct error *err = array_create(&candidate, leaks->leaking, sizeof *candidate);
     if (!err)
-        err = cubes_create(&cubes, look->settings->separation, probe_count + 2 * leaks->leaking);
+        err = cubes_init(&cubes, look->settings->separation, probe_count + 2 * leaks->leaking);
     if (!err)
         err = array_create(&leaks->probe, 6 * leaks->leaking, sizeof *leaks->probe);
     size_t count = 0;

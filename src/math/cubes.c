@@ -20,7 +20,7 @@ static size_t cube_hash(const struct cubes *c, int64_t x, int64_t y, int64_t z)
     return (size_t)((h ^ h >> 29) * 0xbf58476d1ce4e5b9u >> 32) & c->mask;
 }
 
-struct error *cubes_create(struct cubes *c, double size, size_t room)
+struct error *cubes_init(struct cubes *c, double size, size_t room)
 {
     *c = (struct cubes){.size = size, .mask = 1024};
     while (c->mask < 2 * room)

@@ -21,7 +21,7 @@ struct cubes {
 };
 
 /* Room for `room` points (fewer than 2^31), in cubes of this size. */
-struct error *cubes_create(struct cubes *cubes, double size, size_t room);
+struct error *cubes_init(struct cubes *cubes, double size, size_t room);
 void cubes_clear(struct cubes *cubes);
 
 /* Adds a point: its index is the number of points before it. */

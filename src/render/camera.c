@@ -11,8 +11,8 @@ static struct vec3 unit(struct vec3 a)
                : (struct vec3){0};
 }
 
-struct error *camera_create(struct camera *c, struct vec3 eye, struct vec3 look_at, struct vec3 up,
-                            double fov, size_t width, size_t height)
+struct error *camera_init(struct camera *c, struct vec3 eye, struct vec3 look_at, struct vec3 up,
+                          double fov, size_t width, size_t height)
 {
     *c = (struct camera){
         .eye = eye, .forward = unit(vec3_sub(look_at, eye)), .width = width, .height = height};

@@ -22,8 +22,8 @@ struct camera {
 
 /* fov: the whole vertical angle, degrees, above 0 and below 180. Errors: nothing to look at
  * (look_at is eye), up along the view. */
-struct error *camera_create(struct camera *camera, struct vec3 eye, struct vec3 look_at,
-                            struct vec3 up, double fov, size_t width, size_t height);
+struct error *camera_init(struct camera *camera, struct vec3 eye, struct vec3 look_at,
+                          struct vec3 up, double fov, size_t width, size_t height);
 
 /* The unit direction through a point of the picture. */
 struct vec3 camera_direction(const struct camera *camera, double x, double y);

@@ -119,7 +119,7 @@ static struct error *take_overlay(const struct film *film, const struct render *
 {
     if (!(film->overlay.probe_radius > 0) && !film->overlay.cells)
         return NULL;
-    return overlay_create(overlay, render, film->stream, film->baked, &film->overlay);
+    return overlay_init(overlay, render, film->stream, film->baked, &film->overlay);
 }
 
 /* One shot of the scene as it stands; object: what moves in it, or NULL. */
@@ -133,7 +133,7 @@ static struct error *take_shot(const struct film *film, const struct render_obje
     struct shot_settings settings = *film->shot;
     struct error *err = trace_create(&tracer, film->scene);
     if (!err)
-        err = path_create(&path, tracer, film->bounces);
+        err = path_init(&path, tracer, film->bounces);
     render.path = &path;
     if (object)
         render.object = *object;
@@ -192,11 +192,11 @@ static struct error *sheet_add(struct sheet *sheet, size_t frame, size_t count,
         while (sheet->across * sheet->across < count)
             sheet->across++;
         sheet->down = (count + sheet->across - 1) / sheet->across;
-        err = picture_create(&sheet->whole.shown, sheet->across * shot->shown.width,
-                             sheet->down * shot->shown.height);
+        err = picture_init(&sheet->whole.shown, sheet->across * shot->shown.width,
+                           sheet->down * shot->shown.height);
         if (!err)
-            err = picture_create(&sheet->whole.linear, sheet->across * shot->shown.width,
-                                 sheet->down * shot->shown.height);
+            err = picture_init(&sheet->whole.linear, sheet->across * shot->shown.width,
+                               sheet->down * shot->shown.height);
         if (err)
             return error_wrap(
                 err, "the sheet of %zu frames (%%d in the output's name makes a file of each)",
@@ -287,7 +287,7 @@ static struct error *take_path(const struct film *film, struct warnings *warning
     if (!err)
         err = read_path(film->path, film->scene, &point, &count);
     if (!err)
-        err = object_create(&object, film->scene, film->object, film->object_radius, warnings);
+        err = object_init(&object, film->scene, film->object, film->object_radius, warnings);
     if (!err) {
         struct progress *progress = progress_start(film->progress, film->program, "tiles",
                                                    count * render_tiles(film->render->camera) *

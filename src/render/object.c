@@ -118,8 +118,8 @@ static struct error *add_file(struct scene *scene, const char *path, struct vec3
 
 /* -- the object -------------------------------------------------------------------------------- */
 
-struct error *object_create(struct object *o, struct scene *scene, const char *path, double radius,
-                            struct warnings *warnings)
+struct error *object_init(struct object *o, struct scene *scene, const char *path, double radius,
+                          struct warnings *warnings)
 {
     struct vec3 centre = {0};
     *o = (struct object){.scene = scene,

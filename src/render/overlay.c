@@ -169,7 +169,7 @@ static void touch_all(const struct drawing *d, struct bins *bins, bool lines)
 
 /* Two passes: counts become starts, and each item that is put in moves its tile's start on, to the
  * next's in the end. */
-static struct error *bins_create(struct bins *bins, const struct drawing *d, bool lines)
+static struct error *bins_init(struct bins *bins, const struct drawing *d, bool lines)
 {
     struct error *err = array_create(&bins->start, d->tiles + 1, sizeof *bins->start);
     if (err)
@@ -369,9 +369,9 @@ static struct error *draw_tile(void *context, size_t tile, int thread)
 
 /* -- all of it -------------------------------------------------------------------------------- */
 
-struct error *overlay_create(struct overlay *overlay, const struct render *render,
-                             const struct stream *stream, const struct baked *baked,
-                             const struct overlay_settings *settings)
+struct error *overlay_init(struct overlay *overlay, const struct render *render,
+                           const struct stream *stream, const struct baked *baked,
+                           const struct overlay_settings *settings)
 {
     const struct camera *c = render->camera;
     const struct table *probes = stream_table(stream, "probe");
@@ -385,15 +385,15 @@ struct error *overlay_create(struct overlay *overlay, const struct render *rende
                         .across = (c->width + TILE - 1) / TILE,
                         .tiles = render_tiles(c),
                         .overlay = overlay};
-    struct error *err = picture_create(&overlay->light, c->width, c->height);
+    struct error *err = picture_init(&overlay->light, c->width, c->height);
     if (!err)
-        err = picture_create(&overlay->share, c->width, c->height);
+        err = picture_init(&overlay->share, c->width, c->height);
     if (!err)
-        err = bins_create(&d.sphere_bins, &d, false);
+        err = bins_init(&d.sphere_bins, &d, false);
     if (!err && settings->cells)
         err = find_lines(&d, stream);
     if (!err && settings->cells)
-        err = bins_create(&d.line_bins, &d, true);
+        err = bins_init(&d.line_bins, &d, true);
     if (!err)
         err = threads_for(render->threads, d.tiles, draw_tile, &d);
     free(d.lines);

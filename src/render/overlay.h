@@ -25,9 +25,9 @@ struct overlay {
 };
 
 /* baked: NULL where the probes have no light. Makes the overlay; starts as {0}. */
-struct error *overlay_create(struct overlay *overlay, const struct render *render,
-                             const struct stream *stream, const struct baked *baked,
-                             const struct overlay_settings *settings);
+struct error *overlay_init(struct overlay *overlay, const struct render *render,
+                           const struct stream *stream, const struct baked *baked,
+                           const struct overlay_settings *settings);
 void overlay_clear(struct overlay *overlay);
 
 /* The median distance between neighbours, by the cells' edges; without cells, the cube root of a

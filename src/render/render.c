@@ -298,9 +298,9 @@ struct error *render_picture(const struct render *r, enum render_light light,
     if (!(vec3_length(vec3_sub(r->camera->eye, centre)) <= 1e9 * scene_size(scene)))
         return error_new("the eye is farther out than 1e9 times the scene's size: (%g, %g, %g)",
                          r->camera->eye.x, r->camera->eye.y, r->camera->eye.z);
-    struct error *err = picture_create(picture, r->camera->width, r->camera->height);
+    struct error *err = picture_init(picture, r->camera->width, r->camera->height);
     if (!err && variance)
-        err = picture_create(variance, r->camera->width, r->camera->height);
+        err = picture_init(variance, r->camera->width, r->camera->height);
     struct job job = {.render = r,
                       .light = light,
                       .picture = picture,

@@ -115,9 +115,9 @@ static struct error *show_difference(struct shot *shot, const struct picture *tr
     const size_t count = truth->width * truth->height;
     float *difference = NULL;
     char low[32], high[32];
-    struct error *err = picture_create(&shot->linear, truth->width, truth->height);
+    struct error *err = picture_init(&shot->linear, truth->width, truth->height);
     if (!err)
-        err = picture_create(&shot->shown, truth->width, truth->height);
+        err = picture_init(&shot->shown, truth->width, truth->height);
     if (!err)
         err = array_create(&difference, count, sizeof *difference);
     for (size_t i = 0; !err && i < 3 * count; i++)
@@ -145,9 +145,9 @@ static struct error *show_flip(struct shot *shot, const struct picture *truth, c
                                const struct shot_settings *s)
 {
     const struct compare_screen screen = {shot->exposure, s->tone};
-    struct error *err = picture_create(&shot->linear, truth->width, truth->height);
+    struct error *err = picture_init(&shot->linear, truth->width, truth->height);
     if (!err)
-        err = picture_create(&shot->shown, truth->width, truth->height);
+        err = picture_init(&shot->shown, truth->width, truth->height);
     for (size_t i = 0; !err && i < truth->width * truth->height; i++) {
         const size_t x = i % truth->width, y = i / truth->width;
         picture_set(&shot->linear, x, y, (struct vec3f){map[i], map[i], map[i]});
@@ -185,7 +185,7 @@ static struct error *show_split(struct shot *shot, const struct picture *truth,
                                 const struct picture *test, const struct shot_settings *s)
 {
     struct picture both = {0};
-    struct error *err = picture_create(&both, truth->width, truth->height);
+    struct error *err = picture_init(&both, truth->width, truth->height);
     for (size_t y = 0; !err && y < truth->height; y++)
         for (size_t x = 0; x < truth->width; x++)
             picture_set(&both, x, y, picture_get(x < truth->width / 2 ? truth : test, x, y));
@@ -204,12 +204,12 @@ static struct error *show_pair(struct shot *shot, const struct picture *truth,
                                const struct picture *test, const struct shot_settings *s)
 {
     struct shot one = {.exposure = shot->exposure};
-    struct error *err = picture_create(&shot->shown, 2 * truth->width, truth->height);
+    struct error *err = picture_init(&shot->shown, 2 * truth->width, truth->height);
     if (!err)
-        err = picture_create(&shot->linear, 2 * truth->width, truth->height);
+        err = picture_init(&shot->linear, 2 * truth->width, truth->height);
     for (int i = 0; i < 2 && !err; i++) {
         struct picture copy = {0};
-        err = picture_create(&copy, truth->width, truth->height);
+        err = picture_init(&copy, truth->width, truth->height);
         if (err)
             break;
         picture_paste(&copy, 0, 0, i ? test : truth);

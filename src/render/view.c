@@ -123,8 +123,8 @@ static struct error *aim(const struct choice *c, const struct candidate *candida
     const struct vec3 eye = c->place[candidate->eye].position;
     const struct vec3 up = fabs(candidate->forward.y) > 0.99 ? (struct vec3){0, 0, -1}
                                                              : (struct vec3){0, 1, 0};
-    return camera_create(camera, eye, vec3_fma(eye, c->radius, candidate->forward), up, c->fov,
-                         (size_t)(1000 * c->aspect) + 1, 1000);
+    return camera_init(camera, eye, vec3_fma(eye, c->radius, candidate->forward), up, c->fov,
+                       (size_t)(1000 * c->aspect) + 1, 1000);
 }
 
 /* Puts a candidate among the finalists, which are in order, if it is good enough. */

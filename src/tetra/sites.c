@@ -161,7 +161,7 @@ static struct error *merge_near(struct sites *sites, size_t probes, double reach
 {
     struct cubes cubes = {0};
     int32_t *represents = NULL, near;
-    struct error *err = cubes_create(&cubes, reach, sites->count);
+    struct error *err = cubes_init(&cubes, reach, sites->count);
     if (!err)
         err = array_create(&represents, sites->count, sizeof *represents);
     for (int turn = 0; turn < 2; turn++)

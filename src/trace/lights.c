@@ -375,7 +375,7 @@ static struct error *number_leaves(struct lights *lights, uint32_t nodes)
     return err;
 }
 
-struct error *lights_create(struct lights *lights, const struct tracer *t)
+struct error *lights_init(struct lights *lights, const struct tracer *t)
 {
     *lights = (struct lights){.instance_count = t->scene->instance_count,
                               .front_only = t->scene->emit_front_only};

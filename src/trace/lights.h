@@ -43,7 +43,7 @@ struct lights_choice {
     float density;
 };
 
-struct error *lights_create(struct lights *lights, const struct tracer *tracer);
+struct error *lights_init(struct lights *lights, const struct tracer *tracer);
 void lights_clear(struct lights *lights);
 
 /* Draws a light by x and a point on it by what is left of x and by y, both uniform in [0, 1):

@@ -36,14 +36,14 @@ static struct error *add_suns(struct path_tracer *path)
     return err;
 }
 
-struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces)
+struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces)
 {
     *path = (struct path_tracer){.tracer = tracer, .bounces = bounces};
-    struct error *err = lights_create(&path->lights, tracer);
+    struct error *err = lights_init(&path->lights, tracer);
     for (size_t i = 0; i < path->lights.instance_count && !err; i++)
         path->emissive = path->emissive || path->lights.number[i];
     if (!err)
-        err = sky_create(&path->sky, tracer->scene);
+        err = sky_init(&path->sky, tracer->scene);
     if (!err)
         err = add_suns(path);
     if (err)

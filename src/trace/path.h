@@ -59,7 +59,7 @@ struct path_found {
     struct vec3f light;
 };
 
-struct error *path_create(struct path_tracer *path, const struct tracer *tracer, int bounces);
+struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
 
 enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */

@@ -71,7 +71,7 @@ static bool accumulate(struct sky *sky, const struct scene_texture *picture,
     return squares > UNEVEN * total * total;
 }
 
-struct error *sky_create(struct sky *sky, const struct scene *scene)
+struct error *sky_init(struct sky *sky, const struct scene *scene)
 {
     const struct scene_texture *picture = scene->sky.picture;
     *sky = (struct sky){0};

@@ -22,7 +22,7 @@ struct sky {
     double *edge;  /* y of a direction at the lower edge of each row */
 };
 
-struct error *sky_create(struct sky *sky, const struct scene *scene);
+struct error *sky_init(struct sky *sky, const struct scene *scene);
 void sky_clear(struct sky *sky);
 
 /* A direction by x and y, uniform in [0, 1), and its density per solid angle. Needs rows > 0. */

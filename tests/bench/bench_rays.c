@@ -140,7 +140,7 @@ static void compare_render(const struct path_tracer *path, const struct capture_
     struct camera camera;
     double capture[RUNS_MOST], render[RUNS_MOST];
     fail(view_choose(path, 60, 16.0 / 9, &eye, &look_at));
-    fail(camera_create(&camera, eye, look_at, (struct vec3){0, 1, 0}, 60, 320, 180));
+    fail(camera_init(&camera, eye, look_at, (struct vec3){0, 1, 0}, 60, 320, 180));
     counting = true;
     capture_all(path, settings, probes);
     const size_t of_capture = ray_count;
@@ -184,7 +184,7 @@ int main(int argc, char **argv)
     const double build_start = seconds();
     fail(trace_create(&tracer, scene));
     const double build_end = seconds();
-    fail(path_create(&path, tracer, settings.bounces));
+    fail(path_init(&path, tracer, settings.bounces));
     struct table *probes = stream_table(stream, "probe");
     if (render) {
         compare_render(&path, &settings, probes, runs);

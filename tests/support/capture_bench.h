@@ -51,7 +51,7 @@ static inline void bench_finish(struct bench *b, int bounces)
 {
     must(scene_finish(b->scene, &b->settings, NULL));
     must(trace_create(&b->tracer, b->scene));
-    must(path_create(&b->path, b->tracer, bounces));
+    must(path_init(&b->path, b->tracer, bounces));
 }
 
 static inline void bench_clear(struct bench *b)
