@@ -64,27 +64,27 @@ static struct error *run(const struct vtk_options *o, const char *input, struct 
     const enum vtk_encoding encoding = (enum vtk_encoding)o->encoding;
     struct stream *stream = NULL;
     struct scene *scene = NULL;
-    struct grid grid = {0};
-    struct surface surface = {0};
+    struct vtk_probes cells = {0};
+    struct vtk_scene surface = {0};
     char *name = NULL;
     struct error *err = stream_read(&stream, input);
     if (!err)
-        err = error_wrap(grid_create(&grid, stream, o->exposure, warnings), "%s",
+        err = error_wrap(vtk_probes_init(&cells, stream, o->exposure, warnings), "%s",
                          strcmp(input, "-") ? input : "stdin");
     if (!err && o->scene)
         err = read_scene(&scene, o->scene, &stream->header, warnings);
     if (!err && o->scene)
-        err = error_wrap(surface_create(&surface, scene), "%s", o->scene);
+        err = error_wrap(vtk_scene_init(&surface, scene), "%s", o->scene);
     if (!err && o->scene && !o->scene_output)
         err = scene_name(o->output, &name);
     if (!err)
-        err = vtk_write_grid(o->output, &grid.mesh, encoding);
+        err = vtk_export_grid(o->output, &cells.mesh, encoding);
     if (!err && o->scene)
-        err = vtk_write_surface(name ? name : o->scene_output, &surface.mesh, encoding);
+        err = vtk_export_surface(name ? name : o->scene_output, &surface.mesh, encoding);
     free(name);
-    surface_clear(&surface);
+    vtk_scene_clear(&surface);
     scene_destroy(scene);
-    grid_clear(&grid);
+    vtk_probes_clear(&cells);
     stream_destroy(stream);
     return err;
 }

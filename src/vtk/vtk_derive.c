@@ -19,7 +19,7 @@ static double mean_factor(bool convolved)
     return convolved ? y00 : y00 * sh_cosine(0);
 }
 
-void derive_irradiance(size_t count, int order, bool convolved, const float *sh, float *rgb)
+void vtk_derive_irradiance(size_t count, int order, bool convolved, const float *sh, float *rgb)
 {
     const size_t width = (size_t)(3 * order * order);
     const double factor = mean_factor(convolved);
@@ -28,7 +28,7 @@ void derive_irradiance(size_t count, int order, bool convolved, const float *sh,
             rgb[3 * i + k] = isnan(sh[i * width]) ? 0 : (float)(factor * (double)sh[i * width + k]);
 }
 
-void derive_luminance(size_t count, const float *rgb, float *luminance)
+void vtk_derive_luminance(size_t count, const float *rgb, float *luminance)
 {
     for (size_t i = 0; i < count; i++)
         luminance[i] = vec3f_luminance((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
@@ -41,7 +41,8 @@ static void store(float to[3], const double from[3])
         to[k] = isfinite((float)from[k]) ? (float)from[k] : 0;
 }
 
-void derive_brightest(size_t count, int order, bool convolved, const float *sh, float *direction)
+void vtk_derive_brightest(size_t count, int order, bool convolved, const float *sh,
+                          float *direction)
 {
     const size_t width = (size_t)(3 * order * order);
     for (size_t i = 0; i < count; i++) {
@@ -54,8 +55,8 @@ void derive_brightest(size_t count, int order, bool convolved, const float *sh, 
     }
 }
 
-void derive_sh_luminance_gradient(size_t count, int order, bool convolved, const float *sh_gradient,
-                                  float *gradient)
+void vtk_derive_sh_luminance_gradient(size_t count, int order, bool convolved,
+                                      const float *sh_gradient, float *gradient)
 {
     const size_t width = (size_t)(3 * order * order);
     const double factor = mean_factor(convolved);
@@ -90,8 +91,8 @@ static double cell_edges(int corners, const int32_t *v, const double *position, 
     return vec3_dot(edge[0], vec3_cross(edge[1], edge[2]));
 }
 
-void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position,
-                         float *angle)
+void vtk_derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double *position,
+                             float *angle)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         double p[4][3], all[6];
@@ -105,8 +106,8 @@ void derive_min_dihedral(size_t cell_count, const int32_t *vertex, const double 
     }
 }
 
-void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *position,
-                      float *angle)
+void vtk_derive_min_angle(size_t cell_count, const int32_t *vertex, const double *position,
+                          float *angle)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         double least = 180;
@@ -122,7 +123,8 @@ void derive_min_angle(size_t cell_count, const int32_t *vertex, const double *po
     }
 }
 
-void derive_length(size_t cell_count, const int32_t *vertex, const double *position, double *length)
+void vtk_derive_length(size_t cell_count, const int32_t *vertex, const double *position,
+                       double *length)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         const struct vec3 a = vec3_load(position + 3 * (size_t)vertex[2 * cell]),
@@ -131,8 +133,8 @@ void derive_length(size_t cell_count, const int32_t *vertex, const double *posit
     }
 }
 
-void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
-                          const double *position, const float *value, float *gradient)
+void vtk_derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
+                              const double *position, const float *value, float *gradient)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
         const int32_t *v = vertex + (size_t)corners * cell;
@@ -147,9 +149,9 @@ void derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
     }
 }
 
-struct error *derive_point_gradient(size_t count, int corners, size_t cell_count,
-                                    const int32_t *vertex, const double *position,
-                                    const float *cell_gradient, float *gradient)
+struct error *vtk_derive_point_gradient(size_t count, int corners, size_t cell_count,
+                                        const int32_t *vertex, const double *position,
+                                        const float *cell_gradient, float *gradient)
 {
     double *sum = NULL;
     struct error *err = array_create(&sum, 4 * count, sizeof *sum);

@@ -328,8 +328,8 @@ extern "C" size_t vtk_type_size(enum vtk_type type)
     return type == VTK_EXPORT_U8 ? 1 : type == VTK_EXPORT_F64 ? 8 : 4;
 }
 
-extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh,
-                                        enum vtk_encoding encoding)
+extern "C" struct error *vtk_export_grid(const char *path, const struct vtk_mesh *mesh,
+                                         enum vtk_encoding encoding)
 {
     return guard([=](const message_catcher &messages) {
         vtkNew<vtkUnstructuredGrid> grid;
@@ -346,8 +346,8 @@ extern "C" struct error *vtk_write_grid(const char *path, const struct vtk_mesh 
     });
 }
 
-extern "C" struct error *vtk_write_surface(const char *path, const struct vtk_mesh *mesh,
-                                           enum vtk_encoding encoding)
+extern "C" struct error *vtk_export_surface(const char *path, const struct vtk_mesh *mesh,
+                                            enum vtk_encoding encoding)
 {
     return guard([=](const message_catcher &messages) {
         vtkNew<vtkPolyData> surface;

@@ -66,12 +66,12 @@ enum vtk_encoding {
  * quality by vtkMeshQuality: aspect_ratio (1 for a regular one, 1e30 for a flat one), and volume or
  * area; cell_arrays of these names go before them. path "-": standard output. What is not a file is
  * written from memory, so it takes that much. */
-struct error *vtk_write_grid(const char *path, const struct vtk_mesh *mesh,
-                             enum vtk_encoding encoding);
+struct error *vtk_export_grid(const char *path, const struct vtk_mesh *mesh,
+                              enum vtk_encoding encoding);
 
 /* Writes triangles as .vtp. */
-struct error *vtk_write_surface(const char *path, const struct vtk_mesh *mesh,
-                                enum vtk_encoding encoding);
+struct error *vtk_export_surface(const char *path, const struct vtk_mesh *mesh,
+                                 enum vtk_encoding encoding);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct error *fields_add(struct fields *fields, struct vtk_array array)
+struct error *vtk_fields_add(struct vtk_fields *fields, struct vtk_array array)
 {
     for (size_t i = 0; i < fields->count; i++)
         if (!strcmp(fields->list[i].name, array.name))
@@ -17,7 +17,7 @@ struct error *fields_add(struct fields *fields, struct vtk_array array)
     return err;
 }
 
-struct error *fields_own(struct fields *fields, size_t count, size_t size, void *block)
+struct error *vtk_fields_own(struct vtk_fields *fields, size_t count, size_t size, void *block)
 {
     struct error *err = array_reserve(&fields->blocks, &fields->block_capacity,
                                       fields->block_count + 1, sizeof *fields->blocks);
@@ -28,22 +28,22 @@ struct error *fields_own(struct fields *fields, size_t count, size_t size, void 
     return err;
 }
 
-struct error *fields_add_new(struct fields *fields, const char *name, enum vtk_type type,
-                             size_t width, size_t count, void *data)
+struct error *vtk_fields_add_new(struct vtk_fields *fields, const char *name, enum vtk_type type,
+                                 size_t width, size_t count, void *data)
 {
-    struct error *err = fields_own(fields, count * width, vtk_type_size(type), data);
+    struct error *err = vtk_fields_own(fields, count * width, vtk_type_size(type), data);
     if (err)
         return err;
     struct vtk_array array = {.name = name, .type = type, .width = width};
     memcpy(&array.data, data, sizeof array.data);
-    return fields_add(fields, array);
+    return vtk_fields_add(fields, array);
 }
 
-void fields_clear(struct fields *fields)
+void vtk_fields_clear(struct vtk_fields *fields)
 {
     for (size_t i = 0; i < fields->block_count; i++)
         free(fields->blocks[i]);
     free(fields->blocks);
     free(fields->list);
-    *fields = (struct fields){0};
+    *fields = (struct vtk_fields){0};
 }

@@ -13,7 +13,7 @@
 struct error;
 
 /* Starts as {0}. */
-struct fields {
+struct vtk_fields {
     struct vtk_array *list; /* owned, as are the blocks */
     size_t count, capacity;
     void **blocks;
@@ -22,17 +22,17 @@ struct fields {
 
 /* Adds an array as it stands; what it points to is borrowed. Does nothing where the name is
  * taken. */
-struct error *fields_add(struct fields *fields, struct vtk_array array);
+struct error *vtk_fields_add(struct vtk_fields *fields, struct vtk_array array);
 
 /* Adds an array of `count` zeroed tuples, to be filled by the caller through *data (a T **). Where
  * the name is taken, *data can be filled all the same, and is not written. */
-struct error *fields_add_new(struct fields *fields, const char *name, enum vtk_type type,
-                             size_t width, size_t count, void *data);
+struct error *vtk_fields_add_new(struct vtk_fields *fields, const char *name, enum vtk_type type,
+                                 size_t width, size_t count, void *data);
 
 /* Zeroed memory that lives as long as the fields: *block (a T **) gets `count` elements of `size`
  * bytes. */
-struct error *fields_own(struct fields *fields, size_t count, size_t size, void *block);
+struct error *vtk_fields_own(struct vtk_fields *fields, size_t count, size_t size, void *block);
 
-void fields_clear(struct fields *fields);
+void vtk_fields_clear(struct vtk_fields *fields);
 
 #endif

@@ -18,13 +18,13 @@ enum { NAME_ROOM = 24 };
 
 /* Names of the components of an SH column, L00.r, L00.g, ..., L1-1.r, ...; of a gradient's,
  * L00.r.x. */
-static struct error *sh_names(struct fields *fields, size_t width, bool gradient,
+static struct error *sh_names(struct vtk_fields *fields, size_t width, bool gradient,
                               const char *const **names)
 {
     char **list = NULL, *text = NULL;
-    struct error *err = fields_own(fields, width, sizeof *list, &list);
+    struct error *err = vtk_fields_own(fields, width, sizeof *list, &list);
     if (!err)
-        err = fields_own(fields, width, NAME_ROOM, &text);
+        err = vtk_fields_own(fields, width, NAME_ROOM, &text);
     const size_t one = gradient ? width / 3 : width; /* values of one direction */
     for (size_t i = 0; i < width && !err; i++) {
         const size_t coefficient = i % one / 3;
@@ -41,7 +41,7 @@ static struct error *sh_names(struct fields *fields, size_t width, bool gradient
     return err;
 }
 
-static struct error *component_names(struct fields *fields, const struct column *c,
+static struct error *component_names(struct vtk_fields *fields, const struct column *c,
                                      const char *const **names)
 {
     static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03",
@@ -67,7 +67,7 @@ static bool is_missing(const struct column *c, size_t i)
 }
 
 /* The column's data; where values are missing a copy in which they are 0. */
-static struct error *present(struct fields *fields, const struct table *table,
+static struct error *present(struct vtk_fields *fields, const struct table *table,
                              const struct column *c, const void **data, struct warnings *warnings)
 {
     *data = c->data;
@@ -81,7 +81,7 @@ static struct error *present(struct fields *fields, const struct table *table,
                  c->name, missing, table->rows);
     const size_t size = column_type_size(c->type), bytes = c->width * size;
     char *copy = NULL;
-    struct error *err = fields_own(fields, table->rows * c->width, size, &copy);
+    struct error *err = vtk_fields_own(fields, table->rows * c->width, size, &copy);
     for (size_t row = 0; row < table->rows && !err; row++)
         if (!is_missing(c, row * c->width))
             memcpy(copy + row * bytes, (const char *)c->data + row * bytes, bytes);
@@ -89,7 +89,7 @@ static struct error *present(struct fields *fields, const struct table *table,
     return err;
 }
 
-static struct error *add_columns(struct fields *fields, const struct table *table,
+static struct error *add_columns(struct vtk_fields *fields, const struct table *table,
                                  struct warnings *warnings)
 {
     static const enum vtk_type types[] = {[COLUMN_F32] = VTK_EXPORT_F32,
@@ -103,15 +103,15 @@ static struct error *add_columns(struct fields *fields, const struct table *tabl
         if (!err)
             err = present(fields, table, c, &array.data, warnings);
         if (!err)
-            err = fields_add(fields, array);
+            err = vtk_fields_add(fields, array);
     }
     return err;
 }
 
 /* -- derived arrays --------------------------------------------------------------------------- */
 
-/* What the light at each probe looks like. *luminance, for gradients, lives as long as the grid. */
-static struct error *add_light(struct grid *grid, const struct table *probes,
+/* What the light at each probe looks like. *luminance, for gradients, lives as long as the mesh. */
+static struct error *add_light(struct vtk_probes *vtk, const struct table *probes,
                                const struct column *sh, bool convolved, double *exposure,
                                float **luminance)
 {
@@ -122,26 +122,26 @@ static struct error *add_light(struct grid *grid, const struct table *probes,
     uint8_t *colour = NULL;
     int32_t *captured = NULL;
     struct error *err =
-        fields_add_new(&grid->points, "irradiance", VTK_EXPORT_F32, 3, n, &irradiance);
+        vtk_fields_add_new(&vtk->points, "irradiance", VTK_EXPORT_F32, 3, n, &irradiance);
     if (!err)
-        err = fields_add_new(&grid->points, "luminance", VTK_EXPORT_F32, 1, n, luminance);
+        err = vtk_fields_add_new(&vtk->points, "luminance", VTK_EXPORT_F32, 1, n, luminance);
     if (!err)
-        err = fields_add_new(&grid->points, "colour", VTK_EXPORT_U8, 3, n, &colour);
+        err = vtk_fields_add_new(&vtk->points, "colour", VTK_EXPORT_U8, 3, n, &colour);
     if (!err)
-        err = fields_add_new(&grid->points, "brightest", VTK_EXPORT_F32, 3, n, &brightest);
+        err = vtk_fields_add_new(&vtk->points, "brightest", VTK_EXPORT_F32, 3, n, &brightest);
     if (!err)
-        err = fields_add_new(&grid->points, "captured", VTK_EXPORT_I32, 1, n, &captured);
+        err = vtk_fields_add_new(&vtk->points, "captured", VTK_EXPORT_I32, 1, n, &captured);
     if (!err && sh_gradient)
-        err =
-            fields_add_new(&grid->points, "sh_luminance_gradient", VTK_EXPORT_F32, 3, n, &gradient);
+        err = vtk_fields_add_new(&vtk->points, "sh_luminance_gradient", VTK_EXPORT_F32, 3, n,
+                                 &gradient);
     if (err)
         return err;
-    derive_irradiance(n, order, convolved, column_f32(sh), irradiance);
-    derive_luminance(n, irradiance, *luminance);
-    derive_brightest(n, order, convolved, column_f32(sh), brightest);
+    vtk_derive_irradiance(n, order, convolved, column_f32(sh), irradiance);
+    vtk_derive_luminance(n, irradiance, *luminance);
+    vtk_derive_brightest(n, order, convolved, column_f32(sh), brightest);
     if (sh_gradient)
-        derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved,
-                                     column_f32(sh_gradient), gradient);
+        vtk_derive_sh_luminance_gradient(n, sh_order_of(sh_gradient->width / 3), convolved,
+                                         column_f32(sh_gradient), gradient);
     for (size_t i = 0; i < n; i++)
         captured[i] = !is_missing(sh, i * sh->width);
     if (*exposure <= 0)
@@ -151,32 +151,34 @@ static struct error *add_light(struct grid *grid, const struct table *probes,
     return err;
 }
 
-static struct error *add_gradients(struct grid *grid, const float *luminance)
+static struct error *add_gradients(struct vtk_probes *vtk, const float *luminance)
 {
-    const struct vtk_mesh *m = &grid->mesh;
+    const struct vtk_mesh *m = &vtk->mesh;
     float *of_points = NULL, *of_cells = NULL;
     static const char name[] = "luminance_gradient";
     struct error *err =
-        fields_add_new(&grid->points, name, VTK_EXPORT_F32, 3, m->point_count, &of_points);
+        vtk_fields_add_new(&vtk->points, name, VTK_EXPORT_F32, 3, m->point_count, &of_points);
     if (!err)
-        err = fields_add_new(&grid->cells, name, VTK_EXPORT_F32, 3, m->cell_count, &of_cells);
+        err = vtk_fields_add_new(&vtk->cells, name, VTK_EXPORT_F32, 3, m->cell_count, &of_cells);
     if (err)
         return err;
-    derive_cell_gradient(m->corners, m->cell_count, m->vertex, m->position, luminance, of_cells);
-    return derive_point_gradient(m->point_count, m->corners, m->cell_count, m->vertex, m->position,
-                                 of_cells, of_points);
+    vtk_derive_cell_gradient(m->corners, m->cell_count, m->vertex, m->position, luminance,
+                             of_cells);
+    return vtk_derive_point_gradient(m->point_count, m->corners, m->cell_count, m->vertex,
+                                     m->position, of_cells, of_points);
 }
 
 /* Where the hull is: a face (an edge, an end) is on it where there is no neighbour, and so are its
  * probes. */
-static struct error *add_hull(struct grid *grid, const int32_t *neighbour)
+static struct error *add_hull(struct vtk_probes *vtk, const int32_t *neighbour)
 {
-    const struct vtk_mesh *mesh = &grid->mesh;
+    const struct vtk_mesh *mesh = &vtk->mesh;
     int32_t *faces = NULL, *probes = NULL;
     struct error *err =
-        fields_add_new(&grid->cells, "hull_faces", VTK_EXPORT_I32, 1, mesh->cell_count, &faces);
+        vtk_fields_add_new(&vtk->cells, "hull_faces", VTK_EXPORT_I32, 1, mesh->cell_count, &faces);
     if (!err)
-        err = fields_add_new(&grid->points, "hull", VTK_EXPORT_I32, 1, mesh->point_count, &probes);
+        err =
+            vtk_fields_add_new(&vtk->points, "hull", VTK_EXPORT_I32, 1, mesh->point_count, &probes);
     const size_t corners = (size_t)mesh->corners;
     for (size_t i = 0; i < corners * mesh->cell_count && !err; i++) {
         if (neighbour[i] >= 0)
@@ -192,14 +194,14 @@ static struct error *add_hull(struct grid *grid, const int32_t *neighbour)
 
 /* How many edges of each cell pass through a surface, and how many of these leak (man
  * probe-leakfix). */
-static struct error *add_leaks(struct grid *grid, const struct column *occlusion)
+static struct error *add_leaks(struct vtk_probes *vtk, const struct column *occlusion)
 {
-    const size_t count = grid->mesh.cell_count;
+    const size_t count = vtk->mesh.cell_count;
     int32_t *crossed = NULL, *leaking = NULL;
     struct error *err =
-        fields_add_new(&grid->cells, "crossed_edges", VTK_EXPORT_I32, 1, count, &crossed);
+        vtk_fields_add_new(&vtk->cells, "crossed_edges", VTK_EXPORT_I32, 1, count, &crossed);
     if (!err)
-        err = fields_add_new(&grid->cells, "leaking_edges", VTK_EXPORT_I32, 1, count, &leaking);
+        err = vtk_fields_add_new(&vtk->cells, "leaking_edges", VTK_EXPORT_I32, 1, count, &leaking);
     for (size_t i = 0; i < occlusion->width * count && !err; i++) {
         crossed[i / occlusion->width] += column_i32(occlusion)[i] > 0;
         leaking[i / occlusion->width] += column_i32(occlusion)[i] == 2;
@@ -208,17 +210,17 @@ static struct error *add_leaks(struct grid *grid, const struct column *occlusion
 }
 
 /* Keys under their names, the command lines as Provenance: a name that no key can have. */
-static struct error *add_texts(struct grid *grid, const struct stream_header *header,
+static struct error *add_texts(struct vtk_probes *vtk, const struct stream_header *header,
                                double exposure)
 {
     struct vtk_text *texts = NULL;
     char *number = NULL;
     const char **lines = NULL;
-    struct error *err = fields_own(&grid->points, header->key_count + 2, sizeof *texts, &texts);
+    struct error *err = vtk_fields_own(&vtk->points, header->key_count + 2, sizeof *texts, &texts);
     if (!err)
-        err = fields_own(&grid->points, 1, NAME_ROOM, &number);
+        err = vtk_fields_own(&vtk->points, 1, NAME_ROOM, &number);
     if (!err)
-        err = fields_own(&grid->points, header->key_count + 1, sizeof *lines, &lines);
+        err = vtk_fields_own(&vtk->points, header->key_count + 1, sizeof *lines, &lines);
     if (err)
         return err;
     size_t count = 0;
@@ -237,53 +239,53 @@ static struct error *add_texts(struct grid *grid, const struct stream_header *he
         texts[count++] = (struct vtk_text){.name = "Provenance",
                                            .lines = (const char *const *)header->provenance,
                                            .line_count = header->provenance_count};
-    grid->mesh.texts = texts;
-    grid->mesh.text_count = count;
+    vtk->mesh.texts = texts;
+    vtk->mesh.text_count = count;
     return NULL;
 }
 
 /* The quality of cells; volumes, areas and aspects are VTK's (vtk_export.h). */
-static struct error *add_quality(struct grid *grid)
+static struct error *add_quality(struct vtk_probes *vtk)
 {
-    const struct vtk_mesh *m = &grid->mesh;
+    const struct vtk_mesh *m = &vtk->mesh;
     float *angle = NULL;
     double *length = NULL;
     struct error *err = NULL;
     const char *name = m->corners == 4 ? "min_dihedral" : "min_angle";
     if (m->corners >= 3)
-        err = fields_add_new(&grid->cells, name, VTK_EXPORT_F32, 1, m->cell_count, &angle);
+        err = vtk_fields_add_new(&vtk->cells, name, VTK_EXPORT_F32, 1, m->cell_count, &angle);
     if (m->corners == 2)
-        err = fields_add_new(&grid->cells, "length", VTK_EXPORT_F64, 1, m->cell_count, &length);
+        err = vtk_fields_add_new(&vtk->cells, "length", VTK_EXPORT_F64, 1, m->cell_count, &length);
     if (!err && m->corners == 4)
-        derive_min_dihedral(m->cell_count, m->vertex, m->position, angle);
+        vtk_derive_min_dihedral(m->cell_count, m->vertex, m->position, angle);
     if (!err && m->corners == 3)
-        derive_min_angle(m->cell_count, m->vertex, m->position, angle);
+        vtk_derive_min_angle(m->cell_count, m->vertex, m->position, angle);
     if (!err && m->corners == 2)
-        derive_length(m->cell_count, m->vertex, m->position, length);
+        vtk_derive_length(m->cell_count, m->vertex, m->position, length);
     return err;
 }
 
-static struct error *add_cells(struct grid *grid, const struct cells *cells,
+static struct error *add_cells(struct vtk_probes *vtk, const struct cells *cells,
                                struct warnings *warnings)
 {
     const struct column *occlusion = table_column(cells->table, "occlusion");
-    grid->mesh.cell_count = cells->table->rows;
-    grid->mesh.corners = cells->corners;
-    grid->mesh.vertex = cells->vertex;
-    struct error *err = add_columns(&grid->cells, cells->table, warnings);
+    vtk->mesh.cell_count = cells->table->rows;
+    vtk->mesh.corners = cells->corners;
+    vtk->mesh.vertex = cells->vertex;
+    struct error *err = add_columns(&vtk->cells, cells->table, warnings);
     if (!err)
-        err = add_quality(grid);
+        err = add_quality(vtk);
     if (!err && cells->neighbour)
-        err = add_hull(grid, cells->neighbour);
+        err = add_hull(vtk, cells->neighbour);
     if (!err && occlusion && occlusion->type == COLUMN_I32)
-        err = add_leaks(grid, occlusion);
+        err = add_leaks(vtk, occlusion);
     return err;
 }
 
-struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure,
-                          struct warnings *warnings)
+struct error *vtk_probes_init(struct vtk_probes *vtk, const struct stream *stream, double exposure,
+                              struct warnings *warnings)
 {
-    *grid = (struct grid){0};
+    *vtk = (struct vtk_probes){0};
     const struct table *probes = stream_table(stream, "probe");
     struct cells cells = {0};
     if (!probes || !probes->rows)
@@ -295,36 +297,36 @@ struct error *grid_create(struct grid *grid, const struct stream *stream, double
     const struct column *sh = table_column(probes, "sh");
     bool convolved = false;
     float *luminance = NULL;
-    grid->mesh.point_count = probes->rows;
-    grid->mesh.position = column_f64(table_column(probes, "position"));
+    vtk->mesh.point_count = probes->rows;
+    vtk->mesh.position = column_f64(table_column(probes, "position"));
     struct error *err = content_from_header(&stream->header, &convolved);
     if (!err)
-        err = add_columns(&grid->points, probes, warnings);
+        err = add_columns(&vtk->points, probes, warnings);
     if (!err && cells_exist(stream))
         err = cells_find(stream, &cells);
     if (!err && cells.table && cells.table->rows)
-        err = add_cells(grid, &cells, warnings);
+        err = add_cells(vtk, &cells, warnings);
     if (!err && sh)
-        err = add_light(grid, probes, sh, convolved, &exposure, &luminance);
+        err = add_light(vtk, probes, sh, convolved, &exposure, &luminance);
     else if (!err)
         warnings_add(warnings, "no light",
                      "the probes have no light (no column sh): nothing is derived from it");
-    if (!err && sh && grid->mesh.cell_count && grid->mesh.corners > 1)
-        err = add_gradients(grid, luminance);
+    if (!err && sh && vtk->mesh.cell_count && vtk->mesh.corners > 1)
+        err = add_gradients(vtk, luminance);
     if (!err)
-        err = add_texts(grid, &stream->header, sh ? exposure : 0);
-    grid->mesh.point_arrays = grid->points.list;
-    grid->mesh.point_array_count = grid->points.count;
-    grid->mesh.cell_arrays = grid->cells.list;
-    grid->mesh.cell_array_count = grid->cells.count;
+        err = add_texts(vtk, &stream->header, sh ? exposure : 0);
+    vtk->mesh.point_arrays = vtk->points.list;
+    vtk->mesh.point_array_count = vtk->points.count;
+    vtk->mesh.cell_arrays = vtk->cells.list;
+    vtk->mesh.cell_array_count = vtk->cells.count;
     if (err)
-        grid_clear(grid);
+        vtk_probes_clear(vtk);
     return err;
 }
 
-void grid_clear(struct grid *grid)
+void vtk_probes_clear(struct vtk_probes *vtk)
 {
-    fields_clear(&grid->points);
-    fields_clear(&grid->cells);
-    *grid = (struct grid){0};
+    vtk_fields_clear(&vtk->points);
+    vtk_fields_clear(&vtk->cells);
+    *vtk = (struct vtk_probes){0};
 }

@@ -14,16 +14,16 @@ struct stream;
 struct warnings;
 
 /* Borrows from the stream what it can. Starts as {0}. */
-struct grid {
+struct vtk_probes {
     struct vtk_mesh mesh;
-    struct fields points, cells;
+    struct vtk_fields points, cells;
 };
 
 /* exposure: the factor from irradiance to display colour; 0: chosen from the light
  * (display_exposure). Errors: no probes, cells without their column vertex. Missing values become
  * 0, with a warning. */
-struct error *grid_create(struct grid *grid, const struct stream *stream, double exposure,
-                          struct warnings *warnings);
-void grid_clear(struct grid *grid);
+struct error *vtk_probes_init(struct vtk_probes *vtk, const struct stream *stream, double exposure,
+                              struct warnings *warnings);
+void vtk_probes_clear(struct vtk_probes *vtk);
 
 #endif

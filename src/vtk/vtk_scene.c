@@ -88,14 +88,14 @@ static void add_instance(struct vtk_mesh *to, const struct arrays *a, const stru
 }
 
 /* The display colour: of the surface, or where it emits, of its light at full brightness. */
-static struct error *add_colour(struct surface *s, const struct arrays *a)
+static struct error *add_colour(struct vtk_scene *vtk, const struct arrays *a)
 {
     float *shown = NULL;
     uint8_t *colour = NULL;
-    const size_t n = s->mesh.cell_count;
-    struct error *err = fields_own(&s->cells, 3 * n, sizeof *shown, &shown);
+    const size_t n = vtk->mesh.cell_count;
+    struct error *err = vtk_fields_own(&vtk->cells, 3 * n, sizeof *shown, &shown);
     if (!err)
-        err = fields_add_new(&s->cells, "colour", VTK_EXPORT_U8, 3, n, &colour);
+        err = vtk_fields_add_new(&vtk->cells, "colour", VTK_EXPORT_U8, 3, n, &colour);
     for (size_t i = 0; i < n && !err; i++) {
         const float *e = a->emission + 3 * i, most = fmaxf(fmaxf(e[0], e[1]), e[2]);
         for (size_t k = 0; k < 3; k++)
@@ -106,27 +106,27 @@ static struct error *add_colour(struct surface *s, const struct arrays *a)
     return err;
 }
 
-static struct error *add_material_names(struct surface *s, const struct scene *scene)
+static struct error *add_material_names(struct vtk_scene *vtk, const struct scene *scene)
 {
     const char **names = NULL;
     struct vtk_text *text = NULL;
-    struct error *err = fields_own(&s->cells, scene->material_count, sizeof *names, &names);
+    struct error *err = vtk_fields_own(&vtk->cells, scene->material_count, sizeof *names, &names);
     if (!err)
-        err = fields_own(&s->cells, 1, sizeof *text, &text);
+        err = vtk_fields_own(&vtk->cells, 1, sizeof *text, &text);
     if (err)
         return err;
     for (size_t i = 0; i < scene->material_count; i++)
         names[i] = scene->materials[i].name;
     *text =
         (struct vtk_text){.name = "Materials", .lines = names, .line_count = scene->material_count};
-    s->mesh.texts = text;
-    s->mesh.text_count = 1;
+    vtk->mesh.texts = text;
+    vtk->mesh.text_count = 1;
     return NULL;
 }
 
-struct error *surface_create(struct surface *s, const struct scene *scene)
+struct error *vtk_scene_init(struct vtk_scene *vtk, const struct scene *scene)
 {
-    *s = (struct surface){0};
+    *vtk = (struct vtk_scene){0};
     size_t vertices = 0, triangles = 0;
     for (size_t i = 0; i < scene->instance_count; i++) {
         vertices += scene->meshes[scene->instances[i].mesh].vertex_count;
@@ -136,34 +136,36 @@ struct error *surface_create(struct surface *s, const struct scene *scene)
         return error_new("the scene has %zu vertices with its instances placed, more than %d",
                          vertices, INT32_MAX);
     struct arrays a = {0};
-    struct error *err = fields_own(&s->cells, 3 * vertices, sizeof *a.position, &a.position);
+    struct error *err = vtk_fields_own(&vtk->cells, 3 * vertices, sizeof *a.position, &a.position);
     if (!err)
-        err = fields_own(&s->cells, 3 * triangles, sizeof *a.index, &a.index);
+        err = vtk_fields_own(&vtk->cells, 3 * triangles, sizeof *a.index, &a.index);
     if (!err)
-        err = fields_add_new(&s->cells, "albedo", VTK_EXPORT_F32, 3, triangles, &a.albedo);
+        err = vtk_fields_add_new(&vtk->cells, "albedo", VTK_EXPORT_F32, 3, triangles, &a.albedo);
     if (!err)
-        err = fields_add_new(&s->cells, "emission", VTK_EXPORT_F32, 3, triangles, &a.emission);
+        err =
+            vtk_fields_add_new(&vtk->cells, "emission", VTK_EXPORT_F32, 3, triangles, &a.emission);
     if (!err)
-        err = fields_add_new(&s->cells, "opacity", VTK_EXPORT_F32, 1, triangles, &a.opacity);
+        err = vtk_fields_add_new(&vtk->cells, "opacity", VTK_EXPORT_F32, 1, triangles, &a.opacity);
     if (!err)
-        err = fields_add_new(&s->cells, "material", VTK_EXPORT_I32, 1, triangles, &a.material);
+        err =
+            vtk_fields_add_new(&vtk->cells, "material", VTK_EXPORT_I32, 1, triangles, &a.material);
     for (size_t i = 0; i < scene->instance_count && !err; i++)
-        add_instance(&s->mesh, &a, scene, &scene->instances[i]);
+        add_instance(&vtk->mesh, &a, scene, &scene->instances[i]);
     if (!err)
-        err = add_colour(s, &a);
+        err = add_colour(vtk, &a);
     if (!err)
-        err = add_material_names(s, scene);
-    s->mesh.position = a.position;
-    s->mesh.vertex = a.index;
-    s->mesh.cell_arrays = s->cells.list;
-    s->mesh.cell_array_count = s->cells.count;
+        err = add_material_names(vtk, scene);
+    vtk->mesh.position = a.position;
+    vtk->mesh.vertex = a.index;
+    vtk->mesh.cell_arrays = vtk->cells.list;
+    vtk->mesh.cell_array_count = vtk->cells.count;
     if (err)
-        surface_clear(s);
+        vtk_scene_clear(vtk);
     return err;
 }
 
-void surface_clear(struct surface *s)
+void vtk_scene_clear(struct vtk_scene *vtk)
 {
-    fields_clear(&s->cells);
-    *s = (struct surface){0};
+    vtk_fields_clear(&vtk->cells);
+    *vtk = (struct vtk_scene){0};
 }

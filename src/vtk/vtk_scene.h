@@ -12,12 +12,12 @@ struct error;
 struct scene;
 
 /* Borrows the materials' names from the scene. Starts as {0}. */
-struct surface {
+struct vtk_scene {
     struct vtk_mesh mesh;
-    struct fields cells;
+    struct vtk_fields cells;
 };
 
-struct error *surface_create(struct surface *surface, const struct scene *scene);
-void surface_clear(struct surface *surface);
+struct error *vtk_scene_init(struct vtk_scene *vtk, const struct scene *scene);
+void vtk_scene_clear(struct vtk_scene *vtk);
 
 #endif
