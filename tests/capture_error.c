@@ -19,12 +19,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 enum { PROBES = 360, RAYS = 1024, TRUTH_RAYS = 8192 };
 
 /* One scene's probes, few rays against many. */

@@ -11,12 +11,6 @@
 
 enum { SIDE = 5, MOST = 600, WIDTH = 12 };
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 /* A polynomial of x, y, z, another one for each of WIDTH values: of this degree in all, or in each
  * coordinate. */
 static double power(double x, int n)

@@ -13,12 +13,6 @@
 #include <string.h>
 #include <unistd.h>
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 static void test_grid(void)
 {
     const double boxes[][6] = {{0, 0, 0, 10, 4, 7},

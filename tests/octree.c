@@ -14,12 +14,6 @@
 
 enum { ROOM = 60000, DEEPEST = 16 }; /* a root cell is 2^DEEPEST units */
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 static uint32_t below(struct random *r, size_t n)
 {
     return (uint32_t)(random_double(r) * (double)n);

@@ -13,12 +13,6 @@
 #include "support/files.h"
 #include "support/tap.h"
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 /* Whether it failed, saying this. */
 static bool fails(struct error *err, const char *text)
 {

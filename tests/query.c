@@ -46,12 +46,6 @@ static const char *const shape_names[] = {"random",
                                           "turned grid, noise 1e-3",
                                           "turned slab of a grid"};
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 static void must_be(enum probe_status status, enum probe_status expected)
 {
     if (status != expected)

@@ -16,12 +16,6 @@
 #include <stdint.h>
 #include <string.h>
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 /* A pseudo-random number in [0, 1). */
 static double number(void)
 {

@@ -48,12 +48,6 @@ static size_t read_bytes(const char *path, char *bytes, size_t room)
     return count;
 }
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 static float any_f32(struct random *r)
 {
     for (;;) {

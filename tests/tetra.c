@@ -78,12 +78,6 @@ static size_t make(enum shape shape, size_t count, struct random *r, double *p)
     return n;
 }
 
-static void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
-
 /* A volume of the cells that were made, as programs use it; light outside is that of the hull's
  * nearest point. */
 static struct error *volume_of(const struct tetra *t, size_t n, const double *p,

@@ -2,9 +2,9 @@
 #
 #   . "${SRC:?}/tests/support/setup.sh"
 #   check "adjacency survives a round trip" cmp a b
-#   refused 1 "stdin:3: expected 3 numbers, got 2" probe-cat <bad.probe     # status and a part of the message
+#   refused 1 "stdin:3: expected 3 numbers, got 2" probe-cat <bad.probe
 #   wait_for test -s out
-#   tap_done
+#   tap_done                      # refused: the status, and a part of what is said
 #
 # A script runs in a directory of its own that is removed at the end.
 
@@ -36,12 +36,123 @@ skip() {
     printf 'ok %d # SKIP %s\n' "$tap_count" "$1"
 }
 
-# check NAME COMMAND...: the command succeeds.
+# check NAME COMMAND... [and COMMAND...]: each of the commands succeeds.
 check() {
     check_name=$1
     shift
-    if "$@" >check.out 2>&1; then pass "$check_name"; else fail "$check_name" "status $?: $* 
-$(head -n 20 check.out)"; fi
+    while [ $# -gt 0 ]; do
+        check_words= check_count=0
+        for check_word; do
+            [ "$check_word" != and ] || break
+            check_count=$((check_count + 1))
+            check_words="$check_words \"\${$check_count}\""
+        done
+        eval "$check_words" >check.out 2>&1
+        check_status=$?
+        if [ $check_status -ne 0 ]; then
+            fail "$check_name" "status $check_status: $*
+$(head -n 20 check.out)"
+            return
+        fi
+        shift $check_count
+        [ $# -eq 0 ] || shift
+    done
+    pass "$check_name"
+}
+
+# What a command of check or refused may be:
+#
+#   says FILE PATTERN...      each pattern is in the file
+#   lacks FILE PATTERN...     none is
+#   has_lines COUNT FILE
+#   empty FILE                (test -s FILE: it is not)
+#   not COMMAND...
+#   every CONDITION FILE...   awk's condition holds for each line, and there are lines; it may use
+#                             near(A, B, EPS), and N of N=VALUE among the files
+#   near EPS A B              two files' numbers, line by line, differ by EPS at most
+#   given TEXT COMMAND...     with this as standard input, in lines
+#   into FILE COMMAND...      with standard output there
+says() {
+    says_file=$1
+    shift
+    for says_pattern; do
+        grep -aq -e "$says_pattern" "$says_file" && continue
+        echo "$says_file does not say: $says_pattern"
+        head -n 10 "$says_file"
+        return 1
+    done
+}
+
+lacks() {
+    lacks_file=$1
+    shift
+    [ -e "$lacks_file" ] || return
+    for lacks_pattern; do
+        grep -a -e "$lacks_pattern" "$lacks_file" || continue
+        echo "$lacks_file says: $lacks_pattern"
+        return 1
+    done
+}
+
+has_lines() {
+    has_lines_got=$(wc -l <"$2")
+    [ "$has_lines_got" -eq "$1" ] && return
+    echo "$2 has $has_lines_got lines"
+    return 1
+}
+
+empty() {
+    [ -e "$1" ] && [ ! -s "$1" ] && return
+    head -n 10 "$1"
+    return 1
+}
+
+not() { ! "$@"; }
+
+every() {
+    every_condition=$1
+    shift
+    awk 'function near(a, b, eps) { return (a - b) ^ 2 <= eps ^ 2 }
+        { seen = 1 }
+        !('"$every_condition"') { print FILENAME ":" FNR ": " $0; bad = 1; exit }
+        END { exit bad || !seen }' "$@"
+}
+
+near() {
+    paste -d '\n' "$2" "$3" | awk -v eps="$1" '
+        NR % 2 { n = split($0, want); next }
+        { bad = NF != n || n == 0 }
+        { for (i = 1; i <= NF; i++) if (!(($i - want[i]) ^ 2 <= eps ^ 2)) bad = 1 }
+        bad { print NR / 2 ": " $0; exit }
+        END { exit bad || NR == 0 }'
+}
+
+given() {
+    given_text=$1
+    shift
+    printf '%s\n' "$given_text" | "$@"
+}
+
+into() {
+    into_file=$1
+    shift
+    "$@" >"$into_file"
+}
+
+# as_text TYPE COUNT: binary numbers of standard input (f4, f8, d4) as text, COUNT a line
+as_text() {
+    as_text_size=${1#?}
+    od -An -v -w$(($2 * as_text_size)) -t"$1"
+}
+
+# numbers: the rows of a stream in text on standard input that begin with a number
+numbers() { grep '^[0-9-]'; }
+
+# stream_of LINE...: a stream of these lines and of the rows on standard input
+stream_of() {
+    printf '%s\n' '#?probe 1' "$@"
+    cat
+    echo end
 }
 
 # refused STATUS TEXT COMMAND...: the command exits with STATUS, says TEXT on standard error, and

@@ -14,6 +14,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/error.h"
+
 static int tap_count, tap_failed;
 
 __attribute__((format(printf, 4, 5), unused)) static bool tap_check(const char *file, int line,
@@ -50,6 +52,13 @@ __attribute__((format(printf, 1, 2), unused)) static void tap_skip(const char *f
 
 /* Ends a test when its set-up fails: err is not to be NULL here. */
 #define bail(...) (printf("Bail out! "), printf(__VA_ARGS__), putchar('\n'), exit(1))
+
+/* A step of the set-up, which succeeds. */
+__attribute__((unused)) static void must(struct error *err)
+{
+    if (err)
+        bail("%s", error_message(err));
+}
 
 __attribute__((unused)) static int tap_done(void)
 {
