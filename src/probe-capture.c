@@ -37,9 +37,13 @@ struct run {
 static struct error *open_writer(struct run *run)
 {
     const struct capture_options *o = &run->options;
-    struct error *err = capture_make_header(&run->header, stream_reader_header(run->reader),
-                                            &o->capture, &o->scene, scene_key(run->scene), o->again,
-                                            run->program->recorded);
+    const struct capture_record record = {.settings = &o->capture,
+                                          .light = &o->scene,
+                                          .scene_key = scene_key(run->scene),
+                                          .again = o->again,
+                                          .command_line = run->program->recorded};
+    struct error *err =
+        capture_make_header(&run->header, stream_reader_header(run->reader), &record);
     const enum stream_encoding read = stream_reader_encoding(run->reader),
                                asked = (enum stream_encoding)o->common.encoding;
     return err ? err
@@ -47,12 +51,23 @@ static struct error *open_writer(struct run *run)
                                     asked == STREAM_AS_READ ? read : asked, &run->header);
 }
 
+static struct capture_job make_job(const struct run *run)
+{
+    const struct capture_options *o = &run->options;
+    return (struct capture_job){.path = run->path,
+                                .settings = &o->capture,
+                                .again = o->again,
+                                .slice = &o->slice,
+                                .threads = (int)o->common.threads,
+                                .progress = run->progress};
+}
+
 /* Remembers what was captured in a table, whose first row is the slice's next. */
-static void note(struct run *run, const struct table *out, size_t captured, size_t left)
+static void note(struct run *run, const struct table *out, const struct capture_job *job)
 {
     struct capture_slice *slice = &run->options.slice;
-    run->captured += captured;
-    run->left += left;
+    run->captured += job->captured;
+    run->left += job->left;
     for (size_t i = 0; i < out->rows; i++)
         run->probes += (slice->number + i) % slice->parts == slice->part;
     slice->number += out->rows;
@@ -86,24 +101,22 @@ static struct error *take_rows(const struct run *run, const struct table *in, st
 /* Captures the probes block by block, so that they go on while others are still to come. */
 static struct error *capture_blocks(struct run *run, const struct table *schema, struct table *out)
 {
-    const struct capture_options *o = &run->options;
+    struct capture_job job = make_job(run);
     struct table in = {0};
     struct error *err = table_copy_schema(&in, schema);
     if (!err)
         err = stream_writer_table(run->writer, out);
     for (size_t got = 1; !err && got;) {
-        size_t captured = 0, left = 0;
         err = table_resize(&in, 0);
         if (!err)
             err = stream_reader_rows(run->reader, &in, BLOCK, &got);
         if (!err)
             err = take_rows(run, &in, out);
         if (!err)
-            err = capture_rows(run->path, &o->capture, out, 0, got, o->again, &o->slice,
-                               (int)o->common.threads, run->progress, &captured, &left);
+            err = capture_rows(&job, out, 0, got);
         if (err)
             break;
-        note(run, out, captured, left);
+        note(run, out, &job);
         err = stream_writer_rows(run->writer, out, 0, got);
     }
     table_clear(&in);
@@ -115,17 +128,17 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
                                             struct table *out)
 {
     struct capture_options *o = &run->options;
+    struct capture_job job = make_job(run);
     struct table in = {0};
     double lost = 0;
-    size_t got = 1, captured = 0, left = 0;
+    size_t got = 1;
     struct error *err = table_copy_schema(&in, schema);
     while (!err && got)
         err = stream_reader_rows(run->reader, &in, BLOCK, &got);
     if (!err)
         err = take_rows(run, &in, out);
     if (!err)
-        err = capture_least_order(run->path, &o->capture, out, o->again, o->order_loss,
-                                  (int)o->common.threads, run->progress, &captured, &left, &lost);
+        err = capture_least_order(&job, out, o->order_loss, &o->capture.order, &lost);
     if (!err)
         err = open_writer(run);
     if (!err)
@@ -133,8 +146,8 @@ static struct error *capture_to_least_order(struct run *run, const struct table 
     if (!err)
         err = stream_writer_rows(run->writer, out, 0, out->rows);
     if (!err)
-        note(run, out, captured, left);
-    if (!err && !left && !o->common.quiet)
+        note(run, out, &job);
+    if (!err && !job.left && !o->common.quiet)
         fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", run->program->name,
                 o->capture.order, lost);
     table_clear(&in);
@@ -176,18 +189,9 @@ static struct error *capture_stream(struct run *run)
     return err;
 }
 
-static bool is_dark(const struct scene *scene)
-{
-    bool dark = !scene->light_count && !scene->sky.radiance[0] && !scene->sky.radiance[1] &&
-                !scene->sky.radiance[2];
-    for (size_t i = 0; i < scene->material_count; i++)
-        dark = dark && !scene_emits(&scene->materials[i]);
-    return dark;
-}
-
 static void warn_before(const struct scene *scene, struct warnings *warnings)
 {
-    if (is_dark(scene))
+    if (capture_is_dark(scene))
         warnings_add(
             warnings, "no light",
             "%s: there is no light in the scene: all probes are black (--sky, --sun, --point and "
@@ -201,13 +205,7 @@ static void warn_before(const struct scene *scene, struct warnings *warnings)
 static void warn_after(const struct run *run)
 {
     const struct scene *scene = run->scene;
-    bool white = scene->material_count > 0;
-    for (size_t i = 0; i < scene->material_count; i++) {
-        const struct scene_material *m = &scene->materials[i];
-        white = white && m->albedo_map.texture == SCENE_NONE &&
-                fminf(m->albedo.x, fminf(m->albedo.y, m->albedo.z)) > 0.999f;
-    }
-    if (white && run->captured && run->sky == 0)
+    if (capture_is_white(scene) && run->captured && run->sky == 0)
         warnings_add(run->warnings, "white",
                      "%s: the scene is closed and reflects all light: only --bounces ends it "
                      "(--albedo-scale "

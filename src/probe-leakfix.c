@@ -164,14 +164,16 @@ static struct error *capture_new(struct stream *stream, struct stage *stage, siz
             count);
         return NULL;
     }
-    size_t captured = 0;
     struct error *err = stage_decimate(stage, warnings);
     if (err)
         return err;
     struct progress *progress =
         progress_start(common->progress && !common->quiet, program, "probes", count);
-    err = capture_rows(&stage->path, &stage->capture_settings, probes, first, count, false, NULL,
-                       (int)common->threads, progress, &captured, NULL);
+    struct capture_job job = {.path = &stage->path,
+                              .settings = &stage->capture_settings,
+                              .threads = (int)common->threads,
+                              .progress = progress};
+    err = capture_rows(&job, probes, first, count);
     progress_end(progress);
     return err;
 }

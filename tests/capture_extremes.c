@@ -462,7 +462,6 @@ static struct error *capture_table(double x, float emission)
     struct bench b;
     struct table table;
     struct column *position;
-    size_t captured;
     const struct capture_settings s = settings_of(64, 64);
     bench_start(&b);
     add_cube(&b, 1, material(0.5f, emission));
@@ -473,8 +472,8 @@ static struct error *capture_table(double x, float emission)
     must(table_resize(&table, 1));
     memcpy(column_f64(table_column(&table, "position")), (const double[3]){x, 0.2, 0.3},
            sizeof(double[3]));
-    struct error *err =
-        capture_rows(&b.path, &s, &table, 0, 1, true, NULL, 1, NULL, &captured, NULL);
+    struct capture_job job = {.path = &b.path, .settings = &s, .again = true, .threads = 1};
+    struct error *err = capture_rows(&job, &table, 0, 1);
     table_clear(&table);
     bench_clear(&b);
     return err;

@@ -204,22 +204,20 @@ struct error *capture_check_same(const struct stream_header *before,
 }
 
 struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
-                                  const struct capture_settings *settings,
-                                  const struct scene_settings *light, uint64_t scene_key,
-                                  bool again, const char *recorded)
+                                  const struct capture_record *record)
 {
     char key[32];
-    snprintf(key, sizeof key, "%016" PRIx64, scene_key);
+    snprintf(key, sizeof key, "%016" PRIx64, record->scene_key);
     struct error *err = header_copy(header, before);
     if (!err)
-        err = header_add_provenance(header, recorded);
+        err = header_add_provenance(header, record->command_line);
     if (!err)
-        err = capture_settings_to_header(settings, header);
+        err = capture_settings_to_header(record->settings, header);
     if (!err)
-        err = scene_settings_to_header(light, header);
+        err = scene_settings_to_header(record->light, header);
     if (!err)
         err = header_set_key(header, "scene-key", key);
-    if (!err && !again)
+    if (!err && !record->again)
         err = error_wrap(capture_check_same(before, header), "--again captures all anew");
     return err;
 }
@@ -328,8 +326,8 @@ void capture_shape(const struct capture_settings *settings, struct capture_probe
         content_convolve(settings->order, result->sh, error, gradient);
 }
 
-/* The rows to be captured, and where their results go. */
-struct job {
+/* Rows that are due, and where their results go. */
+struct due_rows {
     const struct path_tracer *path;
     struct capture_settings settings; /* with the columns that the table has */
     const double *position;
@@ -344,28 +342,28 @@ struct job {
 static struct error *capture_one(void *context, size_t index, int thread)
 {
     (void)thread;
-    struct job *job = context;
+    struct due_rows *due = context;
     if (interrupt_came()) {
-        job->left++;
+        due->left++;
         return NULL;
     }
-    const size_t row = job->row[index];
-    const float *normal = job->normal ? job->normal + 3 * row : NULL;
+    const size_t row = due->row[index];
+    const float *normal = due->normal ? due->normal + 3 * row : NULL;
     if (normal && !(vec3f_length((struct vec3f){normal[0], normal[1], normal[2]}) > 0))
         return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0],
                          (double)normal[1], (double)normal[2]);
     struct capture_probe result;
     struct error *err =
-        capture_probe(job->path, &job->settings, job->position + 3 * row, normal, &result);
+        capture_probe(due->path, &due->settings, due->position + 3 * row, normal, &result);
     if (err)
         return error_wrap(err, "probe %zu", row);
     if (!normal)
-        capture_shape(&job->settings, &result);
+        capture_shape(&due->settings, &result);
     for (size_t i = 0; i < OUTPUTS; i++) {
-        const struct column *column = job->column[i];
+        const struct column *column = due->column[i];
         if (!column)
             continue;
-        const float *value = (const float *)((const char *)&result + job->output[i].offset);
+        const float *value = (const float *)((const char *)&result + due->output[i].offset);
         for (size_t k = 0; k < column->width; k++)
             if (!isfinite(value[k]))
                 return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale "
@@ -373,14 +371,14 @@ static struct error *capture_one(void *context, size_t index, int thread)
                                  row, column->name);
         memcpy(column_f32(column) + row * column->width, value, column->width * sizeof *value);
     }
-    if (job->rays)
-        column_i32(job->rays)[row] = result.rays;
-    progress_add(job->progress, 1);
+    if (due->rays)
+        column_i32(due->rays)[row] = result.rays;
+    progress_add(due->progress, 1);
     return NULL;
 }
 
 /* Finds the columns that results go to. */
-static struct error *find_columns(struct job *job, const struct table *table)
+static struct error *find_columns(struct due_rows *due, const struct table *table)
 {
     struct column *position = NULL, *normal = NULL;
     struct error *err = table_require(table, "position", COLUMN_F64, 3, &position);
@@ -388,47 +386,45 @@ static struct error *find_columns(struct job *job, const struct table *table)
         err = table_require(table, "normal", COLUMN_F32, 3, &normal);
     if (err)
         return err;
-    job->position = column_f64(position);
-    job->normal = normal ? column_f32(normal) : NULL;
-    make_outputs(&job->settings, normal, job->output);
+    due->position = column_f64(position);
+    due->normal = normal ? column_f32(normal) : NULL;
+    make_outputs(&due->settings, normal, due->output);
     unsigned columns = 0;
     for (size_t i = 0; i < OUTPUTS && !err; i++) {
-        const char *name = normal ? job->output[i].surface : job->output[i].point;
-        if (!name || (job->output[i].flag && !table_column(table, name)))
+        const char *name = normal ? due->output[i].surface : due->output[i].point;
+        if (!name || (due->output[i].flag && !table_column(table, name)))
             continue;
-        err = table_require(table, name, COLUMN_F32, job->output[i].width, &job->column[i]);
-        columns |= job->output[i].flag;
+        err = table_require(table, name, COLUMN_F32, due->output[i].width, &due->column[i]);
+        columns |= due->output[i].flag;
     }
-    job->settings.columns = columns;
+    due->settings.columns = columns;
     if (!err && table_column(table, "rays"))
-        err = table_require(table, "rays", COLUMN_I32, 1, &job->rays);
+        err = table_require(table, "rays", COLUMN_I32, 1, &due->rays);
     return err;
 }
 
-struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings,
-                           struct table *table, size_t first, size_t count, bool again,
-                           const struct capture_slice *slice, int threads,
-                           struct progress *progress, size_t *captured, size_t *left)
+struct error *capture_rows(struct capture_job *job, struct table *table, size_t first, size_t count)
 {
-    struct job job = {.path = path, .settings = *settings, .progress = progress};
-    size_t *row = NULL, due = 0;
-    *captured = 0;
-    struct error *err = find_columns(&job, table);
+    struct due_rows due = {
+        .path = job->path, .settings = *job->settings, .progress = job->progress};
+    const struct capture_slice *slice = job->slice;
+    size_t *row = NULL, due_count = 0;
+    job->captured = job->left = 0;
+    struct error *err = find_columns(&due, table);
     if (!err)
         err = array_create(&row, count, sizeof *row);
     if (err)
         return err;
-    const struct column *light = job.column[0];
+    const struct column *light = due.column[0];
     for (size_t i = first; i < first + count; i++) {
         const bool turn = !slice || (slice->number + i - first) % slice->parts == slice->part;
-        if (turn && (again || isnan(column_f32(light)[i * light->width])))
-            row[due++] = i;
+        if (turn && (job->again || isnan(column_f32(light)[i * light->width])))
+            row[due_count++] = i;
     }
-    job.row = row;
-    err = threads_for(threads, due, capture_one, &job);
-    *captured = due - job.left;
-    if (left)
-        *left = job.left;
+    due.row = row;
+    err = threads_for(job->threads, due_count, capture_one, &due);
+    job->captured = due_count - due.left;
+    job->left = due.left;
     free(row);
     return err;
 }

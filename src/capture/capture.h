@@ -34,6 +34,7 @@
 
 struct error;
 struct progress;
+struct scene;
 struct scene_settings;
 struct stream_header;
 struct table;
@@ -132,13 +133,19 @@ struct error *capture_settings_from_header(struct capture_settings *settings,
 /* Whether the header says that probes were captured. */
 bool capture_header_has_settings(const struct stream_header *header);
 
-/* The header of a captured stream: `before` with its command line, the settings of capture and of
- * light, and the scene's key. An error where probes that are not captured again (again: all are)
- * had other settings or another scene. */
+/* What a captured stream's header tells of how it was made. */
+struct capture_record {
+    const struct capture_settings *settings;
+    const struct scene_settings *light;
+    uint64_t scene_key;
+    bool again;               /* all probes are captured anew */
+    const char *command_line; /* as recorded */
+};
+
+/* The header of a captured stream: `before` with the record. An error where probes that are not
+ * captured again had other settings or another scene. */
 struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
-                                  const struct capture_settings *settings,
-                                  const struct scene_settings *light, uint64_t scene_key,
-                                  bool again, const char *recorded);
+                                  const struct capture_record *record);
 
 /* How many rays a round of this many has. */
 int capture_ray_count(int rays);
@@ -166,28 +173,42 @@ struct error *capture_forget(struct table *table);
 struct error *capture_check_same(const struct stream_header *before,
                                  const struct stream_header *now);
 
+/* Whether nothing in the scene shines: all light that is captured is black. */
+bool capture_is_dark(const struct scene *scene);
+
+/* Whether every surface reflects all light: in a closed scene nothing but the number of bounces
+ * ends it. */
+bool capture_is_white(const struct scene *scene);
+
 /* The rows whose turn it is: those whose number, divided by `parts`, leaves `part`. */
 struct capture_slice {
     size_t part, parts; /* part < parts */
     size_t number;      /* of the first row that capture_rows is given */
 };
 
-/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) and which
- * are in the slice (NULL: all) on `threads` threads, into those of its columns that the table has.
- * *captured: how many were. *left (may be NULL): how many were to be, and stay as they are, since a
- * signal came (interrupt.h). */
-struct error *capture_rows(const struct path_tracer *path, const struct capture_settings *settings,
-                           struct table *table, size_t first, size_t count, bool again,
-                           const struct capture_slice *slice, int threads,
-                           struct progress *progress, size_t *captured, size_t *left);
+/* How rows are captured, and how many were. */
+struct capture_job {
+    const struct path_tracer *path;
+    const struct capture_settings *settings;
+    bool again;                        /* rows that have light already as well */
+    const struct capture_slice *slice; /* NULL: all rows; capture_least_order takes them all */
+    int threads;
+    struct progress *progress; /* may be NULL */
+    /* Out, of the last call: */
+    size_t captured;
+    size_t left; /* were to be, and stay as they are, since a signal came (interrupt.h) */
+};
 
-/* Captures a whole table of points, as capture_rows does, to settings->order, the highest, and
- * keeps the least order that loses no more than `loss` of its irradiance (order.h), which becomes
- * settings->order; *lost: what it loses. Where a signal came, the order stays: a part of the probes
- * does not tell what all need. De-ringing follows the choice. */
-struct error *capture_least_order(const struct path_tracer *path, struct capture_settings *settings,
-                                  struct table *table, bool again, double loss, int threads,
-                                  struct progress *progress, size_t *captured, size_t *left,
-                                  double *lost);
+/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) and which
+ * are in the slice, into those of its columns that the table has. */
+struct error *capture_rows(struct capture_job *job, struct table *table, size_t first,
+                           size_t count);
+
+/* Captures a whole table of points, as capture_rows does, to job->settings->order, the highest, and
+ * keeps the least order that loses no more than `loss` of its irradiance (order.h): *order (may be
+ * that of the settings themselves); *lost: what it loses. Where a signal came, both stay: a part of
+ * the probes does not tell what all need. De-ringing follows the choice. */
+struct error *capture_least_order(struct capture_job *job, struct table *table, double loss,
+                                  int *order, double *lost);
 
 #endif

@@ -100,10 +100,9 @@ static double replay(const struct tracer *tracer)
 static double capture_all(const struct path_tracer *path, const struct capture_settings *settings,
                           struct table *probes)
 {
-    size_t captured;
+    struct capture_job job = {.path = path, .settings = settings, .again = true, .threads = 1};
     const double start = seconds();
-    fail(capture_rows(path, settings, probes, 0, probes->rows, true, NULL, 1, NULL, &captured,
-                      NULL));
+    fail(capture_rows(&job, probes, 0, probes->rows));
     return seconds() - start;
 }
 

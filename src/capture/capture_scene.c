@@ -1,0 +1,25 @@
+/* What can be told of a capture from its scene alone. */
+#include "capture/capture.h"
+#include "scene/scene.h"
+
+#include <math.h>
+
+bool capture_is_dark(const struct scene *scene)
+{
+    bool dark = !scene->light_count && !scene->sky.radiance[0] && !scene->sky.radiance[1] &&
+                !scene->sky.radiance[2];
+    for (size_t i = 0; i < scene->material_count; i++)
+        dark = dark && !scene_emits(&scene->materials[i]);
+    return dark;
+}
+
+bool capture_is_white(const struct scene *scene)
+{
+    bool white = scene->material_count > 0;
+    for (size_t i = 0; i < scene->material_count; i++) {
+        const struct scene_material *m = &scene->materials[i];
+        white = white && m->albedo_map.texture == SCENE_NONE &&
+                fminf(m->albedo.x, fminf(m->albedo.y, m->albedo.z)) > 0.999f;
+    }
+    return white;
+}
