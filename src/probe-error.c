@@ -250,8 +250,14 @@ static struct error *get_truth(struct truth *truth, const struct arguments *a,
     probes_box(baked, box);
     struct progress *progress = progress_start(a->common.progress && !a->common.quiet,
                                                program->name, "points", truth_size(&a->truth));
-    struct error *err = truth_trace(truth, stage, &a->truth, box, program->recorded,
-                                    (int)a->common.threads, progress, warnings);
+    const struct truth_job job = {.stage = stage,
+                                  .settings = &a->truth,
+                                  .box = box,
+                                  .command_line = program->recorded,
+                                  .threads = (int)a->common.threads,
+                                  .progress = progress,
+                                  .warnings = warnings};
+    struct error *err = truth_trace(truth, &job);
     progress_end(progress);
     if (!err && a->truth_file)
         err = stream_write(truth->stream, a->truth_file, STREAM_AS_READ);

@@ -35,14 +35,28 @@ static struct error *check_stream(const struct stream *stream)
     return cells_find(stream, &cells);
 }
 
-static struct error *choose_settings(const struct arguments *a, const struct stream *stream,
-                                     int threads, struct leak_settings *settings)
+/* The stream's cells, as leaks are looked for in them. */
+static struct error *mesh_of(const struct stream *stream, struct leak_mesh *mesh)
 {
     struct cells cells;
     struct error *err = cells_find(stream, &cells);
+    if (err)
+        return err;
+    *mesh = (struct leak_mesh){.probe_count = stream_table(stream, "probe")->rows,
+                               .position = positions(stream),
+                               .corners = cells.corners,
+                               .cell_count = cells.table->rows,
+                               .vertex = cells.vertex};
+    return NULL;
+}
+
+static struct error *choose_settings(const struct arguments *a, const struct stream *stream,
+                                     int threads, struct leak_settings *settings)
+{
+    struct leak_mesh mesh;
+    struct error *err = mesh_of(stream, &mesh);
     if (!err)
-        err = leak_settings_for(settings, positions(stream), cells.corners, cells.table->rows,
-                                cells.vertex);
+        err = leak_settings_for(settings, &mesh);
     settings->graze = a->graze;
     settings->margin = a->margin;
     settings->offset = a->offset_given ? a->offset : settings->offset;
@@ -59,11 +73,10 @@ static struct error *find(struct leaks *leaks, const struct stage *stage,
     struct place_inside_settings inside_settings = place_inside_default();
     bool *inside = NULL;
     leaks_clear(leaks);
-    struct cells cells;
-    struct error *err = cells_find(stream, &cells);
+    struct leak_mesh mesh;
+    struct error *err = mesh_of(stream, &mesh);
     if (!err)
-        err = leak_find(leaks, stage->tracer, settings, stream_table(stream, "probe")->rows,
-                        positions(stream), cells.corners, cells.table->rows, cells.vertex);
+        err = leak_find(leaks, stage->tracer, settings, &mesh);
     if (err || !leaks->probe_count)
         return err;
     inside_settings.threads = settings->threads;

@@ -366,8 +366,13 @@ static struct error *aim(const struct arguments *a, const char *program, const s
     if (!err && !a->eye_given && !a->common.quiet) /* to be kept, or moved on from */
         fprintf(stderr, "%s: --eye %.4g,%.4g,%.4g --look-at %.4g,%.4g,%.4g\n", program, eye.x,
                 eye.y, eye.z, look_at.x, look_at.y, look_at.z);
-    return err ? err
-               : camera_init(camera, eye, look_at, vec3_load(a->up), a->fov, a->width, a->height);
+    const struct camera_view view = {.eye = eye,
+                                     .look_at = look_at,
+                                     .up = vec3_load(a->up),
+                                     .fov = a->fov,
+                                     .width = a->width,
+                                     .height = a->height};
+    return err ? err : camera_init(camera, &view);
 }
 
 /* The light of the probes everywhere, or that which they have themselves. */

@@ -226,11 +226,13 @@ static void test_leaks(void)
     must(scene_finish(scene, &settings, NULL));
     must(trace_create(&tracer, scene));
     struct leak_settings s;
-    must(leak_settings_for(&s, p, 4, CELLS, v));
+    const struct leak_mesh mesh = {
+        .probe_count = N, .position = p, .corners = 4, .cell_count = CELLS, .vertex = v};
+    must(leak_settings_for(&s, &mesh));
     s.separation = 0.02; /* the points are dense: probes near all walls */
     s.offset = 0.01;
     struct leaks leaks;
-    must(leak_find(&leaks, tracer, &s, N, p, 4, CELLS, v));
+    must(leak_find(&leaks, tracer, &s, &mesh));
     size_t wrong = 0, crossed = 0;
     for (int c = 0; c < CELLS; c++) {
         for (int e = 0; e < 6; e++) {
@@ -258,14 +260,14 @@ static void test_leaks(void)
        "on both sides: %zu left, %zu right", left, leaks.probe_count - left);
     struct leaks other;
     s.threads = 4;
-    must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));
+    must(leak_find(&other, tracer, &s, &mesh));
     ok(other.probe_count == leaks.probe_count &&
            !memcmp(other.probe, leaks.probe, 3 * leaks.probe_count * sizeof(double)) &&
            other.leaking == leaks.leaking,
        "4 threads find the same");
     leaks_clear(&other);
     s.graze = 1;
-    must(leak_find(&other, tracer, &s, N, p, 4, CELLS, v));
+    must(leak_find(&other, tracer, &s, &mesh));
     ok(other.crossed == leaks.crossed && other.leaking == 0 && other.probe_count == 0,
        "rays that only graze ask for nothing");
     leaks_clear(&other);

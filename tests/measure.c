@@ -741,10 +741,18 @@ static void test_bootstrap(void)
         for (int i = 0; i < 100; i++)
             x[i] = -log(1 - random_double(&r)); /* exponential, mean 1 */
         struct estimate e, again;
-        must(bootstrap(100, 1, 2, 1, mean_of, x, 2, &e));
+        struct bootstrap_job job = {.count = 100,
+                                    .seed = 1,
+                                    .name = 2,
+                                    .figures = 1,
+                                    .reckon = mean_of,
+                                    .context = x,
+                                    .threads = 2};
+        must(bootstrap(&job, &e));
         within += e.low < 1 && e.high > 1;
         if (trial < 4) {
-            must(bootstrap(100, 1, 2, 1, mean_of, x, 1, &again));
+            job.threads = 1;
+            must(bootstrap(&job, &again));
             same = same && !memcmp(&e, &again, sizeof e);
         }
     }

@@ -237,11 +237,12 @@ static void test_figures(void)
     struct picture truth, test, variance;
     struct compare c;
     float map[54];
-    const struct compare_screen screen = {1, DISPLAY_CLIP};
+    const struct compare_pair pair = {
+        .truth = &truth, .test = &test, .variance = &variance, .screen = {1, DISPLAY_CLIP}};
     fill(&truth, 9, 6, 0.5f, 0.5f, 0.5f);
     fill(&test, 9, 6, 0.5f, 0.8f, 0.5f);
     fill(&variance, 9, 6, 0.0003f, 0.0002f, 0.0001f);
-    must(compare_pictures(&truth, &variance, &test, &screen, 1, map, &c));
+    must(compare_pictures(&pair, 1, map, &c));
     const double d = 0.3, rms = d / sqrt(3);
     ok(fabs(c.mean - 0.5) < 1e-7 && fabs(c.bias - 0.2) < 1e-6 && fabs(c.rmse - rms) < 1e-6 &&
            fabs(c.relative - 2 * rms) < 1e-6,

@@ -21,8 +21,13 @@ static struct camera camera_at(double ex, double ey, double ez, double lx, doubl
 {
     struct camera c;
     const struct vec3 eye = {ex, ey, ez}, at = {lx, ly, lz}, up = {0, 1, 0}, other = {0, 0, 1};
-    must(camera_init(&c, eye, at, fabs(lx - ex) + fabs(lz - ez) > 0 ? up : other, fov, width,
-                     height));
+    const struct camera_view view = {.eye = eye,
+                                     .look_at = at,
+                                     .up = fabs(lx - ex) + fabs(lz - ez) > 0 ? up : other,
+                                     .fov = fov,
+                                     .width = width,
+                                     .height = height};
+    must(camera_init(&c, &view));
     return c;
 }
 
@@ -108,9 +113,11 @@ static void test_camera(void)
        "right is right");
     struct camera bad;
     const struct vec3 o = {0, 0, 0}, z = {0, 0, 1}, up = {0, 1, 0};
-    struct error *err[3] = {camera_init(&bad, o, o, up, 60, 1, 1),
-                            camera_init(&bad, o, z, z, 60, 1, 1),
-                            camera_init(&bad, o, z, up, 180, 1, 1)};
+    const struct camera_view views[3] = {
+        {o, o, up, 60, 1, 1}, {o, z, z, 60, 1, 1}, {o, z, up, 180, 1, 1}};
+    struct error *err[3];
+    for (int i = 0; i < 3; i++)
+        err[i] = camera_init(&bad, &views[i]);
     for (int i = 0; i < 3; i++) {
         ok(err[i] && error_status(err[i]) == EXIT_BAD_USAGE, "refused: %s",
            err[i] ? error_message(err[i]) : "");

@@ -141,7 +141,11 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
     struct path_sample met[PATH_WAVE];
     for (size_t i = 0; i < count; i++)
         direction[i] = own_direction(w, draw->x[i], draw->y[i]);
-    path_samples(w->path, &w->receiver, count, direction, which != CAPTURE_DIRECT, draw->random,
+    path_samples(w->path, &w->receiver,
+                 &(struct path_rays){.count = count,
+                                     .direction = direction,
+                                     .random = draw->random,
+                                     .straight_alone = which == CAPTURE_DIRECT},
                  met);
     for (size_t i = 0; i < count; i++) {
         const struct path_sample *m = &met[i];
@@ -173,8 +177,9 @@ static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata
     const size_t count = 4 * draw->fours;
     struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
     struct path_found found[PATH_WAVE];
-    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, count, draw->x, draw->y,
-                                                draw->random, found);
+    const struct path_draws draws = {
+        .count = count, .x = draw->x, .y = draw->y, .random = draw->random};
+    (kind == LIGHTS ? path_lights : path_skies)(w->path, &w->receiver, &draws, found);
     for (size_t i = 0; i < count; i++) {
         direction[i] = found[i].direction;
         light[i] = found[i].light;
@@ -330,8 +335,8 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
         sh_basis(w->settings->order, d, y);
         sh_project(w->settings->order, y, rgb, (double)visible, w->certain);
         if (w->settings->columns & CAPTURE_GRADIENT && light->kind != SCENE_SUN && visible > 0)
-            gradient_add_delta(delta_of, light, p, distance, w->settings->order, (double)visible,
-                               w->certain_gradient);
+            gradient_add_delta(&(struct gradient_light){delta_of, light, distance}, p,
+                               w->settings->order, (double)visible, w->certain_gradient);
     }
 }
 

@@ -9,6 +9,7 @@
 struct wall {
     double direction[3], normal[3];
     double length;
+    int a, b; /* the cells that it parts; the normal goes from a to b */
 };
 
 /* 1 / distance to what moves at the wall. */
@@ -21,10 +22,10 @@ static float wall_nearness(const struct gradient_cell *a, const struct gradient_
     return bulges ? float_least(near_a, near_b) : float_most(near_a, near_b);
 }
 
-static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int a, int b,
-                     int order, double weight, double *d)
+static void add_wall(const struct gradient_cells *cells, const struct wall *wall, int order,
+                     double weight, double *d)
 {
-    const struct gradient_cell *cell_a = &cells->cell[a], *cell_b = &cells->cell[b];
+    const struct gradient_cell *cell_a = &cells->cell[wall->a], *cell_b = &cells->cell[wall->b];
     const struct vec3f direction = {(float)wall->direction[0], (float)wall->direction[1],
                                     (float)wall->direction[2]};
     const struct vec3f gain = vec3f_sub(cell_b->radiance, cell_a->radiance);
@@ -46,10 +47,13 @@ static void add_parallels(const struct gradient_cells *cells, int order, double 
         for (int column = 0; column < cells->columns; column++) {
             const double phi = 2 * ANGLE_PI * (column + 0.5) / cells->columns, c = angle_cos(phi),
                          s = angle_sin(phi);
-            const struct wall wall = {
-                {r * c, r * s, z}, {-z * c, -z * s, r}, 2 * ANGLE_PI * r / cells->columns};
             const int above = row * cells->columns + column;
-            add_wall(cells, &wall, above - cells->columns, above, order, weight, d);
+            const struct wall wall = {.direction = {r * c, r * s, z},
+                                      .normal = {-z * c, -z * s, r},
+                                      .length = 2 * ANGLE_PI * r / cells->columns,
+                                      .a = above - cells->columns,
+                                      .b = above};
+            add_wall(cells, &wall, order, weight, d);
         }
     }
 }
@@ -72,10 +76,13 @@ static void add_meridians(const struct gradient_cells *cells, int order, double 
             for (int column = 0; column < cells->columns; column++) {
                 const double phi = 2 * ANGLE_PI * (column + 1) / cells->columns, c = angle_cos(phi),
                              s = angle_sin(phi);
-                const struct wall wall = {{r * c, r * s, z}, {-s, c, 0}, length};
-                const int a = row * cells->columns + column,
-                          b = row * cells->columns + (column + 1) % cells->columns;
-                add_wall(cells, &wall, a, b, order, weight, d);
+                const struct wall wall = {.direction = {r * c, r * s, z},
+                                          .normal = {-s, c, 0},
+                                          .length = length,
+                                          .a = row * cells->columns + column,
+                                          .b = row * cells->columns +
+                                               (column + 1) % cells->columns};
+                add_wall(cells, &wall, order, weight, d);
             }
         }
     }
@@ -87,15 +94,15 @@ void gradient_add_cells(const struct gradient_cells *cells, int order, double we
     add_meridians(cells, order, weight, d);
 }
 
-void gradient_add_delta(gradient_delta *delta, const void *context, const double p[3],
-                        double distance, int order, double weight, double *d)
+void gradient_add_delta(const struct gradient_light *light, const double p[3], int order,
+                        double weight, double *d)
 {
-    const double step = 1e-4 * distance; /* the difference errs by its square, 1e-8 */
+    const double step = 1e-4 * light->distance; /* the difference errs by its square, 1e-8 */
     for (int axis = 0; axis < 3; axis++) {
         for (int side = -1; side <= 1; side += 2) {
             double at[3] = {p[0], p[1], p[2]}, direction[3], rgb[3], y[SH_COUNT_MAX];
             at[axis] += side * step;
-            delta(context, at, direction, rgb);
+            light->delta(light->context, at, direction, rgb);
             sh_basis(order, direction, y);
             sh_project(order, y, rgb, side * weight / (2 * step), d + axis * 3 * order * order);
         }

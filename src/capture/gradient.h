@@ -40,12 +40,17 @@ struct gradient_cells {
 /* Adds the gradient times weight to d: d/dx, d/dy, d/dz, each of 3 * order^2 values. */
 void gradient_add_cells(const struct gradient_cells *cells, int order, double weight, double *d);
 
-/* Adds the gradient of a delta of irradiance rgb from a light at `light` as seen from p:
- * intensity(p) Y(light - p), by central differences of the closed form. strength(context, p,
- * direction, rgb) gives that form. */
+/* A point or spot light: a delta of irradiance rgb in its direction, by a closed form. */
 typedef void gradient_delta(const void *context, const double p[3], double direction[3],
                             double rgb[3]);
-void gradient_add_delta(gradient_delta *delta, const void *context, const double p[3],
-                        double distance, int order, double weight, double *d);
+struct gradient_light {
+    gradient_delta *delta;
+    const void *context;
+    double distance; /* from where the gradient is asked for */
+};
+
+/* Adds the gradient at p of rgb(p) Y(direction(p)), times weight, by central differences. */
+void gradient_add_delta(const struct gradient_light *light, const double p[3], int order,
+                        double weight, double *d);
 
 #endif

@@ -50,18 +50,18 @@ static void compare_linear(const struct picture *truth, const struct picture *va
                                .noise = sqrt(noise / n)};
 }
 
-struct error *compare_pictures(const struct picture *truth, const struct picture *variance,
-                               const struct picture *test, const struct compare_screen *screen,
-                               int threads, float *map, struct compare *result)
+struct error *compare_pictures(const struct compare_pair *pair, int threads, float *map,
+                               struct compare *result)
 {
+    const struct picture *truth = pair->truth, *test = pair->test;
     struct picture shown[2] = {{0}, {0}};
     if (truth->width != test->width || truth->height != test->height)
         return error_new("the pictures differ in size: %zu x %zu and %zu x %zu pixels",
                          truth->width, truth->height, test->width, test->height);
-    compare_linear(truth, variance, test, result);
-    struct error *err = compare_show(truth, screen, &shown[0]);
+    compare_linear(truth, pair->variance, test, result);
+    struct error *err = compare_show(truth, &pair->screen, &shown[0]);
     if (!err)
-        err = compare_show(test, screen, &shown[1]);
+        err = compare_show(test, &pair->screen, &shown[1]);
     if (!err)
         err =
             flip_compare(&shown[0], &shown[1], flip_pixels_per_degree, threads, map, &result->flip);

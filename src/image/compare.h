@@ -29,11 +29,16 @@ struct compare_screen {
     enum display_tone tone;
 };
 
-/* variance: of the truth's pixels, or NULL. map: width * height FLIP values, the caller's room.
- * Errors: sizes differ. */
-struct error *compare_pictures(const struct picture *truth, const struct picture *variance,
-                               const struct picture *test, const struct compare_screen *screen,
-                               int threads, float *map, struct compare *result);
+/* What is compared. */
+struct compare_pair {
+    const struct picture *truth, *test;
+    const struct picture *variance; /* of the truth's pixels; NULL: not known */
+    struct compare_screen screen;
+};
+
+/* map: width * height FLIP values, the caller's room. Errors: sizes differ. */
+struct error *compare_pictures(const struct compare_pair *pair, int threads, float *map,
+                               struct compare *result);
 
 /* The screen's light of a picture, a new one. */
 struct error *compare_show(const struct picture *picture, const struct compare_screen *screen,

@@ -39,16 +39,16 @@ static int compare_edges(const void *a, const void *b)
 }
 
 /* All edges of all cells, sorted: those of several cells stand together. */
-static struct error *list_edges(int corners, size_t cell_count, const int32_t *vertex,
-                                struct edge **edges, size_t *count)
+static struct error *list_edges(const struct leak_mesh *mesh, struct edge **edges, size_t *count)
 {
+    const int corners = mesh->corners;
     const size_t each = (size_t)leak_edges_of(corners);
-    *count = each * cell_count;
-    if (cell_count > UINT32_MAX / 6)
+    *count = each * mesh->cell_count;
+    if (mesh->cell_count > UINT32_MAX / 6)
         return error_new("more than %u cells", UINT32_MAX / 6);
     struct error *err = array_create(edges, *count, sizeof **edges);
     for (size_t i = 0; i < *count && !err; i++) {
-        const int32_t *v = vertex + i / each * (size_t)corners;
+        const int32_t *v = mesh->vertex + i / each * (size_t)corners;
         const int *edge = leak_edge[corners][i % each];
         const int32_t a = v[edge[0]], b = v[edge[1]];
         (*edges)[i] =
@@ -70,13 +70,13 @@ static int compare_doubles(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners,
-                                size_t cell_count, const int32_t *vertex)
+struct error *leak_settings_for(struct leak_settings *settings, const struct leak_mesh *mesh)
 {
+    const double *position = mesh->position;
     struct edge *edges = NULL;
     double *length = NULL;
     size_t count = 0, all = 0;
-    struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
+    struct error *err = list_edges(mesh, &edges, &all);
     if (!err)
         err = array_create(&length, all, sizeof *length);
     for (size_t i = 0; i < all && !err; i++) {
@@ -283,17 +283,17 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
 /* -- all together ----------------------------------------------------------------------------- */
 
 struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
-                        const struct leak_settings *settings, size_t probe_count,
-                        const double *position, int corners, size_t cell_count,
-                        const int32_t *vertex)
+                        const struct leak_settings *settings, const struct leak_mesh *mesh)
 {
     *leaks = (struct leaks){0};
     struct edge *edges = NULL;
     size_t *first = NULL;
-    struct look look = {
-        .tracer = tracer, .settings = settings, .position = position, .corners = corners};
+    struct look look = {.tracer = tracer,
+                        .settings = settings,
+                        .position = mesh->position,
+                        .corners = mesh->corners};
     size_t all = 0;
-    struct error *err = list_edges(corners, cell_count, vertex, &edges, &all);
+    struct error *err = list_edges(mesh, &edges, &all);
     if (!err)
         err = array_create(&first, all + 1, sizeof *first);
     for (size_t i = 0; i < all && !err; i++)
@@ -316,7 +316,7 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
                 look.finding[e].asks[0] || look.finding[e].asks[1] ? 2 : look.finding[e].crossed;
     }
     if (!err)
-        err = choose(&look, leaks->edges, probe_count, leaks);
+        err = choose(&look, leaks->edges, mesh->probe_count, leaks);
     free(look.finding);
     free(first);
     free(edges);

@@ -21,6 +21,15 @@
 struct error;
 struct tracer;
 
+/* Cells of probes; borrowed. */
+struct leak_mesh {
+    size_t probe_count;
+    const double *position; /* 3 a probe */
+    int corners;            /* of a cell: 4, 3, 2 or 1 */
+    size_t cell_count;
+    const int32_t *vertex; /* `corners` a cell */
+};
+
 struct leak_settings {
     /* least |cos| between ray and surface normal for a surface to count as a wall to mend */
     double graze;
@@ -33,8 +42,7 @@ struct leak_settings {
 
 /* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median
  * edge. */
-struct error *leak_settings_for(struct leak_settings *settings, const double *position, int corners,
-                                size_t cell_count, const int32_t *vertex);
+struct error *leak_settings_for(struct leak_settings *settings, const struct leak_mesh *mesh);
 
 /* How many edges a cell of so many corners has: 6, 3, 1, 0. */
 int leak_edges_of(int corners);
@@ -57,9 +65,7 @@ struct leaks {
 /* Looks along the edges of the cells. The result does not depend on the number of threads, or on
  * the order of the probes. */
 struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
-                        const struct leak_settings *settings, size_t probe_count,
-                        const double *position, int corners, size_t cell_count,
-                        const int32_t *vertex);
+                        const struct leak_settings *settings, const struct leak_mesh *mesh);
 void leaks_clear(struct leaks *leaks);
 
 #endif

@@ -25,10 +25,17 @@ enum { BOOTSTRAP_SETS = 1000 };
  * number of points). Any thread. */
 typedef void bootstrap_reckon(const void *context, const uint32_t *times, double *figure);
 
-/* Fills estimate[figures]. Fewer than 8 points have no interval. The sets depend on the seed, the
- * name and the count alone. */
-struct error *bootstrap(size_t count, uint64_t seed, uint64_t name, int figures,
-                        bootstrap_reckon *reckon, const void *context, int threads,
-                        struct estimate *estimate);
+/* What is drawn again, and reckoned from it. */
+struct bootstrap_job {
+    size_t count;        /* points; fewer than 8 have no interval */
+    uint64_t seed, name; /* the sets depend on these and the count alone */
+    int figures;
+    bootstrap_reckon *reckon;
+    const void *context; /* of reckon */
+    int threads;
+};
+
+/* Fills estimate[figures]. */
+struct error *bootstrap(const struct bootstrap_job *job, struct estimate *estimate);
 
 #endif

@@ -265,8 +265,14 @@ static struct error *report_part(struct report *report, const struct job *job, s
     }
     if (!err) {
         qsort(part->value, SPHERE_COUNT * part->count, sizeof *part->value, compare_values);
-        err = bootstrap(part->count, job->settings->seed, name, FIGURES, reckon, part,
-                        job->settings->threads, estimate);
+        const struct bootstrap_job sets = {.count = part->count,
+                                           .seed = job->settings->seed,
+                                           .name = name,
+                                           .figures = FIGURES,
+                                           .reckon = reckon,
+                                           .context = part,
+                                           .threads = job->settings->threads};
+        err = bootstrap(&sets, estimate);
     }
     if (!err)
         err = report_light(report, "irradiance", of, alone(truth), job->scene_mean);

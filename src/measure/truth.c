@@ -140,24 +140,31 @@ static void choose_bounds(const struct truth_settings *s, const struct scene *sc
         bounds[k] = s->bounds_given ? s->bounds[k] : !solid ? box[k] : k < 3 ? low[k] : high[k - 3];
 }
 
-static void free_candidate(const struct truth_settings *s, const double bounds[6], size_t number,
-                           double p[3])
+/* Where points and paths are taken. */
+struct space {
+    const struct truth_job *job;
+    double bounds[6];
+    double step; /* along paths */
+};
+
+static void free_candidate(const struct space *space, size_t number, double p[3])
 {
-    struct random r = random_start((uint64_t)s->seed, FOR_POINT, (uint32_t)number);
+    const double *bounds = space->bounds;
+    struct random r =
+        random_start((uint64_t)space->job->settings->seed, FOR_POINT, (uint32_t)number);
     for (int k = 0; k < 3; k++)
         p[k] = bounds[k] + (bounds[3 + k] - bounds[k]) * random_double(&r);
 }
 
 /* The first candidates of the box that are not inside solids. */
-static struct error *place_free(struct place *place, const struct stage *stage,
-                                const struct truth_settings *s, const double bounds[6], int threads,
-                                struct warnings *warnings)
+static struct error *place_free(struct place *place, const struct space *space)
 {
-    const size_t wanted = (size_t)s->points;
+    const struct truth_job *job = space->job;
+    const size_t wanted = (size_t)job->settings->points;
     struct place_inside_settings inside_settings = place_inside_default();
     struct place candidates = {0};
     bool *inside = NULL;
-    inside_settings.threads = threads;
+    inside_settings.threads = job->threads;
     struct error *err = array_create(&place->position, 3 * wanted, sizeof *place->position);
     if (!err)
         err = array_create(&candidates.position, 3 * wanted, sizeof *candidates.position);
@@ -166,8 +173,9 @@ static struct error *place_free(struct place *place, const struct stage *stage,
     candidates.count = wanted;
     for (size_t turn = 0; turn < TRIES && place->count < wanted && !err; turn++) {
         for (size_t i = 0; i < wanted; i++)
-            free_candidate(s, bounds, turn * wanted + i, candidates.position + 3 * i);
-        err = place_inside(&candidates, stage->tracer, &inside_settings, inside, warnings);
+            free_candidate(space, turn * wanted + i, candidates.position + 3 * i);
+        err =
+            place_inside(&candidates, job->stage->tracer, &inside_settings, inside, job->warnings);
         for (size_t i = 0; i < wanted && place->count < wanted && !err; i++)
             if (!inside[i])
                 memcpy(place->position + 3 * place->count++, candidates.position + 3 * i,
@@ -192,10 +200,11 @@ static void random_direction(struct random *r, double d[3])
 
 /* How many steps may be taken from p along d: to shortly before a surface, and not out of the
  * box. */
-static int free_steps(const struct stage *stage, const double bounds[6], const double p[3],
-                      const double d[3], double step)
+static int free_steps(const struct space *space, const double p[3], const double d[3])
 {
-    const struct trace_hit hit = trace_nearest(stage->tracer, p, d, 2 * STEPS_MOST * step);
+    const double *bounds = space->bounds, step = space->step;
+    const struct trace_hit hit =
+        trace_nearest(space->job->stage->tracer, p, d, 2 * STEPS_MOST * step);
     double most = hit.hit ? 0.95 * hit.distance : STEPS_MOST * step;
     for (int k = 0; k < 3; k++) {
         if (d[k] > 0)
@@ -208,18 +217,17 @@ static int free_steps(const struct stage *stage, const double bounds[6], const d
 
 /* Appends one straight path from a point on; of the directions tried, that with the longest way.
  * Returns its steps. */
-static struct error *place_random_path(struct place *place, const struct stage *stage,
-                                       const struct truth_settings *s, const double bounds[6],
-                                       const double start[3], size_t number, double step,
-                                       size_t *rows)
+static struct error *place_random_path(struct place *place, const struct space *space,
+                                       const double start[3], size_t number, size_t *rows)
 {
-    struct random r = random_start((uint64_t)s->seed, FOR_PATH, (uint32_t)number);
+    struct random r =
+        random_start((uint64_t)space->job->settings->seed, FOR_PATH, (uint32_t)number);
     double best[3] = {0};
     int steps = 0;
     for (int turn = 0; turn < DIRECTIONS; turn++) {
         double d[3];
         random_direction(&r, d);
-        const int free = free_steps(stage, bounds, start, d, step);
+        const int free = free_steps(space, start, d);
         if (free > steps) {
             steps = free;
             memcpy(best, d, sizeof best);
@@ -230,19 +238,18 @@ static struct error *place_random_path(struct place *place, const struct stage *
                                       3 * sizeof *place->position);
     for (size_t i = 0; i < *rows && !err; i++)
         vec3_store(place->position + 3 * place->count++,
-                   vec3_fma(vec3_load(start), (double)i * step, vec3_load(best)));
+                   vec3_fma(vec3_load(start), (double)i * space->step, vec3_load(best)));
     return err;
 }
 
 /* The positions of points, and behind them those of paths; path[i] the number of the path. */
-static struct error *place_all(struct place *place, int32_t **path, size_t *points,
-                               const struct stage *stage, const struct truth_settings *s,
-                               const double bounds[6], double step, int threads,
-                               struct warnings *warnings)
+static struct error *place_all(const struct space *space, struct place *place, int32_t **path,
+                               size_t *points)
 {
+    const struct truth_settings *s = space->job->settings;
     *path = NULL;
     struct error *err = s->points_file ? place_points(place, s->points_file, 1e9)
-                                       : place_free(place, stage, s, bounds, threads, warnings);
+                                       : place_free(place, space);
     if (!err && !place->count)
         err = error_new("%s: expected at least one point, got none", s->points_file);
     *points = place->count;
@@ -257,12 +264,11 @@ static struct error *place_all(struct place *place, int32_t **path, size_t *poin
     if (!err)
         err = array_create(&rows, paths, sizeof *rows);
     if (!err && s->path_file) {
-        err = place_path(place, s->path_file, step, 1e9);
+        err = place_path(place, s->path_file, space->step, 1e9);
         rows[0] = place->count - *points;
     }
     for (size_t i = 0; i < paths && !s->path_file && !err; i++)
-        err = place_random_path(place, stage, s, bounds, starts.position + 3 * (i % *points), i,
-                                step, &rows[i]);
+        err = place_random_path(place, space, starts.position + 3 * (i % *points), i, &rows[i]);
     if (!err)
         err = array_create(path, place->count, sizeof **path);
     for (size_t i = 0; i < *points && !err; i++)
@@ -277,7 +283,8 @@ static struct error *place_all(struct place *place, int32_t **path, size_t *poin
 
 /* -- tracing ---------------------------------------------------------------------------------- */
 
-struct job {
+/* Points at work. */
+struct work {
     const struct path_tracer *path_tracer;
     const struct tracer *tracer;
     struct capture_settings settings;
@@ -290,24 +297,24 @@ struct job {
 static struct error *trace_one(void *context, size_t index, int thread)
 {
     (void)thread;
-    struct job *job = context;
-    const double *p = job->position + 3 * index;
-    struct capture_settings s = job->settings;
+    struct work *work = context;
+    const double *p = work->position + 3 * index;
+    struct capture_settings s = work->settings;
     for (int half = 0; half < 2; half++) {
         struct capture_probe result;
         /* no --seed of a capture is as large */
-        s.seed = (uint64_t)job->seed | (uint64_t)1 << (62 + half);
-        struct error *err = capture_probe(job->path_tracer, &s, p, NULL, &result);
+        s.seed = (uint64_t)work->seed | (uint64_t)1 << (62 + half);
+        struct error *err = capture_probe(work->path_tracer, &s, p, NULL, &result);
         for (size_t k = 0; k < TRUTH_WIDTH && !err; k++)
             if (!isfinite(result.sh[k]))
                 err = error_new("light is beyond what 32 bits can hold");
         if (err)
             return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
-        memcpy(job->half[half] + TRUTH_WIDTH * index, result.sh, TRUTH_WIDTH * sizeof(float));
+        memcpy(work->half[half] + TRUTH_WIDTH * index, result.sh, TRUTH_WIDTH * sizeof(float));
     }
-    const double distance = trace_distance(job->tracer, p);
-    job->surface[index] = distance < (double)INFINITY ? (float)distance : NAN;
-    progress_add(job->progress, 1);
+    const double distance = trace_distance(work->tracer, p);
+    work->surface[index] = distance < (double)INFINITY ? (float)distance : NAN;
+    progress_add(work->progress, 1);
     return NULL;
 }
 
@@ -365,22 +372,47 @@ static double default_step(const double bounds[6])
     return vec3_length(diagonal) / STEPS_ACROSS;
 }
 
-struct error *truth_trace(struct truth *truth, const struct stage *stage,
-                          const struct truth_settings *s, const double box[6], const char *recorded,
-                          int threads, struct progress *progress, struct warnings *warnings)
+/* Traces the light at the places of a table, into its columns. */
+static struct error *trace_table(const struct truth_job *job, const struct table *table)
 {
+    const struct truth_settings *s = job->settings;
+    struct path_tracer tracer = job->stage->path;
+    tracer.bounces = (int)bounces_of(job->stage, s);
+    const int rays = (int)((s->rays + 1) / 2);
+    struct work work = {.path_tracer = &tracer,
+                        .tracer = job->stage->tracer,
+                        .position = column_f64(table_column(table, "position")),
+                        .seed = s->seed,
+                        .progress = job->progress,
+                        .surface = column_f32(table_column(table, "surface")),
+                        .half = {column_f32(table_column(table, "irradiance_1")),
+                                 column_f32(table_column(table, "irradiance_2"))},
+                        .settings = job->stage->capture_settings};
+    work.settings.rays = rays;
+    work.settings.error = s->error;
+    work.settings.error_floor = 0;
+    work.settings.rays_most = (int)fmax((double)s->rays_most / 2, rays);
+    work.settings.columns = 0;
+    work.settings.normal = sphere_direction[0];
+    work.settings.normal_count = SPHERE_COUNT;
+    return threads_for(job->threads, table->rows, trace_one, &work);
+}
+
+struct error *truth_trace(struct truth *truth, const struct truth_job *job)
+{
+    const struct stage *stage = job->stage;
+    const struct truth_settings *s = job->settings;
+    struct space space = {.job = job};
     *truth = (struct truth){0};
-    double bounds[6];
     struct place place = {0};
     int32_t *path = NULL;
     size_t points = 0;
     struct table *table = NULL;
-    choose_bounds(s, stage->scene, box, bounds);
-    const double step = s->step_given ? s->step : default_step(bounds);
-    if (!(step > 0) || !(step < (double)INFINITY))
+    choose_bounds(s, stage->scene, job->box, space.bounds);
+    space.step = s->step_given ? s->step : default_step(space.bounds);
+    if (!(space.step > 0) || !(space.step < (double)INFINITY))
         return error_new("the box is a point: --bounds says where to look");
-    struct error *err =
-        place_all(&place, &path, &points, stage, s, bounds, step, threads, warnings);
+    struct error *err = place_all(&space, &place, &path, &points);
     if (!err)
         err = stream_create(&truth->stream);
     if (!err)
@@ -390,41 +422,22 @@ struct error *truth_trace(struct truth *truth, const struct stage *stage,
     if (!err)
         err = table_resize(table, place.count);
     if (!err)
-        err = header_add_provenance(&truth->stream->header, recorded);
+        err = header_add_provenance(&truth->stream->header, job->command_line);
     if (!err)
         err = scene_settings_to_header(&stage->scene_settings, &truth->stream->header);
     if (!err)
-        err = describe(&truth->stream->header, stage, s, bounds, step);
+        err = describe(&truth->stream->header, stage, s, space.bounds, space.step);
     if (!err) {
         memcpy(column_f64(table_column(table, "position")), place.position,
                3 * place.count * sizeof(double));
         memcpy(column_i32(table_column(table, "path")), path, place.count * sizeof *path);
-        struct path_tracer tracer = stage->path;
-        tracer.bounces = (int)bounces_of(stage, s);
-        const int rays = (int)((s->rays + 1) / 2);
-        struct job job = {.path_tracer = &tracer,
-                          .tracer = stage->tracer,
-                          .position = place.position,
-                          .seed = s->seed,
-                          .progress = progress,
-                          .surface = column_f32(table_column(table, "surface")),
-                          .half = {column_f32(table_column(table, "irradiance_1")),
-                                   column_f32(table_column(table, "irradiance_2"))},
-                          .settings = stage->capture_settings};
-        job.settings.rays = rays;
-        job.settings.error = s->error;
-        job.settings.error_floor = 0;
-        job.settings.rays_most = (int)fmax((double)s->rays_most / 2, rays);
-        job.settings.columns = 0;
-        job.settings.normal = sphere_direction[0];
-        job.settings.normal_count = SPHERE_COUNT;
-        err = threads_for(threads, place.count, trace_one, &job);
+        err = trace_table(job, table);
     }
     if (!err)
         err = find_columns(truth);
-    truth->step = step;
-    memcpy(truth->low, bounds, sizeof truth->low);
-    memcpy(truth->high, bounds + 3, sizeof truth->high);
+    truth->step = space.step;
+    memcpy(truth->low, space.bounds, sizeof truth->low);
+    memcpy(truth->high, space.bounds + 3, sizeof truth->high);
     free(path);
     place_clear(&place);
     return err;

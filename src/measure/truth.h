@@ -66,11 +66,18 @@ struct truth {
     const float *surface, *half[2];
 };
 
-/* Traces. box: of the probes, for scenes whose own has no volume. recorded: the command line. */
-struct error *truth_trace(struct truth *truth, const struct stage *stage,
-                          const struct truth_settings *settings, const double box[6],
-                          const char *recorded, int threads, struct progress *progress,
-                          struct warnings *warnings);
+/* How a truth is traced. */
+struct truth_job {
+    const struct stage *stage;
+    const struct truth_settings *settings;
+    const double *box;        /* 6: of the probes, for scenes whose own has no volume */
+    const char *command_line; /* as recorded */
+    int threads;
+    struct progress *progress; /* may be NULL */
+    struct warnings *warnings;
+};
+
+struct error *truth_trace(struct truth *truth, const struct truth_job *job);
 
 /* Reads what truth_trace made. Errors: it is of another scene or light, or not what the settings
  * ask for (says which). */

@@ -11,11 +11,13 @@ static struct vec3 unit(struct vec3 a)
                : (struct vec3){0};
 }
 
-struct error *camera_init(struct camera *c, struct vec3 eye, struct vec3 look_at, struct vec3 up,
-                          double fov, size_t width, size_t height)
+struct error *camera_init(struct camera *c, const struct camera_view *view)
 {
-    *c = (struct camera){
-        .eye = eye, .forward = unit(vec3_sub(look_at, eye)), .width = width, .height = height};
+    const struct vec3 eye = view->eye, up = view->up;
+    *c = (struct camera){.eye = eye,
+                         .forward = unit(vec3_sub(view->look_at, eye)),
+                         .width = view->width,
+                         .height = view->height};
     if (!(vec3_length(c->forward) > 0))
         return error_usage("expected --look-at other than --eye, got (%g, %g, %g) for both", eye.x,
                            eye.y, eye.z);
@@ -23,13 +25,13 @@ struct error *camera_init(struct camera *c, struct vec3 eye, struct vec3 look_at
     if (!(vec3_length(across) > 1e-6))
         return error_usage("expected --up across the view, got (%g, %g, %g) along it", up.x, up.y,
                            up.z);
-    if (!(fov > 0 && fov < 180))
-        return error_usage("expected --fov above 0 and below 180 degrees, got %g", fov);
+    if (!(view->fov > 0 && view->fov < 180))
+        return error_usage("expected --fov above 0 and below 180 degrees, got %g", view->fov);
     c->right = vec3_normalize(across);
     c->up = vec3_cross(c->right, c->forward);
-    const double half = fov * (ANGLE_PI / 360);
+    const double half = view->fov * (ANGLE_PI / 360);
     c->half_height = angle_sin(half) / angle_cos(half);
-    c->half_width = c->half_height * (double)width / (double)height;
+    c->half_width = c->half_height * (double)c->width / (double)c->height;
     return NULL;
 }
 

@@ -20,10 +20,15 @@ struct camera {
     size_t width, height;           /* pixels */
 };
 
-/* fov: the whole vertical angle, degrees, above 0 and below 180. Errors: nothing to look at
- * (look_at is eye), up along the view. */
-struct error *camera_init(struct camera *camera, struct vec3 eye, struct vec3 look_at,
-                          struct vec3 up, double fov, size_t width, size_t height);
+/* How a camera is set up. */
+struct camera_view {
+    struct vec3 eye, look_at, up;
+    double fov;           /* the whole vertical angle, degrees, above 0 and below 180 */
+    size_t width, height; /* pixels */
+};
+
+/* Errors: nothing to look at (look_at is eye), up along the view. */
+struct error *camera_init(struct camera *camera, const struct camera_view *view);
 
 /* The unit direction through a point of the picture. */
 struct vec3 camera_direction(const struct camera *camera, double x, double y);

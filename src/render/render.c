@@ -120,9 +120,12 @@ static void take_wave(struct tile *tile, const struct wave *w, struct vec3f *lig
                                          ? &tile->direct
                                          : tile->render->path;
     const struct path_receiver receiver = {.at = {.position = w->origin}};
+    const struct path_rays rays = {.count = w->count,
+                                   .direction = w->direction,
+                                   .random = w->random,
+                                   .straight_alone = tile->light == RENDER_PROBES};
     struct path_sample sample[PATH_WAVE];
-    path_samples(path, &receiver, w->count, w->direction, tile->light != RENDER_PROBES, w->random,
-                 sample);
+    path_samples(path, &receiver, &rays, sample);
     for (size_t i = 0; i < w->count; i++)
         light[i] = vec3f_add(sample[i].straight, sample[i].scattered);
     if (tile->light == RENDER_PROBES || tile->light == RENDER_MIXED)

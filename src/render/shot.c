@@ -236,8 +236,11 @@ struct error *shot_compose(struct shot *shot, const struct picture *truth,
     if (!err)
         err = array_create(&map, truth->width * truth->height, sizeof *map);
     if (!err) {
-        const struct compare_screen screen = {shot->exposure, s->tone};
-        err = compare_pictures(truth, variance, test, &screen, threads, map, &shot->figures);
+        const struct compare_pair pair = {.truth = truth,
+                                          .test = test,
+                                          .variance = variance,
+                                          .screen = {shot->exposure, s->tone}};
+        err = compare_pictures(&pair, threads, map, &shot->figures);
     }
     shot->compared = !err;
     if (err)

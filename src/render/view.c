@@ -123,8 +123,13 @@ static struct error *aim(const struct choice *c, const struct candidate *candida
     const struct vec3 eye = c->place[candidate->eye].position;
     const struct vec3 up = fabs(candidate->forward.y) > 0.99 ? (struct vec3){0, 0, -1}
                                                              : (struct vec3){0, 1, 0};
-    return camera_init(camera, eye, vec3_fma(eye, c->radius, candidate->forward), up, c->fov,
-                       (size_t)(1000 * c->aspect) + 1, 1000);
+    return camera_init(
+        camera, &(struct camera_view){.eye = eye,
+                                      .look_at = vec3_fma(eye, c->radius, candidate->forward),
+                                      .up = up,
+                                      .fov = c->fov,
+                                      .width = (size_t)(1000 * c->aspect) + 1,
+                                      .height = 1000});
 }
 
 /* Puts a candidate among the finalists, which are in order, if it is good enough. */
@@ -193,7 +198,9 @@ static struct error *look_around(const struct choice *c, struct candidate *final
             direction[i] = (struct vec3f){(float)d.x, (float)d.y, (float)d.z};
             random[i] = random_start(0, number, (uint32_t)(FAN * row + i));
         }
-        path_samples(c->path, &receiver, FAN, direction, true, random, sample);
+        path_samples(c->path, &receiver,
+                     &(struct path_rays){.count = FAN, .direction = direction, .random = random},
+                     sample);
         for (size_t i = 0; i < FAN; i++) {
             const struct path_sample *s = &sample[i];
             finalist->light[FAN * row + i] =

@@ -116,8 +116,10 @@ static void draw_salts(const struct path_tracer *path, struct wave_random *r, si
 
 /* Where a wave asks from. */
 struct receivers {
+    size_t count;
     const struct wave_vec *position;
     const struct wave_vec *normal; /* NULL: points, which take light from the whole sphere */
+    float share;                   /* questions for each direction of a receiver's own */
 };
 
 /* Questions whether anything stands between a receiver and what was found. */
@@ -222,13 +224,13 @@ static void aim_punctual(const struct path_tracer *path, const struct lights_rec
 }
 
 /* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces. */
-static void ask_lights(const struct path_tracer *path, const struct receivers *from, float share,
-                       size_t count, const double *x, const float *y, struct questions *q)
+static void ask_lights(const struct path_tracer *path, const struct receivers *from,
+                       const double *x, const float *y, struct questions *q)
 {
     struct drawn drawn;
     struct lights_choice punctual[PATH_WAVE];
     size_t of_punctual[PATH_WAVE], punctuals = 0;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < from->count; i++) {
         const struct lights_receiver receiver = receiver_at(from, i);
         struct lights_choice choice;
         q->seen[i] = lights_sample(&path->lights, path->tracer, &receiver, x[i], y[i], &choice);
@@ -246,7 +248,7 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
     }
     if (path->emissive)
         aim(from->position, from->normal ? from->normal : &drawn.normal, from->normal,
-            path->tracer->scene->emit_front_only, share, count, &drawn, q);
+            path->tracer->scene->emit_front_only, from->share, from->count, &drawn, q);
     for (size_t k = 0; k < punctuals && from->normal; k++) {
         const struct lights_receiver receiver = receiver_at(from, of_punctual[k]);
         aim_punctual(path, &receiver, &punctual[k], q, of_punctual[k]);
@@ -254,10 +256,10 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
 }
 
 /* Asks for one direction each of an uneven sky, drawn by (x, y). */
-static void ask_sky(const struct path_tracer *path, const struct receivers *from, float share,
-                    size_t count, const double *x, const double *y, struct questions *q)
+static void ask_sky(const struct path_tracer *path, const struct receivers *from, const double *x,
+                    const double *y, struct questions *q)
 {
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < from->count; i++) {
         float density;
         const struct vec3f direction = sky_sample(&path->sky, x[i], y[i], &density);
         const float own = from->normal
@@ -269,30 +271,29 @@ static void ask_sky(const struct path_tracer *path, const struct receivers *from
         q->ray.most[i] = INFINITY;
         wave_put(&q->direction, i, direction);
         wave_put(&q->light, i,
-                 vec3f_scale(1 / (share * density + own),
+                 vec3f_scale(1 / (from->share * density + own),
                              scene_sky_radiance(path->tracer->scene, direction)));
     }
 }
 
-/* The weight of emission that a ray of density `own` met, against ask_lights. */
-static float met_weight(const struct path_tracer *path, const struct lights_receiver *from,
-                        float share, const struct trace_points *at, size_t i,
-                        struct vec3f direction, float own)
+/* The weight of emission that a receiver's ray of density `own` met, against ask_lights. */
+static float met_weight(const struct path_tracer *path, const struct path_receiver *from,
+                        const struct trace_points *at, size_t i, struct vec3f direction, float own)
 {
     const struct trace_point point = {.instance = at->instance[i], .triangle = at->triangle[i]};
-    const float area_density = lights_density(&path->lights, from, &point);
+    const float area_density = lights_density(&path->lights, &from->at, &point);
     if (!(area_density > 0))
         return 1;
     const float cosine = fabsf(vec3f_dot(direction, wave_get(&at->normal, i)));
-    return own / (own + share * solid_density(area_density, at->distance[i],
-                                              float_most(cosine, FLT_MIN)));
+    return own / (own + from->lights_share * solid_density(area_density, at->distance[i],
+                                                           float_most(cosine, FLT_MIN)));
 }
 
-/* The weight of the sky that a ray of density `own` met, against ask_sky. */
-static float sky_weight(const struct path_tracer *path, float share, struct vec3f direction,
-                        float own)
+/* The weight of the sky that it met, against ask_sky. */
+static float sky_weight(const struct path_tracer *path, const struct path_receiver *from,
+                        struct vec3f direction, float own)
 {
-    return path->sky.rows ? own / (own + share * sky_density(&path->sky, direction)) : 1;
+    return path->sky.rows ? own / (own + from->sky_share * sky_density(&path->sky, direction)) : 1;
 }
 
 /* Radiance that the surface at a hit emits towards where it is seen from. */
@@ -352,9 +353,9 @@ TRACE_VECTORS static void answer(struct wave *w)
 }
 
 TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct receivers *from,
-                                  size_t count, struct questions *q)
+                                  struct questions *q)
 {
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < from->count; i++) {
         q->seen[i] = vec3f_dot(sun->to_light, wave_get(from->normal, i)) > 0;
         wave_put(&q->ray.origin, i, wave_get(from->position, i));
         wave_put(&q->ray.direction, i, sun->to_light);
@@ -369,23 +370,24 @@ TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct recei
 static void light_surfaces(struct wave *w)
 {
     const struct path_tracer *path = w->path;
-    const struct receivers from = {&w->ray.origin, &w->facing};
+    const struct receivers from = {
+        .count = w->count, .position = &w->ray.origin, .normal = &w->facing, .share = 1};
     double x[PATH_WAVE], y[PATH_WAVE];
     if (path->lights.count) {
         float across[PATH_WAVE];
         draw_doubles(&w->random, w->count, x);
         draw_floats(&w->random, w->count, across);
-        ask_lights(path, &from, 1, w->count, x, across, &w->questions);
+        ask_lights(path, &from, x, across, &w->questions);
         answer(w);
     }
     if (path->sky.rows) {
         draw_doubles(&w->random, w->count, x);
         draw_doubles(&w->random, w->count, y);
-        ask_sky(path, &from, 1, w->count, x, y, &w->questions);
+        ask_sky(path, &from, x, y, &w->questions);
         answer(w);
     }
     for (size_t s = 0; s < path->sun_count; s++) {
-        ask_sun(&path->suns[s], &from, w->count, &w->questions);
+        ask_sun(&path->suns[s], &from, &w->questions);
         answer(w);
     }
 }
@@ -430,13 +432,16 @@ static void meet(struct wave *w)
         if (w->at.hit[i] && !path->emissive)
             continue;
         const struct vec3f direction = wave_get(&w->ray.direction, i);
-        const struct lights_receiver from = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i)};
-        const float own = cosine_density(vec3f_dot(direction, from.normal));
+        const struct path_receiver from = {
+            .at = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i)},
+            .lights_share = 1,
+            .sky_share = 1};
+        const float own = cosine_density(vec3f_dot(direction, from.at.normal));
         if (!w->at.hit[i]) {
             radiance = scene_sky_radiance(path->tracer->scene, direction);
-            weight = sky_weight(path, 1, direction, own);
+            weight = sky_weight(path, &from, direction, own);
         } else if (vec3f_most(radiance = emitted(path, &w->at, i)) > 0) {
-            weight = met_weight(path, &from, 1, &w->at, i, direction, own);
+            weight = met_weight(path, &from, &w->at, i, direction, own);
         }
         wave_put(&w->sum, i,
                  vec3f_fma(wave_get(&w->sum, i), weight,
@@ -514,30 +519,29 @@ static struct path_sample seen(const struct path_receiver *receiver, const struc
     struct path_sample sample = {.weight = 1, .distance = w->at.distance[i]};
     if (!w->at.hit[i]) {
         sample.straight = scene_sky_radiance(path->tracer->scene, direction);
-        sample.weight = sky_weight(path, receiver->sky_share, direction, own);
+        sample.weight = sky_weight(path, receiver, direction, own);
         return sample;
     }
     sample.hit = true;
     sample.front = w->at.front[i];
     sample.normal = wave_get(&w->at.normal, i);
     if (path->emissive && vec3f_most(sample.straight = emitted(path, &w->at, i)) > 0)
-        sample.weight =
-            met_weight(path, &receiver->at, receiver->lights_share, &w->at, i, direction, own);
+        sample.weight = met_weight(path, receiver, &w->at, i, direction, own);
     return sample;
 }
 
 void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
-                  size_t count, const struct vec3f *direction, bool with_scattered,
-                  const struct random *random, struct path_sample *sample)
+                  const struct path_rays *rays, struct path_sample *sample)
 {
+    const size_t count = rays->count;
     struct wave w;
     w.path = path;
     w.count = count;
     for (size_t i = 0; i < count; i++) {
         w.sample[i] = (uint32_t)i;
-        random_put(&w.random, i, &random[i]);
+        random_put(&w.random, i, &rays->random[i]);
         wave_put(&w.ray.origin, i, receiver->at.position);
-        wave_put(&w.ray.direction, i, direction[i]);
+        wave_put(&w.ray.direction, i, rays->direction[i]);
         wave_put(&w.throughput, i, (struct vec3f){1, 1, 1});
         wave_put(&w.sum, i, (struct vec3f){0});
         w.ray.most[i] = INFINITY;
@@ -546,49 +550,49 @@ void path_samples(const struct path_tracer *path, const struct path_receiver *re
     trace_rays_nearest(path->tracer, count, &w.ray, &w.at);
     for (size_t i = 0; i < count; i++)
         sample[i] = seen(receiver, &w, i);
-    if (!with_scattered)
+    if (rays->straight_alone)
         return;
     end_paths(&w, false, sample);
     scatter(&w, sample);
 }
 
-/* Asks from one receiver, as often as there are random numbers, and keeps what is seen. */
+/* Asks from one receiver, once a draw, and keeps what is seen. */
 static void ask_from(const struct path_tracer *path, const struct path_receiver *receiver, bool sky,
-                     size_t count, const float *x, const double *y, const struct random *random,
-                     struct path_found *found)
+                     const struct path_draws *draws, struct path_found *found)
 {
+    const size_t count = draws->count;
     struct questions q;
     struct wave_vec position, normal;
     double down[PATH_WAVE];
-    const bool surface = on_surface(&receiver->at);
-    const struct receivers from = {&position, surface ? &normal : NULL};
+    const struct receivers from = {.count = count,
+                                   .position = &position,
+                                   .normal = on_surface(&receiver->at) ? &normal : NULL,
+                                   .share = sky ? receiver->sky_share : receiver->lights_share};
     for (size_t i = 0; i < count; i++) {
-        struct random r = random[i];
+        struct random r = draws->random[i];
         q.ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
-        down[i] = (double)x[i];
+        down[i] = (double)draws->x[i];
         wave_put(&position, i, receiver->at.position);
         wave_put(&normal, i, receiver->at.normal);
     }
     if (sky)
-        ask_sky(path, &from, receiver->sky_share, count, down, y, &q);
+        ask_sky(path, &from, down, draws->y, &q);
     else
-        ask_lights(path, &from, receiver->lights_share, count, y, x, &q);
+        ask_lights(path, &from, draws->y, draws->x, &q);
     trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
     for (size_t i = 0; i < count; i++)
         found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)}
                              : (struct path_found){0};
 }
 
-void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
-                 const float *x, const double *y, const struct random *random,
-                 struct path_found *found)
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver,
+                 const struct path_draws *draws, struct path_found *found)
 {
-    ask_from(path, receiver, false, count, x, y, random, found);
+    ask_from(path, receiver, false, draws, found);
 }
 
-void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
-                const float *x, const double *y, const struct random *random,
-                struct path_found *found)
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver,
+                const struct path_draws *draws, struct path_found *found)
 {
-    ask_from(path, receiver, true, count, x, y, random, found);
+    ask_from(path, receiver, true, draws, found);
 }

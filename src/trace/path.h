@@ -64,20 +64,32 @@ void path_clear(struct path_tracer *path);
 
 enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */
 
-/* Samples along `count` unit directions, at most PATH_WAVE, each with random numbers of its own.
- * with_scattered false: scattered is 0, and costs nothing. */
-void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
-                  size_t count, const struct vec3f *direction, bool with_scattered,
-                  const struct random *random, struct path_sample *sample);
+/* A receiver's own rays; borrowed. */
+struct path_rays {
+    size_t count; /* at most PATH_WAVE */
+    const struct vec3f *direction;
+    const struct random *random; /* of each ray */
+    bool straight_alone;         /* scattered is 0 then, and costs nothing */
+};
 
-/* Asks `count` times, at most PATH_WAVE, for the emissive surfaces (needs path->emissive) or the
- * sky (needs path->sky.rows), by (x, y) uniform in the unit square. */
-void path_lights(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
-                 const float *x, const double *y, const struct random *random,
-                 struct path_found *found);
-void path_skies(const struct path_tracer *path, const struct path_receiver *receiver, size_t count,
-                const float *x, const double *y, const struct random *random,
-                struct path_found *found);
+/* What comes along each ray. */
+void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
+                  const struct path_rays *rays, struct path_sample *sample);
+
+/* Points of the unit square, uniform, by which lights or sky are drawn; borrowed. */
+struct path_draws {
+    size_t count; /* at most PATH_WAVE */
+    const float *x;
+    const double *y;
+    const struct random *random; /* of each point, for what else is drawn */
+};
+
+/* Asks once a draw for the emissive surfaces (needs path->emissive) or the sky (needs
+ * path->sky.rows). */
+void path_lights(const struct path_tracer *path, const struct path_receiver *receiver,
+                 const struct path_draws *draws, struct path_found *found);
+void path_skies(const struct path_tracer *path, const struct path_receiver *receiver,
+                const struct path_draws *draws, struct path_found *found);
 
 /* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square
  * (Malley's method). */

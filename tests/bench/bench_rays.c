@@ -139,7 +139,12 @@ static void compare_render(const struct path_tracer *path, const struct capture_
     struct camera camera;
     double capture[RUNS_MOST], render[RUNS_MOST];
     fail(view_choose(path, 60, 16.0 / 9, &eye, &look_at));
-    fail(camera_init(&camera, eye, look_at, (struct vec3){0, 1, 0}, 60, 320, 180));
+    fail(camera_init(&camera, &(struct camera_view){.eye = eye,
+                                                    .look_at = look_at,
+                                                    .up = {0, 1, 0},
+                                                    .fov = 60,
+                                                    .width = 320,
+                                                    .height = 180}));
     counting = true;
     capture_all(path, settings, probes);
     const size_t of_capture = ray_count;
