@@ -40,6 +40,7 @@ MODULE_TESTS = \
 PROGRAM_TESTS = \
 	tests/manual.t \
 	tests/sweep.t \
+	tests/bench.t \
 	tests/pipeline.t \
 	tests/pipeline-extremes.t \
 	tests/probe-cat.t \
@@ -99,8 +100,8 @@ tests/support/failing_io.so: tests/support/failing_io.c
 	@$(MKDIR_P) tests/support
 	$(AM_V_CCLD)$(CC) $(AM_CPPFLAGS) $(CFLAGS) -Wall -Wextra -shared -fPIC -o $@ $(srcdir)/tests/support/failing_io.c -ldl
 
-# what scripts/bench builds and runs
-EXTRA_PROGRAMS = \
+# what scripts/bench runs
+check_PROGRAMS += \
 	tests/bench/bench_rays \
 	tests/bench/bench_bases \
 	tests/bench/bench_cold \

@@ -1,0 +1,55 @@
+#!/bin/sh
+# Every part of scripts/bench still works: each prints its tables when it runs on next to nothing.
+. "${SRC:?}/tests/support/setup.sh"
+command -v python3 >/dev/null || { skip "python3 is not installed: no bench"; tap_done; }
+bench="$SRC/scripts/bench --build $BUILD"
+
+refused 2 "unknown part nonsense: expected stream, " $bench --short nonsense
+parts=$($bench nonsense 2>&1 | sed -n 's/.*unknown part nonsense: expected //p' | tr -d ,)
+check "no part lacks its file, and none its words in --help" sh -c "
+    $bench --help >help && [ -n '$parts' ] && for part in $parts; do
+        [ -e '$SRC/scripts/benches/'\$part.py ] && grep -q \"^  \$part  *[a-z0-9]\" help || exit 1
+    done"
+
+# are_tables: a title, a line of names indented, lines of figures likewise; at least one such table
+are_tables() {
+    awk '/^[^ ]/ { if (titles && lines < 2) bad = 1; titles++; lines = 0 }
+        /^  [^ ]/ { lines++; if (lines > 1 && /[0-9]/) figures++ }
+        END { exit bad || !titles || lines < 2 || figures < titles }' "$1"
+}
+
+# what a part's tables begin with
+title() {
+    case $1 in
+    stream) echo 'stream, text: ' ;;
+    threads) echo 'capture on threads: ' ;;
+    rays | render) echo 'rays of all kinds, one thread: ' ;;
+    tet) echo 'probe-tet beside TetGen alone' ;;
+    query) echo 'query, cold: ' ;;
+    scene) echo 'pipeline: ' ;;
+    *) echo "$1: " ;;
+    esac
+}
+
+for part in $parts; do
+    if ! $bench --short "$part" >"$part.out" 2>"$part.err"; then
+        fail "bench $part" "$(cat "$part.out" "$part.err")"
+    elif grep "^bench: $part: skipped: " "$part.err" >skipped; then
+        skip "$(cat skipped)"
+    elif grep -qF "$(title "$part")" "$part.out" && are_tables "$part.out"; then
+        pass "bench $part"
+    else
+        fail "bench $part: expected its tables" "$(cat "$part.out" "$part.err")"
+    fi
+done
+
+# and that it is seen when one does not
+mkdir -p broken/src
+for program in "$BUILD"/src/probe-*; do
+    if [ -x "$program" ]; then ln -s "$program" broken/src/; fi
+done
+rm -f broken/src/probe-capture
+printf '#!/bin/sh\nexit 3\n' >broken/src/probe-capture
+chmod +x broken/src/probe-capture
+refused 1 "exit status 3" "$SRC/scripts/bench" --build broken --short columns
+tap_done
