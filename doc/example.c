@@ -1,5 +1,4 @@
-/* The light along a line, from a packed file: what a game does each frame, for one thing that
- * moves.
+/* The light along a line, from a packed file: what a game does each frame for what moves.
  *
  *     probe-query --pack half -o baked.pack baked.probe
  *     cc example.c $(pkg-config --cflags --libs libprobe-query) && ./a.out baked.pack 0 1 0  10 1 0
@@ -11,8 +10,6 @@
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-
-enum { FRAMES = 10 };
 
 int main(int argc, char **argv)
 {
@@ -29,26 +26,25 @@ int main(int argc, char **argv)
         perror(argv[1]);
         return 1;
     }
-
     struct probe_volume *volume;
-    const enum probe_status opened =
-        probe_volume_open(&volume, file, (size_t)status.st_size, 0, NULL);
-    if (opened) {
-        fprintf(stderr, "%s: %s\n", argv[1], probe_status_text(opened));
+    const enum probe_status bad = probe_volume_open(&volume, file, (size_t)status.st_size, 0, NULL);
+    if (bad) {
+        fprintf(stderr, "%s: %s\n", argv[1], probe_status_text(bad));
         return 1;
     }
     const struct probe_image_facts facts = probe_volume_image(volume);
     printf("%zu probes of order %d, %zu cells\n", probe_volume_probes(volume), facts.order,
            probe_volume_cells(volume));
 
+    const int frames = 10;
     struct probe_place place = {.cell = PROBE_COLD};
-    for (int frame = 0; frame <= FRAMES; frame++) {
+    for (int frame = 0; frame <= frames; frame++) {
         const float up[3] = {0, 1, 0};
         float sh[108], rgb[3];
         double p[3];
         for (int k = 0; k < 3; k++) {
             const double from = atof(argv[2 + k]), to = atof(argv[5 + k]);
-            p[k] = from + (to - from) * frame / FRAMES;
+            p[k] = from + (to - from) * frame / frames;
         }
         if (probe_volume_locate(volume, p, &place))
             return 1;
