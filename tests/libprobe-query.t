@@ -67,6 +67,20 @@ for standard in c++98 c++17; do # long long, which C++98 does not know, is the s
     check "the header alone is $standard" $CXX -std=$standard -Wall -Wextra -pedantic -Werror -Wno-long-long -I"$include" -fsyntax-only alone.cc
 done
 
+# -- the folder alone ------------------------------------------------------------------------------
+mkdir copy
+cp "$SRC"/src/libprobe-query/*.[ch] "$SRC/doc/example.c" copy
+for compiler in "$CC" clang; do
+    name="the folder is all that ${compiler##*/} needs"
+    if command -v "${compiler%% *}" >/dev/null; then
+        check "$name" sh -c "cd copy && $compiler -std=c17 -Wall -Wextra -Werror -c [!e]*.c &&
+            $compiler -std=c17 -Wall -Wextra -Werror -I. -o example example.c [!e]*.o -lm &&
+            ./example example.c 0 0 0 1 1 1 2>&1 | grep 'not a packed file' && rm *.o example"
+    else
+        skip "$name: it is not installed"
+    fi
+done
+
 # -- the example -----------------------------------------------------------------------------------
 check "the example has less than 60 lines" sh -c "[ \$(wc -l <'$SRC/doc/example.c') -lt 60 ]"
 cat >light.awk <<'AWK'

@@ -62,7 +62,7 @@ static void set_functions(const struct strata *s, struct strata_wave *wave, size
                           struct vec3f normal)
 {
     if (s->order) {
-        sh_basis_wave(s->order, wave->direction, wave->function);
+        sh_basis_wave(s->order, (const float(*)[3])wave->direction, wave->function);
         return;
     }
     for (int i = 0; i < s->functions && s->normal; i++)

@@ -1,7 +1,7 @@
 #include "interpolate/scatter.h"
 #include "base/array.h"
 #include "base/error.h"
-#include "libprobe-query/volume.h"
+#include "libprobe-query/volume_tree.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 #include "lattice.h"
 
 #include <math.h>
-#include <stdint.h>
 
 struct lattice lattice_fit(size_t count, const double *position)
 {
@@ -36,19 +35,14 @@ void lattice_snap(const struct lattice *lattice, const double position[3], doubl
                       : 0;
 }
 
-static int64_t whole(double x)
-{
-    return (int64_t)x;
-}
-
 lattice_volume lattice_orient(const double p0[3], const double p1[3], const double p2[3],
                               const double p3[3])
 {
     int64_t a[3], b[3], c[3];
     for (int k = 0; k < 3; k++) {
-        a[k] = whole(p1[k] - p0[k]);
-        b[k] = whole(p2[k] - p0[k]);
-        c[k] = whole(p3[k] - p0[k]);
+        a[k] = lattice_whole(p1[k] - p0[k]);
+        b[k] = lattice_whole(p2[k] - p0[k]);
+        c[k] = lattice_whole(p3[k] - p0[k]);
     }
     lattice_volume sum = 0;
     for (int k = 0; k < 3; k++) {

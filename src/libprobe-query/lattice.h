@@ -11,6 +11,7 @@
 #define LATTICE_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 enum { LATTICE_BITS = 40 };
 
@@ -24,6 +25,12 @@ struct lattice lattice_fit(size_t count, const double *position);
 
 /* The lattice's coordinates of a position: whole numbers for the probes themselves. */
 void lattice_snap(const struct lattice *lattice, const double position[3], double site[3]);
+
+/* A difference of sites as the whole number that it is. */
+static inline int64_t lattice_whole(double x)
+{
+    return (int64_t)x;
+}
 
 /* Six times the signed volume of a cell of sites, exactly; positive where p1-p0, p2-p0, p3-p0 are
  * right-handed. */

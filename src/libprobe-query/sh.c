@@ -53,12 +53,12 @@ void sh_basis(int order, const double d[3], double *y)
 
 /* The same with the innermost loop over directions, so that several are done by each
  * instruction. */
-void sh_basis_wave(int order, const struct vec3f direction[SH_WAVE], double (*y)[SH_WAVE])
+void sh_basis_wave(int order, const float (*direction)[3], double (*y)[SH_WAVE])
 {
     double dx[SH_WAVE], dy[SH_WAVE], dz[SH_WAVE], c[SH_WAVE], s[SH_WAVE];
     for (int k = 0; k < SH_WAVE; k++) {
-        dx[k] = (double)direction[k].x, dy[k] = (double)direction[k].y,
-        dz[k] = (double)direction[k].z;
+        dx[k] = (double)direction[k][0], dy[k] = (double)direction[k][1];
+        dz[k] = (double)direction[k][2];
         c[k] = 1, s[k] = 0;
     }
     for (int m = 0; m < order; m++) {

@@ -13,17 +13,15 @@
 #ifndef SH_H
 #define SH_H
 
-#include "math/vec.h"
-
 enum { SH_ORDER_MAX = 6, SH_COUNT_MAX = SH_ORDER_MAX * SH_ORDER_MAX };
 
 /* Y_lm(d) for all n*n functions of this order (1 .. SH_ORDER_MAX). d: a unit vector. Only + - * /
  * and sqrt. */
 void sh_basis(int order, const double d[3], double *y);
 
-/* The same for SH_WAVE directions at once: y[i][k] is function i of direction k. */
+/* The same for SH_WAVE directions at once, x y z each: y[i][k] is function i of direction k. */
 enum { SH_WAVE = 64 };
-void sh_basis_wave(int order, const struct vec3f direction[SH_WAVE], double (*y)[SH_WAVE]);
+void sh_basis_wave(int order, const float (*direction)[3], double (*y)[SH_WAVE]);
 
 /* A_l, the coefficients of the clamped cosine, l = 0 .. SH_ORDER_MAX-1 (Ramamoorthi and Hanrahan
  * 2001, eq. 7). */

@@ -5,6 +5,7 @@ libprobe_query_sources = \
 	%D%/volume.c %D%/volume.h \
 	%D%/volume_blend.c \
 	%D%/volume_image.c \
+	%D%/volume_make.c \
 	%D%/volume_outer.c \
-	%D%/volume_tree.c \
+	%D%/volume_tree.c %D%/volume_tree.h \
 	%D%/volume_walk.c

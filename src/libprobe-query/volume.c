@@ -1,48 +1,15 @@
-/* Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a matrix for each
- * cell.
- */
+/* What all parts ask a volume and its cells. */
 #include "volume.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-static const int facet_corner[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-
-const char *probe_status_text(enum probe_status status)
-{
-    switch (status) {
-    case PROBE_OK: return "done";
-    case PROBE_NO_MEMORY: return "out of memory";
-    case PROBE_BAD_ARGUMENT: return "a count that cannot be";
-    case PROBE_NO_CELLS: return "there are no cells";
-    case PROBE_BAD_POSITION: return "a position is not finite";
-    case PROBE_BAD_VERTEX: return "a cell names a probe that does not exist";
-    case PROBE_BAD_NEIGHBOUR:
-        return "a cell names a neighbour that does not exist or does not share the face";
-    case PROBE_BAD_SHAPE: return "a cell has no positive volume";
-    case PROBE_BAD_POINT: return "a point is not finite";
-    case PROBE_NOT_AN_IMAGE: return "this is not a packed file of a version that is known";
-    case PROBE_BAD_IMAGE: return "the packed file is damaged";
-    }
-    return "an unknown status";
-}
-
-/* -- exact measures --------------------------------------------------------------------------- */
-
-static int64_t whole(double x)
-{
-    return (int64_t)x;
-}
+const int volume_facet_corner[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 /* Lattice units along the axes that tell places of a lower-dimensional mesh apart. */
 static lattice_volume cross_2d(const struct probe_volume *v, const double a[3], const double b[3],
                                const double c[3])
 {
     const int x = v->axis[0], y = v->axis[1];
-    return (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]) -
-           (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]);
+    return (lattice_volume)lattice_whole(b[x] - a[x]) * lattice_whole(c[y] - a[y]) -
+           (lattice_volume)lattice_whole(b[y] - a[y]) * lattice_whole(c[x] - a[x]);
 }
 
 void volume_measure(const struct probe_volume *v, size_t cell, const double p[3],
@@ -65,8 +32,8 @@ void volume_measure(const struct probe_volume *v, size_t cell, const double p[3]
         volume[2] = cross_2d(v, s[0], s[1], p);
         break;
     case 2:
-        volume[0] = whole(s[1][v->axis[0]] - p[v->axis[0]]);
-        volume[1] = whole(p[v->axis[0]] - s[0][v->axis[0]]);
+        volume[0] = lattice_whole(s[1][v->axis[0]] - p[v->axis[0]]);
+        volume[1] = lattice_whole(p[v->axis[0]] - s[0][v->axis[0]]);
         break;
     default: volume[0] = 1;
     }
@@ -83,7 +50,7 @@ int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet 
     const int count = v->corners > 1 ? v->corners - 1 : 1;
     for (int k = 0; k < 3; k++) {
         const int other = k < count ? k : count - 1;
-        const int corner = v->corners == 4   ? facet_corner[facet->corner][k]
+        const int corner = v->corners == 4   ? volume_facet_corner[facet->corner][k]
                            : v->corners == 1 ? 0
                                              : (facet->corner + 1 + other) % v->corners;
         vertex[k] = volume_vertex(v, cell, corner);
@@ -91,457 +58,23 @@ int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet 
     return count;
 }
 
-/* -- checking what is given ------------------------------------------------------------------- */
-
-/* Whether `other` has a neighbour `cell` across a facet with the corners of cell's facet opposite
- * `corner`. */
-static bool shares_facet(const struct probe_volume *v, size_t cell, int corner, size_t other)
+const char *probe_status_text(enum probe_status status)
 {
-    for (int j = 0; j < v->corners; j++) {
-        if (volume_neighbour(v, other, j) != (int32_t)cell)
-            continue;
-        int shared = 0;
-        for (int a = 0; a < v->corners; a++)
-            for (int b = 0; b < v->corners; b++)
-                shared += a != corner && b != j &&
-                          volume_vertex(v, cell, a) == volume_vertex(v, other, b);
-        if (shared == v->corners - 1)
-            return true;
+    switch (status) {
+    case PROBE_OK: return "done";
+    case PROBE_NO_MEMORY: return "out of memory";
+    case PROBE_BAD_ARGUMENT: return "a count that cannot be";
+    case PROBE_NO_CELLS: return "there are no cells";
+    case PROBE_BAD_POSITION: return "a position is not finite";
+    case PROBE_BAD_VERTEX: return "a cell names a probe that does not exist";
+    case PROBE_BAD_NEIGHBOUR:
+        return "a cell names a neighbour that does not exist or does not share the face";
+    case PROBE_BAD_SHAPE: return "a cell has no positive volume";
+    case PROBE_BAD_POINT: return "a point is not finite";
+    case PROBE_NOT_AN_IMAGE: return "this is not a packed file of a version that is known";
+    case PROBE_BAD_IMAGE: return "the packed file is damaged";
     }
-    return false;
-}
-
-static enum probe_status check_indices(const struct probe_volume *v, size_t *row)
-{
-    for (size_t cell = 0; cell < v->cells; cell++) {
-        *row = cell;
-        for (int i = 0; i < v->corners; i++) {
-            const int32_t p = volume_vertex(v, cell, i), n = volume_neighbour(v, cell, i);
-            if (p < 0 || (size_t)p >= v->probes)
-                return PROBE_BAD_VERTEX;
-            if (n < -1 || n >= (int32_t)v->cells)
-                return PROBE_BAD_NEIGHBOUR;
-        }
-    }
-    return PROBE_OK;
-}
-
-static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
-{
-    for (size_t cell = 0; cell < v->cells; cell++) {
-        *row = cell;
-        lattice_volume volume[4];
-        /* that of corner 0 is the whole cell's */
-        volume_measure(v, cell, volume_site(v, volume_vertex(v, cell, 0)), volume);
-        if (volume[0] <= 0)
-            return PROBE_BAD_SHAPE;
-        for (int i = 0; i < v->corners; i++) {
-            const int32_t n = volume_neighbour(v, cell, i);
-            if (n >= 0 && !shares_facet(v, cell, i, (size_t)n))
-                return PROBE_BAD_NEIGHBOUR;
-        }
-    }
-    return PROBE_OK;
-}
-
-/* -- planes and lines ------------------------------------------------------------------------- */
-
-static void normalise(double a[3])
-{
-    const double length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    for (int k = 0; k < 3 && length > 0; k++)
-        a[k] /= length;
-}
-
-/* A triangle's area as seen along an axis, twice; a segment's extent along it. Signed, exact. */
-static lattice_volume along_axis(const struct probe_volume *v, size_t cell, int axis)
-{
-    const double *s[3];
-    int64_t d[2][3];
-    for (int i = 0; i < v->corners; i++)
-        s[i] = volume_site(v, volume_vertex(v, cell, i));
-    for (int i = 0; i + 1 < v->corners; i++)
-        for (int k = 0; k < 3; k++)
-            d[i][k] = whole(s[i + 1][k] - s[0][k]);
-    const int x = (axis + 1) % 3, y = (axis + 2) % 3;
-    return v->corners == 2 ? d[0][axis]
-                           : (lattice_volume)d[0][x] * d[1][y] - (lattice_volume)d[0][y] * d[1][x];
-}
-
-/* The axis along which cells are seen side by side: all turn (run) the same way, and if they do
- * along several, where they are seen largest. Probes that were merged into a plane may stand off it
- * by a good part of a cell, so its normal alone does not tell. */
-static int facing_axis(const struct probe_volume *v)
-{
-    int best = 0;
-    bool best_alike = false;
-    double most = -1;
-    for (int axis = 0; axis < 3; axis++) {
-        size_t forth = 0, back = 0;
-        double total = 0;
-        for (size_t cell = 0; cell < v->cells; cell++) {
-            const lattice_volume a = along_axis(v, cell, axis);
-            forth += a > 0;
-            back += a < 0;
-            total += fabs((double)a);
-        }
-        const bool alike = forth == v->cells || back == v->cells;
-        if (alike > best_alike || (alike == best_alike && total > most)) {
-            best = axis;
-            best_alike = alike;
-            most = total;
-        }
-    }
-    return best;
-}
-
-/* Triangles: the plane's normal is the mean of theirs. Segments: the line runs between the two ends
- * that are farthest apart along its axis. */
-static void find_span(struct probe_volume *v)
-{
-    const int facing = v->corners > 1 ? facing_axis(v) : 0;
-    v->axis[0] = v->corners == 3 ? (facing + 1) % 3 : facing;
-    v->axis[1] = (v->axis[0] + 1) % 3;
-    v->axis[2] = (v->axis[0] + 2) % 3;
-    for (size_t cell = 0; cell < v->cells && v->corners == 3; cell++) {
-        const bool back = along_axis(v, cell, facing) < 0;
-        for (int k = 0; k < 3; k++) {
-            const double area = (double)along_axis(v, cell, k);
-            v->normal[k] += back ? -area : area;
-        }
-    }
-    if (v->corners == 3)
-        memcpy(v->origin, volume_site(v, volume_vertex(v, 0, 0)), sizeof v->origin);
-    int32_t ends[2] = {volume_vertex(v, 0, 0), volume_vertex(v, 0, 0)};
-    for (size_t i = 0; i < v->cells && v->corners == 2; i++)
-        for (int k = 0; k < 2; k++) {
-            const int32_t p = volume_vertex(v, i, k);
-            if (volume_site(v, p)[v->axis[0]] < volume_site(v, ends[0])[v->axis[0]])
-                ends[0] = p;
-            if (volume_site(v, p)[v->axis[0]] > volume_site(v, ends[1])[v->axis[0]])
-                ends[1] = p;
-        }
-    for (int k = 0; k < 3 && v->corners <= 2; k++) {
-        v->origin[k] = volume_site(v, ends[0])[k];
-        v->normal[k] = volume_site(v, ends[1])[k] - v->origin[k];
-    }
-    normalise(v->normal);
-}
-
-/* -- cells and their matrices ----------------------------------------------------------------- */
-
-/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole
- * numbers below 2^127, so each number of a plane is right to three roundings; volume_walk.c builds
- * on that. */
-static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
-{
-    const double *s[4];
-    for (int i = 0; i < 4; i++)
-        s[i] = volume_site(v, cell->vertex[i]);
-    const double whole_cell = (double)lattice_orient(s[0], s[1], s[2], s[3]);
-    for (int i = 1; i < 4; i++) {
-        const double *a = s[facet_corner[i][0]], *b = s[facet_corner[i][1]],
-                     *c = s[facet_corner[i][2]];
-        lattice_volume constant = 0;
-        for (int k = 0; k < 3; k++) {
-            const int x = (k + 1) % 3, y = (k + 2) % 3;
-            const lattice_volume n = (lattice_volume)whole(b[y] - a[y]) * whole(c[x] - a[x]) -
-                                     /* inward */
-                                     (lattice_volume)whole(b[x] - a[x]) * whole(c[y] - a[y]);
-            cell->plane[k][i - 1] = (double)n / whole_cell;
-            constant -= n * whole(a[k]);
-        }
-        cell->plane[3][i - 1] = (double)constant / whole_cell;
-    }
-}
-
-static void *aligned(size_t bytes)
-{
-    return aligned_alloc(64, (bytes + 63) / 64 * 64);
-}
-
-/* Copies the cells in the order of their first corners' places along a Morton curve, with their
- * planes. */
-static enum probe_status make_cells(struct probe_volume *v)
-{
-    const size_t n = v->cells;
-    struct volume_cell *cell = aligned(n * sizeof *cell);
-    uint32_t *order = malloc(n * sizeof *order);
-    uint64_t *key = malloc(n * sizeof *key), *room = malloc(3 * n * sizeof *room);
-    v->number = malloc(n * sizeof *v->number);
-    v->inner = malloc(n * sizeof *v->inner);
-    const bool made = cell && order && key && room && v->number && v->inner;
-    for (size_t i = 0; made && i < n; i++) {
-        uint32_t x[3];
-        for (int k = 0; k < 3; k++) {
-            double centre = 0;
-            for (int c = 0; c < 4; c++)
-                centre += volume_site(v, volume_vertex(v, i, c))[k];
-            x[k] = (uint32_t)(centre / 4 * (1.0 / ((uint64_t)1 << (LATTICE_BITS - 21 + 1))));
-        }
-        key[i] = volume_morton(x, 21);
-    }
-    if (made)
-        volume_sort(n, key, 63, order, room);
-    for (size_t i = 0; made && i < n; i++) {
-        v->number[i] = (int32_t)order[i];
-        v->inner[order[i]] = (int32_t)i;
-    }
-    for (size_t i = 0; made && i < n; i++) {
-        for (int k = 0; k < 4; k++) {
-            cell[i].vertex[k] = volume_vertex(v, order[i], k);
-            const int32_t beyond = volume_neighbour(v, order[i], k);
-            cell[i].neighbour[k] = beyond < 0 ? -1 : v->inner[beyond];
-        }
-        make_planes(v, &cell[i]);
-    }
-    free(order);
-    free(key);
-    free(room);
-    v->cell = cell; /* from here on, cells are the copies */
-    v->bytes += n * (sizeof *cell + 2 * sizeof *v->number);
-    return made ? PROBE_OK : PROBE_NO_MEMORY;
-}
-
-static enum probe_status make_cell_tree(struct probe_volume *v)
-{
-    const enum probe_status status = volume_tree_init(&v->cell_tree, v->cells);
-    for (size_t i = 0; !status && i < v->cells; i++)
-        for (int k = 0; k < v->corners; k++) {
-            const double *s = volume_site(v, volume_vertex(v, i, k));
-            double p[3] = {s[0], s[1], s[2]};
-            for (int j = v->corners - 1; j < 3; j++)
-                p[v->axis[j]] = 0;
-            volume_tree_add(&v->cell_tree, i, p);
-        }
-    if (!status)
-        volume_tree_finish(&v->cell_tree);
-    return status;
-}
-
-/* About a box of the grid for two cells: walks from there are a few steps. */
-static enum probe_status make_start(struct probe_volume *v)
-{
-    v->start_side = (size_t)cbrt((double)v->cells / 2) + 1;
-    const size_t boxes = v->start_side * v->start_side * v->start_side;
-    v->start = malloc(boxes * sizeof *v->start);
-    if (!v->start)
-        return PROBE_NO_MEMORY;
-    for (size_t i = 0; i < boxes; i++)
-        v->start[i] = -1;
-    for (size_t i = 0; i < v->cells; i++) {
-        double middle[3] = {0};
-        for (int c = 0; c < 12; c++)
-            middle[c % 3] += volume_site(v, volume_vertex(v, i, c / 3))[c % 3] / 4;
-        v->start[volume_start_box(v, middle)] = (int32_t)i;
-    }
-    for (size_t i = 1; i < boxes; i++) /* an empty one has its neighbour's */
-        v->start[i] = v->start[i] < 0 ? v->start[i - 1] : v->start[i];
-    v->bytes += boxes * sizeof *v->start;
-    return PROBE_OK;
-}
-
-/* -- the hull --------------------------------------------------------------------------------- */
-
-static enum probe_status make_facets(struct probe_volume *v, size_t *row)
-{
-    for (size_t i = 0; i < v->cells; i++)
-        for (int k = 0; k < v->corners; k++)
-            v->facets += volume_neighbour(v, i, k) < 0;
-    if (!v->facets) { /* cells without an end: there is no such mesh in flat space */
-        *row = 0;
-        return PROBE_BAD_NEIGHBOUR;
-    }
-    if (v->facets > INT32_MAX)
-        return PROBE_BAD_ARGUMENT;
-    v->facet = malloc(v->facets * sizeof *v->facet);
-    enum probe_status status = v->facet ? volume_tree_init(&v->facet_tree, v->facets)
-                                        : PROBE_NO_MEMORY;
-    if (status)
-        return status;
-    size_t n = 0;
-    for (size_t i = 0; i < v->cells; i++) /* cells are in Morton order: so are these */
-        for (int k = 0; k < v->corners; k++)
-            if (volume_neighbour(v, i, k) < 0)
-                v->facet[n++] =
-                    (struct volume_facet){.cell = (int32_t)i, .corner = k, .across = {-1, -1, -1}};
-    for (size_t i = 0; i < n; i++) {
-        int32_t vertex[3];
-        volume_facet_vertex(v, &v->facet[i], vertex);
-        for (int k = 0; k < 3; k++)
-            volume_tree_add(&v->facet_tree, i, volume_site(v, vertex[k]));
-    }
-    volume_tree_finish(&v->facet_tree);
-    return PROBE_OK;
-}
-
-struct edge {
-    int32_t low, high; /* its probes */
-    int32_t facet, corner;
-};
-
-static int compare_edges(const void *a, const void *b)
-{
-    const struct edge *x = a, *y = b;
-    if (x->low != y->low)
-        return x->low < y->low ? -1 : 1;
-    if (x->high != y->high)
-        return x->high < y->high ? -1 : 1;
-    return x->facet < y->facet ? -1 : x->facet > y->facet;
-}
-
-/* Which facets share edges; the hull is closed where two do, and convex where none sees the far
- * corner of another. */
-static enum probe_status join_facets(struct probe_volume *v)
-{
-    const size_t n = 3 * v->facets;
-    struct edge *edge = malloc(n * sizeof *edge);
-    if (!edge)
-        return PROBE_NO_MEMORY;
-    for (size_t i = 0; i < n; i++) {
-        int32_t p[3];
-        volume_facet_vertex(v, &v->facet[i / 3], p);
-        const int32_t a = p[(i + 1) % 3], b = p[(i + 2) % 3];
-        edge[i] = (struct edge){a < b ? a : b, a < b ? b : a, (int32_t)(i / 3), (int32_t)(i % 3)};
-    }
-    qsort(edge, n, sizeof *edge, compare_edges);
-    v->convex = v->closed = true;
-    for (size_t i = 0; i < n;) {
-        size_t same = 1;
-        while (i + same < n && edge[i + same].low == edge[i].low &&
-               edge[i + same].high == edge[i].high)
-            same++;
-        if (same == 2) {
-            int32_t p[3], q[3];
-            v->facet[edge[i].facet].across[edge[i].corner] = edge[i + 1].facet;
-            v->facet[edge[i + 1].facet].across[edge[i + 1].corner] = edge[i].facet;
-            volume_facet_vertex(v, &v->facet[edge[i].facet], p);
-            volume_facet_vertex(v, &v->facet[edge[i + 1].facet], q);
-            v->convex = v->convex && lattice_orient(volume_site(v, p[0]), volume_site(v, p[2]),
-                                                    volume_site(v, p[1]),
-                                                    volume_site(v, q[edge[i + 1].corner])) >= 0;
-        } else {
-            v->convex = v->closed = false;
-        }
-        i += same;
-    }
-    free(edge);
-    return PROBE_OK;
-}
-
-/* -- making ----------------------------------------------------------------------------------- */
-
-static enum probe_status make_sites(struct probe_volume *v, const double *position, size_t *row)
-{
-    for (size_t i = 0; i < 3 * v->probes; i++)
-        if (!isfinite(position[i])) {
-            *row = i / 3;
-            return PROBE_BAD_POSITION;
-        }
-    v->lattice = lattice_fit(v->probes, position);
-    v->site = v->site_owned = malloc((3 * v->probes + 1) * sizeof *v->site_owned);
-    if (!v->site_owned)
-        return PROBE_NO_MEMORY;
-    v->bytes += (3 * v->probes + 1) * sizeof *v->site_owned;
-    for (size_t i = 0; i < v->probes; i++)
-        lattice_snap(&v->lattice, position + 3 * i, v->site_owned + 3 * i);
-    return PROBE_OK;
-}
-
-static size_t tree_bytes(const struct volume_tree *tree)
-{
-    return tree->level[tree->levels] * sizeof *tree->box;
-}
-
-enum probe_status volume_finish(struct probe_volume *v, size_t *row)
-{
-    if (v->corners < 1 || v->corners > 4 || v->probes > INT32_MAX || v->cells > INT32_MAX)
-        return PROBE_BAD_ARGUMENT;
-    if (!v->cells)
-        return PROBE_NO_CELLS;
-    v->steps_most = 64 + (int)(8 * cbrt((double)v->cells));
-    v->scale = 1 / v->lattice.step;
-    v->scale = v->lattice.step > 0x1p-1000 && v->lattice.step < 0x1p1000 ? v->scale : 0;
-    v->near = v->scale > 0;
-    for (int k = 0; k < 3; k++) {
-        v->shift[k] = v->lattice.step > 0 ? v->lattice.origin[k] / v->lattice.step : 0;
-        v->low[k] = INFINITY;
-        v->high[k] = -INFINITY;
-        for (size_t i = 0; i < v->probes; i++) {
-            v->low[k] = fmin(v->low[k], v->site[3 * i + (size_t)k]);
-            v->high[k] = fmax(v->high[k], v->site[3 * i + (size_t)k]);
-        }
-        v->near = v->near &&
-                  fmax(fabs(v->low[k] + v->shift[k]), fabs(v->high[k] + v->shift[k])) < 0x1p50;
-        v->middle[k] = (v->low[k] + v->high[k]) / 2;
-        v->half[k] = (v->high[k] - v->low[k]) / 2;
-    }
-    enum probe_status status = check_indices(v, row);
-    if (!status && v->corners < 4)
-        find_span(v);
-    if (!status)
-        status = check_cells(v, row);
-    if (!status && v->corners == 4 && !(v->flags & PROBE_LEAN))
-        status = make_cells(v);
-    if (!status)
-        status = make_cell_tree(v);
-    if (!status && v->corners == 4)
-        status = make_start(v);
-    if (!status)
-        status = make_facets(v, row);
-    if (!status && v->corners == 4)
-        status = join_facets(v);
-    if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) &&
-        (!v->convex || v->flags & PROBE_EXTEND))
-        status = volume_outer_init(v);
-    v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) +
-                tree_bytes(&v->image_tree) + v->facets * sizeof *v->facet;
-    return status;
-}
-
-enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh,
-                                      unsigned flags, size_t *row)
-{
-    size_t nowhere;
-    struct probe_volume *v = calloc(1, sizeof *v);
-    *volume = NULL;
-    if (!v)
-        return PROBE_NO_MEMORY;
-    *v = (struct probe_volume){.flags = flags,
-                               .corners = mesh->corners,
-                               .probes = mesh->probes,
-                               .cells = mesh->cells,
-                               .vertex = mesh->vertex,
-                               .neighbour = mesh->neighbour,
-                               .vertex_bytes = 4,
-                               .neighbour_bytes = 4};
-    row = row ? row : &nowhere;
-    *row = 0;
-    enum probe_status status = v->probes > INT32_MAX ? PROBE_BAD_ARGUMENT
-                                                     : make_sites(v, mesh->position, row);
-    if (!status)
-        status = volume_finish(v, row);
-    if (status)
-        probe_volume_destroy(v);
-    else
-        *volume = v;
-    return status;
-}
-
-void probe_volume_destroy(struct probe_volume *v)
-{
-    if (!v)
-        return;
-    free(v->site_owned);
-    free(v->cell);
-    free(v->number);
-    free(v->inner);
-    free(v->start);
-    volume_tree_clear(&v->cell_tree);
-    free(v->facet);
-    volume_tree_clear(&v->facet_tree);
-    volume_tree_clear(&v->image_tree);
-    free(v);
+    return "an unknown status";
 }
 
 size_t probe_volume_probes(const struct probe_volume *v)

@@ -1,8 +1,10 @@
 /* volume: what the parts of libprobe-query share (probe-query.h is its face).
  *
- *     volume.c         made and checked: the cells, their matrices, the hull
- *     volume_tree.c    trees of boxes over cells and over faces of the hull; sorting along a Morton
- * curve volume_walk.c    the cell around a point volume_outer.c   places outside the hull
+ *     volume_tree.c    trees of boxes, sorting along a Morton curve (volume_tree.h)
+ *     volume.c         what all parts ask a volume and its cells
+ *     volume_outer.c   places outside the hull
+ *     volume_walk.c    the cell around a point
+ *     volume_make.c    made and checked: the cells, their matrices, the hull
  *     volume_blend.c   weights and SH to light
  *     volume_image.c   packed files
  *
@@ -15,24 +17,10 @@
 
 #include "lattice.h"
 #include "probe-query.h"
+#include "volume_tree.h"
 
 #include <stdbool.h>
-
-enum { VOLUME_LEAF = 4 }; /* items of a leaf of a tree */
-
-/* A box in lattice units, rounded outward. */
-struct volume_box {
-    float low[3], high[3];
-};
-
-/* A binary tree over runs of VOLUME_LEAF items in their order: level 0 are the leaves' boxes, each
- * level above has half as many, the last one. */
-struct volume_tree {
-    struct volume_box *box; /* all levels; owned */
-    size_t items;
-    int levels;
-    uint32_t level[34]; /* where each begins in box; [levels]: the count of boxes */
-};
+#include <string.h>
 
 /* A tetrahedron, ready for a look-up: two cache lines. */
 struct volume_cell {
@@ -134,6 +122,18 @@ static inline const double *volume_site(const struct probe_volume *v, int32_t pr
     return v->site + 3 * (size_t)probe;
 }
 
+/* Weights and probes of a place, from the measures of a cell. */
+static inline void volume_place(const struct probe_volume *v, size_t cell, const double weight[4],
+                                struct probe_place *place)
+{
+    place->cell = volume_number(v, cell);
+    memcpy(place->weight, weight, sizeof place->weight);
+    if (v->cell)
+        memcpy(place->probe, v->cell[cell].vertex, sizeof place->probe);
+    for (int i = 0; i < 4 && !v->cell; i++)
+        place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
+}
+
 /* The box of the start grid that p is in, or is nearest to. */
 static inline size_t volume_start_box(const struct probe_volume *v, const double p[3])
 {
@@ -156,46 +156,8 @@ void volume_measure(const struct probe_volume *v, size_t cell, const double p[3]
 int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet *facet,
                         int32_t vertex[3]);
 
-/* -- making (volume.c) ------------------------------------------------------------------------ */
-
-/* Checks what was given (sites, cells) and makes all else. The caller destroys the volume when this
- * fails. */
-enum probe_status volume_finish(struct probe_volume *v, size_t *row);
-
-/* -- trees (volume_tree.c) -------------------------------------------------------------------- */
-
-enum probe_status volume_tree_init(struct volume_tree *tree, size_t items); /* makes empty boxes */
-void volume_tree_clear(struct volume_tree *tree);
-/* grows the box of an item's leaf */
-void volume_tree_add(struct volume_tree *tree, size_t item, const double p[3]);
-void volume_tree_finish(struct volume_tree *tree); /* makes the levels above */
-
-/* Squared distance of p from a box; 0 inside. */
-static inline double volume_box_square(const struct volume_box *box, const double p[3])
-{
-    double square = 0;
-    for (int k = 0; k < 3; k++) {
-        const double below = (double)box->low[k] - p[k], above = p[k] - (double)box->high[k];
-        const double d = below > above ? below : above;
-        square += d > 0 ? d * d : 0;
-    }
-    return square;
-}
-
-/* Calls visit(context, item) for the items of leaves within sqrt(*square) of p, nearer boxes first;
- * visit may lower *square, and ends the search by making it negative. */
-void volume_tree_search(const struct volume_tree *tree, const double p[3], double *square,
-                        void (*visit)(void *context, size_t item), void *context);
-
-/* An item of a leaf near p. */
-size_t volume_tree_near(const struct volume_tree *tree, const double p[3]);
-
-/* Interleaves the first `bits` bits (at most 21) of three numbers. */
-uint64_t volume_morton(const uint32_t x[3], int bits);
-
-/* Sorts by key, of which the lowest `bits` bits count, stably: order[k] is the number of the k-th.
- * room: 3 * count. */
-void volume_sort(size_t count, const uint64_t *key, int bits, uint32_t *order, uint64_t *room);
+/* The corners of a tetrahedron's face opposite each corner, counter-clockwise from outside. */
+extern const int volume_facet_corner[4][3];
 
 /* -- walking (volume_walk.c) ------------------------------------------------------------------ */
 
@@ -203,10 +165,6 @@ void volume_sort(size_t count, const uint64_t *key, int bits, uint32_t *order, u
  * direction, and how far it is (scene units) returned; else 0. */
 double volume_coordinates(const struct probe_volume *v, const double point[3],
                           double coordinates[3]);
-
-/* Weights and probes of a place from the exact measures of a cell. */
-void volume_place(const struct probe_volume *v, size_t cell, const double weight[4],
-                  struct probe_place *place);
 
 /* -- outside (volume_outer.c) ----------------------------------------------------------------- */
 
@@ -219,5 +177,11 @@ void volume_outer_ray(const struct probe_volume *v, int32_t probe, double ray[3]
 /* The place of a point outside, in lattice coordinates (not rounded). Returns whether it is certain
  * to be outside, which only rays tell: a point of the hull's inside gets a place as well. */
 bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_place *place);
+
+/* -- making (volume_make.c) ------------------------------------------------------------------- */
+
+/* Checks what was given (sites, cells) and makes all else. The caller destroys the volume when this
+ * fails. */
+enum probe_status volume_finish(struct probe_volume *v, size_t *row);
 
 #endif

@@ -49,11 +49,10 @@ __attribute__((noinline)) static void replace(const struct probe_place *place, s
 static inline void choose(const struct probe_place *place, struct blend *with)
 {
     const double *w = place->weight;
-    const four weight = {(float)w[0], (float)w[1], (float)w[2], (float)w[3]};
-    with->weight[0] = __builtin_shuffle(weight, (four_bits){0, 0, 0, 0});
-    with->weight[1] = __builtin_shuffle(weight, (four_bits){1, 1, 1, 1});
-    with->weight[2] = __builtin_shuffle(weight, (four_bits){2, 2, 2, 2});
-    with->weight[3] = __builtin_shuffle(weight, (four_bits){3, 3, 3, 3});
+    for (int i = 0; i < 4; i++) {
+        const float weight = (float)w[i];
+        with->weight[i] = (four){weight, weight, weight, weight};
+    }
     with->probe[0] = (size_t)place->probe[0];
     with->probe[1] = (size_t)place->probe[1];
     with->probe[2] = (size_t)place->probe[2];

@@ -1,7 +1,7 @@
 /* volume_names: what the parts of libprobe-query call each other by, once they are in the library.
  *
  * A static library has no private names but those of one file: a program that links it and has a
- * volume_place of its own would clash. The library's objects are compiled with `-include
+ * volume_finish of its own would clash. The library's objects are compiled with `-include
  * volume_names.h` (Makefile.am), so that all they show begins with probe_; the objects that the
  * programs link keep the plain names. tests/libprobe-query.t looks, so a function that is new in
  * one of these files and not here is noticed.
@@ -24,6 +24,7 @@
 #define sh_scale_bands probe_private_sh_scale_bands
 
 #define volume_coordinates probe_private_volume_coordinates
+#define volume_facet_corner probe_private_volume_facet_corner
 #define volume_facet_vertex probe_private_volume_facet_vertex
 #define volume_finish probe_private_volume_finish
 #define volume_measure probe_private_volume_measure
@@ -31,7 +32,6 @@
 #define volume_outer probe_private_volume_outer
 #define volume_outer_init probe_private_volume_outer_init
 #define volume_outer_ray probe_private_volume_outer_ray
-#define volume_place probe_private_volume_place
 #define volume_sort probe_private_volume_sort
 #define volume_tree_add probe_private_volume_tree_add
 #define volume_tree_clear probe_private_volume_tree_clear

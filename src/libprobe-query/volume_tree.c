@@ -3,9 +3,10 @@
  * 1966: the curve. Lauterbach et al., "Fast BVH construction on GPUs", Computer Graphics Forum
  * 28(2), 2009: boxes over runs along it.
  */
-#include "volume.h"
+#include "volume_tree.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 

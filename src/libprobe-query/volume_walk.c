@@ -254,23 +254,6 @@ static inline __attribute__((always_inline)) bool weigh(const struct probe_volum
     return weigh_exactly(v, cell, p, w);
 }
 
-static inline void place_in(const struct probe_volume *v, size_t cell, const double weight[4],
-                            struct probe_place *place)
-{
-    place->cell = volume_number(v, cell);
-    memcpy(place->weight, weight, sizeof place->weight);
-    if (v->cell)
-        memcpy(place->probe, v->cell[cell].vertex, sizeof place->probe);
-    for (int i = 0; i < 4 && !v->cell; i++)
-        place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
-}
-
-void volume_place(const struct probe_volume *v, size_t cell, const double weight[4],
-                  struct probe_place *place)
-{
-    place_in(v, cell, weight, place);
-}
-
 /* -- searching -------------------------------------------------------------------------------- */
 
 struct search {
@@ -398,7 +381,7 @@ static inline void arrive(const struct probe_volume *v, struct walker *w, enum w
                      search_tree(v, w->p, &w->cell, &w->weights));
     if (place->inside) {
         place->distance = 0;
-        place_in(v, w->cell, w->weights.weight, place);
+        volume_place(v, w->cell, w->weights.weight, place);
     } else if (w->far > 0) {
         place->distance = w->far;
     }
@@ -418,7 +401,7 @@ static inline bool still_within(const struct probe_volume *v, const double point
         return false;
     place->inside = 1;
     place->distance = 0;
-    place_in(v, cell, w.weight, place);
+    volume_place(v, cell, w.weight, place);
     return true;
 }
 
