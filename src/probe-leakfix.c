@@ -8,6 +8,7 @@
 #include "capture/stage.h"
 #include "leak/leak.h"
 #include "place/place.h"
+#include "place/place_inside.h"
 #include "stream/cells.h"
 #include "stream/stream.h"
 

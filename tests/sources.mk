@@ -27,6 +27,7 @@ MODULE_TESTS = \
 	tests/capture_extras \
 	tests/capture_extremes \
 	tests/capture_forms \
+	tests/place \
 	tests/leak \
 	tests/tetra \
 	tests/measure \

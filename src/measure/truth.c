@@ -9,6 +9,7 @@
 #include "math/random.h"
 #include "math/vec.h"
 #include "place/place.h"
+#include "place/place_inside.h"
 #include "stream/stream.h"
 #include "trace/trace.h"
 

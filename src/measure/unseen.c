@@ -7,6 +7,7 @@
 #include "math/vec.h"
 #include "measure/report.h"
 #include "place/place.h"
+#include "place/place_inside.h"
 #include "trace/trace.h"
 
 #include <math.h>

@@ -1,4 +1,10 @@
-# where probes go
+# where probes go: a file a method, and what is inside solids
 place_sources = \
 	%D%/place.c %D%/place.h \
+	%D%/place_grid.c \
+	%D%/place_inside.c %D%/place_inside.h \
+	%D%/place_method.c %D%/place_method.h \
+	%D%/place_path.c \
+	%D%/place_points.c \
+	%D%/place_vertices.c \
 	%D%/vertices.c %D%/vertices.h

@@ -1,0 +1,121 @@
+#include "place/place_method.h"
+#include "base/error.h"
+#include "base/options.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+const struct place_method *const place_methods[] = {
+    &place_method_grid,
+    &place_method_points,
+    &place_method_path,
+    &place_method_vertices,
+    NULL, /* a row a line */
+};
+
+struct place_options place_options_default(void)
+{
+    return (struct place_options){.spacing = {NAN, NAN, NAN},
+                                  .count = NAN,
+                                  .bounds = {NAN},
+                                  .step = NAN,
+                                  .offset = NAN,
+                                  .crease = 60};
+}
+
+const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)
+{
+    struct option_row *row = rows;
+    for (int i = 0; place_methods[i]; i++)
+        if (place_methods[i]->rows)
+            row = place_methods[i]->rows(options, row);
+    *row = (struct option_row){0};
+    return rows;
+}
+
+/* The i-th of `count` names joins a list: "a", "a or b", "a, b or c", where last is " or ". */
+static void join(char *list, size_t size, int i, int count, const char *last, const char *prefix,
+                 const char *name)
+{
+    const size_t used = strlen(list);
+    const char *between = i + 1 < count ? ", " : last;
+    snprintf(list + used, size - used, "%s%s%s", i ? between : "", prefix, name);
+}
+
+void place_usage(char *text, size_t size)
+{
+    *text = 0;
+    for (int i = 0; place_methods[i]; i++) {
+        const size_t used = strlen(text);
+        snprintf(text + used, size - used, "%s%s%s", i ? "|" : "", place_methods[i]->name,
+                 place_methods[i]->file_of ? " FILE" : "");
+    }
+    const size_t used = strlen(text);
+    snprintf(text + used, size - used, " [OPTION]... [SCENE]");
+}
+
+/* -- what was given --------------------------------------------------------------------------- */
+
+static struct error *find_method(const char *name, const struct place_method **method)
+{
+    char names[256] = "";
+    int count = 0;
+    while (place_methods[count])
+        count++;
+    for (int i = 0; i < count; i++) {
+        *method = place_methods[i];
+        if (!strcmp((*method)->name, name))
+            return NULL;
+        join(names, sizeof names, i, count, " or ", "", (*method)->name);
+    }
+    return error_usage("expected a method %s, got '%s'", names, name);
+}
+
+struct error *place_operands(int count, const char *const *operands,
+                             const struct place_method **method, const char **file,
+                             const char **scene)
+{
+    struct error *err = find_method(operands[0], method);
+    if (err)
+        return err;
+    const int next = (*method)->file_of ? 2 : 1;
+    if (count < next)
+        return error_usage("%s: expected a FILE of %s", (*method)->name, (*method)->file_of);
+    if (count > next + 1)
+        return error_usage("unexpected operand '%s'", operands[next + 1]);
+    *file = (*method)->file_of ? operands[1] : NULL;
+    *scene = count > next ? operands[next] : NULL;
+    return NULL;
+}
+
+/* Error: an option of a method was given, which is not the one that places. */
+static struct error *check_not_given(struct place_options *options,
+                                     const struct place_method *method)
+{
+    struct option_row rows[PLACE_OPTION_ROWS];
+    char names[256] = "";
+    bool given = false;
+    const int count = method->rows ? (int)(method->rows(options, rows) - rows) : 0;
+    for (int i = 0; i < count; i++) {
+        given = given || *rows[i].given;
+        join(names, sizeof names, i, count, " and ", "--", rows[i].name);
+    }
+    return given ? error_usage("%s %s with the method %s", names, count > 1 ? "go" : "goes",
+                               method->name)
+                 : NULL;
+}
+
+struct error *place_options_check(struct place_options *options, const struct place_method *method,
+                                  bool scene)
+{
+    struct error *err = NULL;
+    for (int i = 0; place_methods[i] && !err; i++)
+        if (place_methods[i] != method)
+            err = check_not_given(options, place_methods[i]);
+    if (!err && method->needs_scene && !scene)
+        err = error_usage("%s: expected a SCENE", method->name);
+    if (!err && method->check)
+        err = method->check(options, scene);
+    return err;
+}

@@ -1,0 +1,83 @@
+/* place_method: the ways of placing probes, behind one interface.
+ *
+ * Each method is a row of place_methods[] and lives in a file of its own, which has its options,
+ * what they need of one another, and the placing. probe-place goes over the table and knows no
+ * method by name:
+ *
+ *     struct place_options options = place_options_default();
+ *     struct option_row rows[PLACE_OPTION_ROWS];
+ *     ... .groups = {place_option_rows(&options, rows)} ... options_parse ...
+ *     err = place_operands(count, operands, &method, &world.file, &scene_path);
+ *     if (!err) err = place_options_check(&options, method, scene_path != NULL);
+ *     if (!err) err = method->place(&place, &options, &world);
+ */
+#ifndef PLACE_METHOD_H
+#define PLACE_METHOD_H
+
+#include "place/place.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct option_row;
+
+/* The options of all methods. Lengths in units of the scene. */
+struct place_options {
+    /* grid */
+    double spacing[3], count, bounds[6];
+    bool spacing_given, count_given, bounds_given;
+    /* path */
+    double step;
+    bool step_given;
+    /* vertices; crease: degrees */
+    double offset, crease;
+    bool offset_given, crease_given;
+};
+
+struct place_options place_options_default(void);
+
+/* What a method gets beside its options. */
+struct place_world {
+    const struct scene *scene; /* NULL: none was given */
+    const char *file;          /* of a method that has one; "-": standard input */
+    double most;               /* probes */
+};
+
+struct place_method {
+    const char *name;    /* the first operand */
+    const char *file_of; /* the second is a FILE of these; NULL: it has none */
+    bool needs_scene;    /* the last; else it may be left out */
+    bool keeps_inside;   /* unless told otherwise, probes inside solids stay */
+    /* Writes the options that go with this method alone, each with `given`, and returns what
+     * follows them. NULL: there are none. */
+    struct option_row *(*rows)(struct place_options *options, struct option_row *row);
+    /* Error: options that lack one another, or the scene. NULL: all are well. */
+    struct error *(*check)(const struct place_options *options, bool scene);
+    /* Appends at least one position, world->most at most, or says why it cannot. */
+    struct error *(*place)(struct place *place, const struct place_options *options,
+                           const struct place_world *world);
+};
+
+extern const struct place_method place_method_grid, place_method_points, place_method_path,
+    place_method_vertices;
+extern const struct place_method *const place_methods[]; /* all of them; NULL after the last */
+
+enum { PLACE_OPTION_ROWS = 32 }; /* room for those of all methods and the end */
+
+/* Fills rows with the options of all methods, and returns them. */
+const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows);
+
+/* Takes the operands apart: METHOD [FILE] [SCENE]; *file and *scene are NULL where there is none.
+ * Errors name the method and what it expects. */
+struct error *place_operands(int count, const char *const *operands,
+                             const struct place_method **method, const char **file,
+                             const char **scene);
+
+/* Error: options of another method, no scene where one is needed, and what the method checks. */
+struct error *place_options_check(struct place_options *options, const struct place_method *method,
+                                  bool scene);
+
+/* "grid|points FILE|... [OPTION]... [SCENE]" */
+void place_usage(char *text, size_t size);
+
+#endif

@@ -1,0 +1,73 @@
+#include "base/array.h"
+#include "base/error.h"
+#include "base/options.h"
+#include "math/vec.h"
+#include "place/place_method.h"
+#include "place/vertices.h"
+#include "scene/scene.h"
+
+#include <math.h>
+
+/* The share of the diagonal of the scene's box by which probes stay off the surface, unless told
+ * otherwise. */
+#define OFFSET_SHARE 1e-3
+
+struct error *place_vertices(struct place *place, const struct scene *scene, double offset,
+                             double crease, double most)
+{
+    struct vertices vertices = {0};
+    struct error *err = vertices_find(scene, crease, &vertices);
+    if (!err && !vertices.count)
+        err = error_new("no face of the scene has an area: there are no vertices");
+    if (!err)
+        err = place_check_count((double)vertices.count, most);
+    if (!err)
+        err = array_create(&place->normal, 3 * vertices.count, sizeof *place->normal);
+    for (size_t i = 0; i < vertices.count && !err; i++) {
+        const struct vertex *v = &vertices.list[i];
+        double p[3];
+        vec3_store(p, vec3_fma(vec3_load(v->position), offset, vec3_load(v->normal)));
+        for (size_t k = 0; k < 3; k++)
+            place->normal[3 * i + k] = (float)v->normal[k];
+        err = place_append(place, p);
+    }
+    vertices_clear(&vertices);
+    return err;
+}
+
+static struct option_row *rows(struct place_options *o, struct option_row *row)
+{
+    *row++ =
+        (struct option_row){.name = "offset",
+                            .argument = "D",
+                            .kind = OPTION_REAL,
+                            .value = &o->offset,
+                            .least_open = true,
+                            .most = INFINITY,
+                            .given = &o->offset_given,
+                            .shown = "0.001 of the scene's diagonal",
+                            .help = "vertices: how far off the surface, in units of the scene"};
+    *row++ = (struct option_row){
+        .name = "crease",
+        .argument = "DEGREES",
+        .kind = OPTION_REAL,
+        .value = &o->crease,
+        .most = 180,
+        .given = &o->crease_given,
+        .help = "vertices: faces that turn more than this do not share a probe"};
+    return row;
+}
+
+static struct error *place_by_options(struct place *place, const struct place_options *o,
+                                      const struct place_world *world)
+{
+    const struct vec3 size = vec3_sub(world->scene->box_max, world->scene->box_min);
+    const double offset = o->offset_given ? o->offset : OFFSET_SHARE * vec3_length(size);
+    return place_vertices(place, world->scene, offset, o->crease, world->most);
+}
+
+const struct place_method place_method_vertices = {.name = "vertices",
+                                                   .needs_scene = true,
+                                                   .keeps_inside = true,
+                                                   .rows = rows,
+                                                   .place = place_by_options};
