@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
 #include "interpolate/query.h"
 #include "stream/points.h"
@@ -179,10 +180,13 @@ int main(int argc, char **argv)
         err = error_usage("--explain needs --to text");
     if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))
         err = error_usage("--pack takes no points, and packs no column but sh");
-    if (!err && pack && a.how.kind != INTERPOLATE_BARYCENTRIC)
+    if (!err && pack && !interpolate_kind_is_plain(a.how.kind))
         err = error_usage("--pack packs cells: it needs --interpolate barycentric");
-    if (!err && a.explain && a.how.kind > INTERPOLATE_CUBIC)
-        err = error_usage("--explain needs cells: --interpolate barycentric, gradient or cubic");
+    if (!err && a.explain && !a.how.kind->needs_cells) {
+        char names[256];
+        interpolate_kind_names(names, sizeof names, true, " or ");
+        err = error_usage("--explain needs cells: --interpolate %s", names);
+    }
     if (!err)
         err = interpolate_options_check(&a.how);
     const char *baked = err ? "-" : program.operands[0];

@@ -80,7 +80,7 @@ static struct stream *make(bool grid, int degree, bool each)
     return s;
 }
 
-static struct interpolate *open_kind(const struct stream *s, enum interpolate_kind kind,
+static struct interpolate *open_kind(const struct stream *s, const struct interpolate_kind *kind,
                                      enum interpolate_falloff falloff, double radius)
 {
     struct interpolate *in;
@@ -98,7 +98,7 @@ static void at(const struct interpolate *in, const double p[3], float out[WIDTH]
 }
 
 /* What is off most at points inside. */
-static double worst_of(bool grid, int degree, bool each, enum interpolate_kind kind)
+static double worst_of(bool grid, int degree, bool each, const struct interpolate_kind *kind)
 {
     struct stream *s = make(grid, degree, each);
     struct interpolate *in = open_kind(s, kind, 0, 0);
@@ -125,34 +125,34 @@ static void test_reproduced(void)
         bool grid;
         int degree;
         bool each;
-        enum interpolate_kind kind;
+        const struct interpolate_kind *kind;
         bool exact;
     } rows[] = {
-        {"barycentric: linear fields", false, 1, false, INTERPOLATE_BARYCENTRIC, true},
-        {"barycentric: not quadratic ones", false, 2, false, INTERPOLATE_BARYCENTRIC, false},
-        {"gradient: linear fields", false, 1, false, INTERPOLATE_GRADIENT, true},
-        {"gradient: not quadratic ones", false, 2, false, INTERPOLATE_GRADIENT, false},
-        {"cubic: constant fields", false, 0, false, INTERPOLATE_CUBIC, true},
-        {"cubic: linear fields", false, 1, false, INTERPOLATE_CUBIC, true},
-        {"cubic: quadratic fields", false, 2, false, INTERPOLATE_CUBIC, true},
-        {"cubic: not cubic ones", false, 3, false, INTERPOLATE_CUBIC, false},
-        {"nearest: constant fields", false, 0, false, INTERPOLATE_NEAREST, true},
-        {"shepard: constant fields", false, 0, false, INTERPOLATE_SHEPARD, true},
-        {"trilinear: linear in each coordinate", true, 1, true, INTERPOLATE_TRILINEAR, true},
-        {"trilinear: not quadratic fields", true, 2, false, INTERPOLATE_TRILINEAR, false},
+        {"barycentric: linear fields", false, 1, false, &interpolate_barycentric, true},
+        {"barycentric: not quadratic ones", false, 2, false, &interpolate_barycentric, false},
+        {"gradient: linear fields", false, 1, false, &interpolate_gradient, true},
+        {"gradient: not quadratic ones", false, 2, false, &interpolate_gradient, false},
+        {"cubic: constant fields", false, 0, false, &interpolate_cubic, true},
+        {"cubic: linear fields", false, 1, false, &interpolate_cubic, true},
+        {"cubic: quadratic fields", false, 2, false, &interpolate_cubic, true},
+        {"cubic: not cubic ones", false, 3, false, &interpolate_cubic, false},
+        {"nearest: constant fields", false, 0, false, &interpolate_nearest, true},
+        {"shepard: constant fields", false, 0, false, &interpolate_shepard, true},
+        {"trilinear: linear in each coordinate", true, 1, true, &interpolate_trilinear, true},
+        {"trilinear: not quadratic fields", true, 2, false, &interpolate_trilinear, false},
         {"tricubic: quadratic in each coordinate, nodes uneven", true, 2, true,
-         INTERPOLATE_TRICUBIC, true},
-        {"tricubic: not cubic fields", true, 3, false, INTERPOLATE_TRICUBIC, false},
+         &interpolate_tricubic, true},
+        {"tricubic: not cubic fields", true, 3, false, &interpolate_tricubic, false},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const double worst = worst_of(rows[i].grid, rows[i].degree, rows[i].each, rows[i].kind);
         ok(rows[i].exact ? worst < 5e-6 : worst > 1e-4, "%s (%.1e)", rows[i].name, worst);
     }
-    const double linear = worst_of(false, 2, false, INTERPOLATE_BARYCENTRIC),
-                 cubic = worst_of(false, 3, false, INTERPOLATE_CUBIC),
-                 plain = worst_of(false, 3, false, INTERPOLATE_BARYCENTRIC),
-                 nodes = worst_of(true, 3, false, INTERPOLATE_TRICUBIC),
-                 flat = worst_of(true, 3, false, INTERPOLATE_TRILINEAR);
+    const double linear = worst_of(false, 2, false, &interpolate_barycentric),
+                 cubic = worst_of(false, 3, false, &interpolate_cubic),
+                 plain = worst_of(false, 3, false, &interpolate_barycentric),
+                 nodes = worst_of(true, 3, false, &interpolate_tricubic),
+                 flat = worst_of(true, 3, false, &interpolate_trilinear);
     ok(cubic < plain / 2 && nodes < flat / 2 && linear > 0,
        "of cubic fields, cubics are off less than half as much as linear ways (%.1e of %.1e, %.1e "
        "of %.1e)",
@@ -167,14 +167,14 @@ static void test_smooth(void)
     const struct {
         const char *name;
         const struct stream *stream;
-        enum interpolate_kind kind;
+        const struct interpolate_kind *kind;
         bool slopes, hits;
-    } rows[] = {{"barycentric", g, INTERPOLATE_BARYCENTRIC, false, true},
-                {"gradient", s, INTERPOLATE_GRADIENT, false, true},
-                {"cubic", g, INTERPOLATE_CUBIC, true, true},
-                {"shepard", s, INTERPOLATE_SHEPARD, false, false},
-                {"trilinear", g, INTERPOLATE_TRILINEAR, false, true},
-                {"tricubic", g, INTERPOLATE_TRICUBIC, false, true}};
+    } rows[] = {{"barycentric", g, &interpolate_barycentric, false, true},
+                {"gradient", s, &interpolate_gradient, false, true},
+                {"cubic", g, &interpolate_cubic, true, true},
+                {"shepard", s, &interpolate_shepard, false, false},
+                {"trilinear", g, &interpolate_trilinear, false, true},
+                {"tricubic", g, &interpolate_tricubic, false, true}};
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
         /* a radius that reaches a probe from all of the lines */
         struct interpolate *in =
@@ -225,7 +225,7 @@ static void test_smooth(void)
         ok(jump < 0.05, "%s: along lines, in and out, no value jumps (%.1e)", rows[row].name, jump);
         if (rows[row].hits)
             ok(miss < 1e-6, "%s: at a probe, its value (%.0e)", rows[row].name, miss);
-        if (rows[row].kind == INTERPOLATE_BARYCENTRIC)
+        if (rows[row].kind == &interpolate_barycentric)
             ok(slope > 0.2, "barycentric: not its gradient (%.0e)", slope);
         if (rows[row].slopes)
             ok(slope < 0.02, "%s: at a probe, its gradient in every direction (%.0e)",
@@ -247,7 +247,7 @@ static void test_scattered(void)
     for (int falloff = 0; falloff < 4; falloff++) {
         const double radius = 0.3;
         struct interpolate *in =
-            open_kind(s, falloff == 3 ? INTERPOLATE_NEAREST : INTERPOLATE_SHEPARD,
+            open_kind(s, falloff == 3 ? &interpolate_nearest : &interpolate_shepard,
                       (enum interpolate_falloff)(falloff % 3), falloff == 3 ? 0 : radius);
         struct random r = random_start(24, 0, 0);
         struct probe_place place = {.cell = PROBE_COLD};
@@ -296,7 +296,7 @@ static void test_scattered(void)
     stream_destroy(s);
 }
 
-static void refused(struct stream *s, enum interpolate_kind kind, const char *column,
+static void refused(struct stream *s, const struct interpolate_kind *kind, const char *column,
                     const char *why)
 {
     struct interpolate *in;
@@ -310,22 +310,22 @@ static void refused(struct stream *s, enum interpolate_kind kind, const char *co
 static void test_refused(void)
 {
     struct stream *s = make(false, 1, false), *g = make(true, 1, false);
-    refused(s, INTERPOLATE_TRILINEAR, "sh",
+    refused(s, &interpolate_trilinear, "sh",
             "not the nodes of a grid: 150 probes have 150, 150 and 150 different");
-    refused(s, INTERPOLATE_BARYCENTRIC, "light", "light");
+    refused(s, &interpolate_barycentric, "light", "light");
     struct table *probes = stream_table(g, "probe");
     column_f64(&probes->columns[0])[3 * 7] = column_f64(&probes->columns[0])[3 * 8];
     for (size_t k = 0; k < 3; k++)
         column_f64(&probes->columns[0])[3 * 7 + k] = column_f64(&probes->columns[0])[3 * 8 + k];
-    refused(g, INTERPOLATE_TRICUBIC, "sh", "are at one node");
+    refused(g, &interpolate_tricubic, "sh", "are at one node");
     table_remove_column(probes, "sh_gradient");
-    refused(g, INTERPOLATE_CUBIC, "sh",
+    refused(g, &interpolate_cubic, "sh",
             "no column sh_gradient): run probe-capture --columns sh_gradient");
     stream_remove_table(s, "tet");
-    refused(s, INTERPOLATE_GRADIENT, "sh", "run probe-tet");
+    refused(s, &interpolate_gradient, "sh", "run probe-tet");
     struct interpolate *in;
     must(interpolate_open(
-        &in, s, &(struct interpolate_settings){.kind = INTERPOLATE_NEAREST, .column = "sh"}));
+        &in, s, &(struct interpolate_settings){.kind = &interpolate_nearest, .column = "sh"}));
     ok(in != NULL, "nearest needs no cells");
     interpolate_close(in);
     stream_destroy(s);

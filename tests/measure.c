@@ -2,6 +2,7 @@
  * in closed form. Checks of chance are held within 4.5 standard errors (7e-6 by luck) unless they
  * say otherwise; seeds are fixed. */
 #include "interpolate/baked.h"
+#include "interpolate/interpolate_kind.h"
 #include "math/random.h"
 #include "measure/bootstrap.h"
 #include "measure/measure.h"
@@ -400,7 +401,7 @@ static void test_linear(void)
 
 /* The value that a way gives a point, of linear_probes at the corners of the unit cell, by its
  * formula. */
-static double by_formula(enum interpolate_kind kind, double radius, const double p[3])
+static double by_formula(const struct interpolate_kind *kind, double radius, const double p[3])
 {
     double sum = 0, light = 0, nearest = INFINITY, of_nearest = 0;
     for (int i = 0; i < 4; i++) {
@@ -411,12 +412,14 @@ static double by_formula(enum interpolate_kind kind, double radius, const double
         of_nearest = d < nearest ? linear_probes[i] : of_nearest;
         nearest = fmin(nearest, d);
     }
-    return kind == INTERPOLATE_SHEPARD ? light / sum : of_nearest;
+    return kind == &interpolate_shepard ? light / sum : of_nearest;
 }
 
 static void test_kinds(void)
 {
-    static const char *const names[] = {"barycentric", "gradient", "cubic", "nearest", "shepard"};
+    static const struct interpolate_kind *const kinds[] = {
+        &interpolate_barycentric, &interpolate_gradient, &interpolate_cubic, &interpolate_nearest,
+        &interpolate_shepard};
     static const double slope[3] = {1, -0.5, 3};
     enum { N = 2000 };
     struct hand h;
@@ -429,15 +432,15 @@ static void test_kinds(void)
     for (size_t i = 0; i < 4 * 81; i++)
         column_f32(gradient)[i] = i % 27 < 3 ? (float)slope[i % 81 / 27] : 0;
     hand_truth_start(&t, N, linear, 0, 6);
-    for (int kind = INTERPOLATE_BARYCENTRIC; kind <= INTERPOLATE_SHEPARD; kind++) {
-        const struct interpolate_settings how = {.kind = (enum interpolate_kind)kind,
-                                                 .falloff = INTERPOLATE_FALL_QUADRATIC,
-                                                 .radius = 1.5};
+    for (size_t n = 0; n < sizeof kinds / sizeof *kinds; n++) {
+        const struct interpolate_kind *kind = kinds[n];
+        const struct interpolate_settings how = {
+            .kind = kind, .falloff = INTERPOLATE_FALL_QUADRATIC, .radius = 1.5};
         must(baked_open(&h.baked, h.stream, &how));
         struct report r = measured(&h, &t.truth);
-        if (kind <= INTERPOLATE_CUBIC) {
+        if (kind->needs_cells) {
             ok(got(&r, "rms_relative", "all") < 1e-6, "%s: no error in a linear field (%.1g)",
-               names[kind], got(&r, "rms_relative", "all"));
+               kind->name, got(&r, "rms_relative", "all"));
         } else {
             double square = 0;
             for (size_t i = 0; i < N; i++)
@@ -447,10 +450,10 @@ static void test_kinds(void)
                           N;
             const double rms = unit_light() * sqrt(square);
             ok(rms > 0.1 && fabs(got(&r, "rms", "all") / rms - 1) < 1e-5,
-               "%s: the error in a linear field is that of its formula, %.4f", names[kind], rms);
+               "%s: the error in a linear field is that of its formula, %.4f", kind->name, rms);
         }
         ok(got(&r, "points", "inside-hull") == N && got(&r, "points", "all-seen") == N,
-           "%s: hull and sight are those of the cells", names[kind]);
+           "%s: hull and sight are those of the cells", kind->name);
         report_clear(&r);
         baked_close(&h.baked);
     }
@@ -492,7 +495,7 @@ static void test_grid(void)
     struct hand_truth t;
     hand_truth_start(&t, 500, linear, 0, 7);
     must(baked_open(&h.baked, h.stream,
-                    &(struct interpolate_settings){.kind = INTERPOLATE_TRILINEAR}));
+                    &(struct interpolate_settings){.kind = &interpolate_trilinear}));
     struct report r = measured(&h, &t.truth);
     ok(got(&r, "rms_relative", "all") < 1e-6 && got(&r, "points", "inside-hull") == 500,
        "trilinear, without cells: no error in a linear field (%.1g)",

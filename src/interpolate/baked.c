@@ -1,6 +1,7 @@
 #include "interpolate/baked.h"
 #include "base/error.h"
 #include "interpolate/cells_volume.h"
+#include "interpolate/interpolate_kind.h"
 #include "light/content.h"
 #include "math/angle.h"
 #include "stream/stream.h"
@@ -74,7 +75,7 @@ void baked_close(struct baked *b)
 
 struct error *baked_complete(const struct baked *b)
 {
-    if (b->in && b->in->scatter) /* takes only probes with light */
+    if (b->in && b->in->settings.kind->skips_unknown)
         return NULL;
     for (size_t i = 0; i < b->probe_count; i++) {
         if (isnan(b->sh[b->width * i]))
@@ -136,7 +137,7 @@ double baked_brightness(const struct baked *b, int32_t probe)
 double baked_noise(const struct baked *b, const struct probe_place *place)
 {
     double sum = 0;
-    if (!b->sh_error || b->in->settings.kind != INTERPOLATE_BARYCENTRIC)
+    if (!b->sh_error || !interpolate_kind_is_plain(b->in->settings.kind))
         return (double)NAN;
     for (int k = 0; k < 4; k++) {
         const float *error = b->sh_error + b->width * (size_t)place->probe[k];

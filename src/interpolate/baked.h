@@ -79,7 +79,7 @@ double baked_brightness(const struct baked *baked, int32_t probe);
 /* Variance of the blend's irradiance by its probes' noise, in the mean over all directions: sum of
  * w^2 A_l^2 Var L_lm / 4 pi, luminance, as if the three colours had the same noise, as nearly white
  * light has. NaN where a probe's is not known, and where light is not blended with the place's
- * weights: in other ways than INTERPOLATE_BARYCENTRIC. */
+ * weights: in other ways than interpolate_barycentric. */
 double baked_noise(const struct baked *baked, const struct probe_place *place);
 
 #endif

@@ -1,15 +1,8 @@
-/* Based on:
- * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: a first-order Taylor expansion from
- * each probe before blending; tricubic interpolation. Farin, "Triangular Bernstein-Bezier patches",
- * Computer Aided Geometric Design 3, 1986: cubics with quadratic precision. Bikker, Reijerse, "A
- * precalculated point set for caching shading information", Eurographics short papers, 2009.
- * Shepard, "A two-dimensional interpolation function for irregularly-spaced data", ACM, 1968.
- */
 #include "interpolate/interpolate.h"
 #include "base/array.h"
 #include "base/error.h"
 #include "interpolate/cells_volume.h"
-#include "interpolate/scatter.h"
+#include "interpolate/interpolate_kind.h"
 #include "libprobe-query/sh.h"
 #include "light/content.h"
 #include "stream/stream.h"
@@ -23,6 +16,34 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+const struct interpolate_kind *const interpolate_kinds[] = {
+    &interpolate_barycentric, &interpolate_gradient,
+    &interpolate_cubic,       &interpolate_nearest,
+    &interpolate_shepard,     &interpolate_trilinear,
+    &interpolate_tricubic,    NULL, /* a row a line */
+};
+
+const struct interpolate_kind *interpolate_kind_find(const char *name)
+{
+    int i = 0;
+    while (interpolate_kinds[i] && strcmp(interpolate_kinds[i]->name, name))
+        i++;
+    return interpolate_kinds[i];
+}
+
+void interpolate_kind_names(char *text, size_t size, bool need_cells, const char *last)
+{
+    const char *names[16]; /* room for more kinds than there are */
+    size_t count = 0, used = 0;
+    for (int i = 0; interpolate_kinds[i] && count < 16; i++)
+        if (interpolate_kinds[i]->needs_cells || !need_cells)
+            names[count++] = interpolate_kinds[i]->name;
+    for (size_t i = 0; i < count && used < size; i++) {
+        const char *between = i + 1 < count ? ", " : last;
+        used += (size_t)snprintf(text + used, size - used, "%s%s", i ? between : "", names[i]);
+    }
+}
 
 /* -- opening --------------------------------------------------------------------------------- */
 
@@ -68,64 +89,30 @@ static struct error *open_gradient(struct interpolate *in, const struct stream *
     return err;
 }
 
-static struct error *unknown(const struct interpolate *in, int32_t probe)
+struct error *interpolate_unknown(const struct interpolate *in, int32_t probe)
 {
     return error_new("probe %d has no %s: run probe-capture", probe,
                      in->order ? "light" : in->settings.column);
 }
 
-static bool is_missing(const void *context, size_t probe)
+bool interpolate_has(const struct interpolate *in, size_t probe)
 {
-    const struct interpolate *in = context;
-    return isnan(in->value[probe * in->width]);
-}
-
-/* Why the probes are neither what one error says nor the other; takes both. */
-static struct error *neither(struct error *grid, struct error *octree)
-{
-    struct error *err = error_new("%s; nor: %s", error_message(grid), error_message(octree));
-    error_destroy(grid);
-    error_destroy(octree);
-    return err;
-}
-
-/* Probes are a grid, or else an octree, whose made nodes need the values of all. */
-static struct error *open_nodes(struct interpolate *in, size_t probes)
-{
-    struct error *no_grid = nodes_find(&in->nodes, probes, in->position);
-    if (!no_grid)
-        return NULL;
-    struct error *err = octree_find(&in->octree, probes, in->position);
-    if (err)
-        return neither(no_grid, err);
-    error_destroy(no_grid);
-    for (size_t i = 0; i < probes && !err; i++)
-        err = is_missing(in, i) ? unknown(in, (int32_t)i) : NULL;
-    return err ? err
-               : octree_fill(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width,
-                             in->value, &in->data);
+    return !isnan(in->value[probe * in->width]);
 }
 
 /* What a kind needs beside the column. */
 static struct error *open_kind(struct interpolate *in, const struct stream *stream,
                                const struct probe_mesh *mesh)
 {
-    const struct table *probes = stream_table(stream, "probe");
+    const struct interpolate_kind *kind = in->settings.kind;
     struct error *err = NULL;
-    switch (in->settings.kind) {
-    case INTERPOLATE_NEAREST:
-    case INTERPOLATE_SHEPARD:
-        err = scatter_create(&in->scatter, probes->rows, in->position, is_missing, in);
-        if (!err && !(in->settings.radius > 0))
-            in->settings.radius = scatter_spacing(in->scatter);
-        return err;
-    case INTERPOLATE_TRILINEAR:
-    case INTERPOLATE_TRICUBIC: return open_nodes(in, probes->rows);
-    case INTERPOLATE_GRADIENT:
-    case INTERPOLATE_CUBIC: err = open_gradient(in, stream); break;
-    default: break;
-    }
-    return err ? err : mesh_volume(mesh, in->settings.outside, &in->volume);
+    if (kind->needs_gradients)
+        err = open_gradient(in, stream);
+    if (!err && kind->needs_cells)
+        err = mesh_volume(mesh, in->settings.outside, &in->volume);
+    if (!err && kind->open)
+        err = kind->open(in, stream_table(stream, "probe")->rows);
+    return err;
 }
 
 struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
@@ -138,7 +125,9 @@ struct error *interpolate_open(struct interpolate **interpolate, const struct st
     if (err)
         return err;
     *in = (struct interpolate){.settings = *settings, .stream = stream};
-    if (settings->kind <= INTERPOLATE_CUBIC)
+    if (!settings->kind)
+        in->settings.kind = &interpolate_barycentric;
+    if (in->settings.kind->needs_cells)
         err = mesh_find(stream, &mesh);
     if (!err)
         err = open_column(in, stream);
@@ -205,6 +194,8 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     if (err)
         return err;
     in->settings = *settings;
+    if (!settings->kind)
+        in->settings.kind = &interpolate_barycentric;
     err = map_file(path, &in->image, &in->image_bytes);
     if (!err) {
         const enum probe_status status =
@@ -216,7 +207,7 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
         in->order = facts.order;
         in->width = (size_t)(3 * facts.order * facts.order);
         in->convolved = facts.convolved;
-        if (settings->kind != INTERPOLATE_BARYCENTRIC)
+        if (!interpolate_kind_is_plain(in->settings.kind))
             err = error_new(
                 "%s: a packed file is interpolated from cells alone: --interpolate barycentric",
                 path);
@@ -240,10 +231,8 @@ void interpolate_close(struct interpolate *in)
     if (!in)
         return;
     probe_volume_destroy(in->volume);
-    scatter_destroy(in->scatter);
-    nodes_clear(&in->nodes);
-    octree_clear(&in->octree);
-    free(in->data);
+    if (in->own)
+        in->settings.kind->close(in->own);
     free(in->owned);
     if (in->image)
         munmap(in->image, in->image_bytes);
@@ -252,27 +241,13 @@ void interpolate_close(struct interpolate *in)
 
 /* -- places ---------------------------------------------------------------------------------- */
 
-/* Whether p is within the box of a grid or octree, and how far outside. */
-static void find_in_box(const struct interpolate *in, const double p[3], struct probe_place *place)
-{
-    double square = 0;
-    for (int k = 0; k < 3; k++) {
-        const double low = in->data ? in->octree.low[k] : in->nodes.at[k][0],
-                     high = in->data ? in->octree.high[k] : in->nodes.at[k][in->nodes.count[k] - 1],
-                     off = fmax(fmax(low - p[k], p[k] - high), 0);
-        square += off * off;
-    }
-    *place =
-        (struct probe_place){.cell = PROBE_COLD, .inside = square == 0, .distance = sqrt(square)};
-}
-
 void interpolate_find(const struct interpolate *in, const double point[3],
                       struct probe_place *place)
 {
     if (in->volume)
         probe_volume_locate(in->volume, point, place);
-    else if (in->nodes.probe || in->data)
-        find_in_box(in, point, place);
+    else if (in->settings.kind->find)
+        in->settings.kind->find(in, point, place);
     else
         *place = (struct probe_place){.cell = PROBE_COLD,
                                       .inside = 1}; /* points without cells have no outside */
@@ -298,160 +273,25 @@ void interpolate_fetch(const struct interpolate *in, const struct probe_place *p
 
 /* -- values at places ------------------------------------------------------------------------ */
 
-/* The blend is NaN: because of which probe. */
-static struct error *missing(const struct interpolate *in, const struct probe_place *place)
+struct error *interpolate_missing(const struct interpolate *in, const struct probe_place *place)
 {
     for (int i = 0; i < 4; i++) {
         const size_t probe = (size_t)place->probe[i];
         if (!(place->weight[i] > 0))
             continue;
         if (isnan(in->value[probe * in->width]))
-            return unknown(in, place->probe[i]);
+            return interpolate_unknown(in, place->probe[i]);
         if (in->gradient && isnan(in->gradient[3 * probe * in->width]))
             return error_new("probe %d has no gradient: run probe-capture", place->probe[i]);
     }
     return NULL;
 }
 
-/* How much of the value of corner i, and of its gradient along which way, a kind takes. u:
- * barycentric; way[i][j]: from corner i to corner j. */
-static void taylor(const double u[4], double way[4][4][3], int i, double *value, double along[3])
-{
-    *value = u[i]; /* u_i (f_i + g_i . (q - p_i)), q - p_i = sum_j u_j way_ij */
-    for (int j = 0; j < 4; j++)
-        for (int k = 0; k < 3; k++)
-            along[k] += u[i] * u[j] * way[i][j][k];
-}
-
-/* Farin 1986: control points on edges from the slopes at corners, b_iij = f_i + g_i . way_ij / 3;
- * in the middle of faces a quarter of the sum of the face's six of these less a sixth of its
- * corners' sum, which keeps quadratics. The Bernstein polynomials of all are gathered by corner. */
-static void bezier(const double u[4], double way[4][4][3], int i, double *value, double along[3])
-{
-    *value = u[i] * u[i] * (3 - 2 * u[i]);
-    for (int j = 0; j < 4; j++) {
-        double others = 0;
-        for (int k = 0; k < 4 && j != i; k++)
-            others += k != i && k != j ? u[k] : 0;
-        if (j == i)
-            continue;
-        *value += u[i] * u[j] * others; /* 6 u_i u_j u_k / 3 for each face, met twice */
-        const double slope = u[i] * u[i] * u[j] + u[i] * u[j] * others / 2;
-        for (int k = 0; k < 3; k++)
-            along[k] += slope * way[i][j][k];
-    }
-}
-
-static struct error *blend_gradients(const struct interpolate *in, const struct probe_place *place,
-                                     float *out)
-{
-    double way[4][4][3];
-    const size_t width = in->width;
-    for (int i = 0; i < 4; i++)
-        for (int j = 0; j < 4; j++)
-            for (size_t k = 0; k < 3; k++)
-                way[i][j][k] = in->position[3 * (size_t)place->probe[j] + k] -
-                               in->position[3 * (size_t)place->probe[i] + k];
-    for (size_t k = 0; k < width; k++)
-        out[k] = 0;
-    for (int i = 0; i < 4; i++) {
-        double value = 0, along[3] = {0};
-        if (!(place->weight[i] > 0))
-            continue;
-        (in->settings.kind == INTERPOLATE_CUBIC ? bezier : taylor)(place->weight, way, i, &value,
-                                                                   along);
-        const float v = (float)value, x = (float)along[0], y = (float)along[1], z = (float)along[2];
-        const float *f = in->value + (size_t)place->probe[i] * width,
-                    *g = in->gradient + 3 * (size_t)place->probe[i] * width;
-        for (size_t k = 0; k < width; k++)
-            out[k] += v * f[k] + ((x * g[k] + y * g[width + k]) + z * g[2 * width + k]);
-    }
-    return isnan(out[0]) ? missing(in, place) : NULL;
-}
-
-/* Weights of the nodes of a grid. */
-static struct error *blend_nodes(const struct interpolate *in, const double p[3], float *out)
-{
-    size_t node[3][4];
-    double weight[3][4];
-    for (int k = 0; k < 3; k++)
-        (in->settings.kind == INTERPOLATE_TRICUBIC ? nodes_cubic : nodes_linear)(
-            &in->nodes, k, p[k], node[k], weight[k]);
-    for (size_t k = 0; k < in->width; k++)
-        out[k] = 0;
-    for (int z = 0; z < 4; z++)
-        for (int y = 0; y < 4; y++)
-            for (int x = 0; x < 4; x++) {
-                const float w = (float)(weight[0][x] * weight[1][y] * weight[2][z]);
-                if (w == 0) /* what has no weight has no say, not even as a missing value */
-                    continue;
-                const int32_t probe =
-                    in->nodes
-                        .probe[(node[2][z] * in->nodes.count[1] + node[1][y]) * in->nodes.count[0] +
-                               node[0][x]];
-                const float *f = in->value + (size_t)probe * in->width;
-                if (isnan(f[0]))
-                    return unknown(in, probe);
-                for (size_t k = 0; k < in->width; k++)
-                    out[k] += w * f[k];
-            }
-    return NULL;
-}
-
-struct shepard {
-    const struct interpolate *in;
-    double sum;
-    float *out;
-};
-
-static void add_probe(void *context, int32_t probe, double distance)
-{
-    struct shepard *s = context;
-    const struct interpolate *in = s->in;
-    const double c = 1 - distance / in->settings.radius;
-    const double weight = in->settings.falloff == INTERPOLATE_FALL_LINEAR      ? c
-                          : in->settings.falloff == INTERPOLATE_FALL_QUADRATIC ? c * c
-                                                                               : c * c * c;
-    const float *f = in->value + (size_t)probe * in->width;
-    s->sum += weight;
-    for (size_t k = 0; k < in->width; k++)
-        s->out[k] += (float)weight * f[k];
-}
-
-/* Bikker and Reijerse 2009, section 5. Where no probe is within the radius, the nearest one's
- * value: that is what the sum becomes as the last one leaves. */
-static void blend_scattered(const struct interpolate *in, const double p[3], float *out)
-{
-    struct shepard s = {.in = in, .out = out};
-    for (size_t k = 0; k < in->width; k++)
-        out[k] = 0;
-    if (in->settings.kind == INTERPOLATE_SHEPARD)
-        scatter_within(in->scatter, p, in->settings.radius, add_probe, &s);
-    double distance;
-    if (s.sum > 0)
-        for (size_t k = 0; k < in->width; k++)
-            out[k] = (float)((double)out[k] / s.sum);
-    else
-        memcpy(out, in->value + (size_t)scatter_nearest(in->scatter, p, &distance) * in->width,
-               in->width * sizeof *out);
-}
-
 struct error *interpolate_at(const struct interpolate *in, const double point[3],
                              const struct probe_place *place, float *out)
 {
-    if (in->gradient)
-        return blend_gradients(in, place, out);
-    if (in->nodes.probe)
-        return blend_nodes(in, point, out);
-    if (in->data) {
-        octree_at(&in->octree, in->settings.kind == INTERPOLATE_TRICUBIC, in->width, in->data,
-                  point, out);
-        return NULL;
-    }
-    if (in->scatter) {
-        blend_scattered(in, point, out);
-        return NULL;
-    }
+    if (in->settings.kind->at)
+        return in->settings.kind->at(in, point, place, out);
     probe_blend(place, in->value, in->width, out);
-    return isnan(out[0]) ? missing(in, place) : NULL;
+    return isnan(out[0]) ? interpolate_missing(in, place) : NULL;
 }

@@ -9,35 +9,35 @@
 #ifndef INTERPOLATE_H
 #define INTERPOLATE_H
 
-#include "interpolate/nodes.h"
-#include "interpolate/octree.h"
 #include "libprobe-query/probe-query.h"
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 struct error;
-struct scatter;
+struct interpolate_kind;
 struct stream;
 
-enum interpolate_kind {
+/* The kinds (interpolate_kind.h): */
+extern const struct interpolate_kind
     /* of the four probes of a cell: reproduces linear fields, continuous */
-    INTERPOLATE_BARYCENTRIC,
+    interpolate_barycentric,
     /* the same of what each probe's gradient foretells for the point (Tatarchuk 2005): exact
      * gradients at probes, continuous */
-    INTERPOLATE_GRADIENT,
+    interpolate_gradient,
     /* a cubic Bezier polynomial in each cell from values and gradients (Farin 1986): reproduces
      * quadratic fields, continuous, and smooth at probes and along edges */
-    INTERPOLATE_CUBIC,
-    INTERPOLATE_NEAREST, /* the nearest probe's value; jumps. Without cells */
+    interpolate_cubic,
+    /* the nearest probe's value; jumps. Without cells */
+    interpolate_nearest,
     /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
-    INTERPOLATE_SHEPARD,
+    interpolate_shepard,
     /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes; or of
      * an octree (octree.h): linear fields, continuous. Without cells */
-    INTERPOLATE_TRILINEAR,
+    interpolate_trilinear,
     /* the same with cubics: reproduces parabolas along a grid's axes, smooth */
-    INTERPOLATE_TRICUBIC,
-};
+    interpolate_tricubic;
 
 enum interpolate_falloff {
     INTERPOLATE_FALL_LINEAR,
@@ -46,9 +46,9 @@ enum interpolate_falloff {
 };
 
 struct interpolate_settings {
-    enum interpolate_kind kind;
-    enum interpolate_falloff falloff; /* Shepard: weights are (radius - distance)^1, 2 or 3 */
-    double radius;                    /* Shepard; 0: scatter_spacing */
+    const struct interpolate_kind *kind; /* NULL: barycentric; once it is open, the kind it is */
+    enum interpolate_falloff falloff;    /* Shepard: weights are (radius - distance)^1, 2 or 3 */
+    double radius;                       /* Shepard; 0: scatter_spacing */
     /* an f32 column of table probe; gradients are in the column of that name and _gradient */
     const char *column;
     /* of the hull: PROBE_NEAREST, PROBE_EXTEND, or 0 (probe-query.h) */
@@ -58,10 +58,7 @@ struct interpolate_settings {
 struct interpolate {
     struct interpolate_settings settings;
     struct probe_volume *volume; /* owned; NULL where there are no cells to it */
-    struct scatter *scatter;     /* owned: nearest, Shepard */
-    struct nodes nodes;          /* owned: trilinear, tricubic */
-    struct octree octree;        /* owned: the same, where the probes are no grid */
-    float *data;                 /* of the octree's nodes; owned */
+    void *own;                   /* the kind's; owned */
     const double *position;      /* 3 a probe */
     const float *value;          /* the column */
     const float *gradient;       /* 3 * width a probe: d/dx of all, d/dy, d/dz; NULL: not used */

@@ -1,23 +1,37 @@
 #include "interpolate/interpolate_options.h"
 #include "base/error.h"
 #include "base/options.h"
+#include "interpolate/interpolate_kind.h"
 
 #include <math.h>
 #include <string.h>
 
+static struct error *parse_kind(void *value, const char *text)
+{
+    const struct interpolate_kind **kind = value, *found = interpolate_kind_find(text);
+    char names[256];
+    if (found) {
+        *kind = found;
+        return NULL;
+    }
+    interpolate_kind_names(names, sizeof names, false, ", ");
+    return error_usage("expected one of %s, got '%s'", names, text);
+}
+
 const struct option_row *interpolate_options_rows(struct interpolate_options *o,
                                                   struct option_row *rows)
 {
-    static const char *const kinds[] = {"barycentric", "gradient",  "cubic",    "nearest",
-                                        "shepard",     "trilinear", "tricubic", NULL};
     static const char *const falloffs[] = {"linear", "quadratic", "cubic", NULL};
     static const char *const outsides[] = {"auto", "extend", "nearest", NULL};
+    if (!o->kind)
+        o->kind = interpolate_kinds[0];
     const struct option_row all[INTERPOLATE_OPTIONS_ROWS] = {
         {.name = "interpolate",
          .argument = "HOW",
-         .kind = OPTION_CHOICE,
-         .choices = kinds,
+         .kind = OPTION_CALL,
+         .parse = parse_kind,
          .value = &o->kind,
+         .shown = o->kind->name,
          .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
                  "From the probes alone: nearest or shepard. From the nodes of a grid or\n"
                  "octree: trilinear or tricubic"},
@@ -51,7 +65,7 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
 
 struct error *interpolate_options_check(const struct interpolate_options *o)
 {
-    if (o->kind != INTERPOLATE_SHEPARD && (o->radius > 0 || o->falloff))
+    if (!o->kind->has_radius && (o->radius > 0 || o->falloff))
         return error_usage("--radius and --falloff need --interpolate shepard");
     return NULL;
 }
@@ -66,7 +80,7 @@ static unsigned outside_flags(int outside)
 struct interpolate_settings interpolate_options_settings(const struct interpolate_options *o,
                                                          const char *column)
 {
-    return (struct interpolate_settings){.kind = (enum interpolate_kind)o->kind,
+    return (struct interpolate_settings){.kind = o->kind,
                                          .falloff = (enum interpolate_falloff)o->falloff,
                                          .radius = o->radius,
                                          .column = column,

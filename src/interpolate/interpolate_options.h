@@ -17,7 +17,8 @@ struct option_row;
 
 /* As options give them; {0}: their defaults. */
 struct interpolate_options {
-    int kind, falloff;
+    const struct interpolate_kind *kind; /* NULL before interpolate_options_rows */
+    int falloff;
     /* auto, extend, nearest, or what a program makes of its own choices beyond these */
     int outside;
     double radius;

@@ -3,7 +3,11 @@ interpolate_sources = \
 	%D%/baked.c %D%/baked.h \
 	%D%/cells_volume.c %D%/cells_volume.h \
 	%D%/interpolate.c %D%/interpolate.h \
+	%D%/interpolate_cells.c \
+	%D%/interpolate_kind.h \
+	%D%/interpolate_nodes.c \
 	%D%/interpolate_options.c %D%/interpolate_options.h \
+	%D%/interpolate_scattered.c \
 	%D%/nodes.c %D%/nodes.h \
 	%D%/octree.c %D%/octree.h \
 	%D%/query.c %D%/query.h \
