@@ -3,20 +3,20 @@
     paraview --script=scripts/paraview-open.py
     pvpython scripts/paraview-open.py [BAKED.vtu [SCENE.vtp]] [OUT.png | OUT.pvsm]
 
-Without names: the environment's BAKED and SCENE, or out/baked.vtu as scripts/demo leaves it. The scene is looked for
-as probe-vtk and the demo name it: BAKED.scene.vtp, then scene.vtp beside it. OUT.png is a picture, OUT.pvsm a state to
-open.
+Without names: the environment's BAKED and SCENE, or out/baked.vtu as scripts/demo leaves it. The
+scene is looked for as probe-vtk and the demo name it: BAKED.scene.vtp, then scene.vtp beside it.
+OUT.png is a picture, OUT.pvsm a state to open.
 
-Shown: the scene's surface, without what faces away; the probes as spheres in their colour; the edges of the tetrahedra;
-in red those of cells that leak. Made and hidden (the eye in the pipeline browser): the scene's back half, for scenes
-that cannot be looked into; arrows towards the light and along the gradient of luminance; a level slice through the
-tetrahedra.
-"""
+Shown: the scene's surface, without what faces away; the probes as spheres in their colour; the
+edges of the tetrahedra; in red those of cells that leak. Made and hidden (the eye in the pipeline
+browser): the scene's back half, for scenes that cannot be looked into; arrows towards the light and
+along the gradient of luminance; a level slice through the tetrahedra."""
 import os
 import sys
 
-from paraview.simple import (Clip, ColorBy, ExtractEdges, GetActiveViewOrCreate, Glyph, Hide, OpenDataFile,
-                             RenameSource, Render, ResetCamera, SaveScreenshot, SaveState, Show, Slice, Threshold)
+from paraview.simple import (Clip, ColorBy, ExtractEdges, GetActiveViewOrCreate, Glyph, Hide,
+                             OpenDataFile, RenameSource, Render, ResetCamera, SaveScreenshot,
+                             SaveState, Show, Slice, Threshold)
 
 
 def spacing(data):
@@ -72,7 +72,8 @@ def show_bake(path, view):
     distance = spacing(baked)
     lit = baked.PointData.GetArray("colour") is not None
     tetrahedra = baked.CellData.GetArray("min_dihedral") is not None
-    flat = any(baked.CellData.GetArray(name) is not None for name in ("min_angle", "length"))  # triangles, segments
+    flat = any(baked.CellData.GetArray(name) is not None
+               for name in ("min_angle", "length"))  # triangles, segments
 
     probes = Glyph(Input=baked, GlyphType="Sphere")
     RenameSource("probes", probes)
@@ -89,7 +90,8 @@ def show_bake(path, view):
     RenameSource("edges", edges)
     in_one_colour(Show(edges, view), [0.7, 0.8, 1.0], 0.25)
     if lit:
-        arrows("gradient of luminance", baked, "luminance_gradient", 0.6 * distance, [0.4, 0.9, 0.6], view)
+        arrows("gradient of luminance", baked, "luminance_gradient", 0.6 * distance,
+               [0.4, 0.9, 0.6], view)
     if lit and tetrahedra:
         level = Slice(Input=baked)
         RenameSource("slice", level)
@@ -114,9 +116,11 @@ def main():
     names = [name for name in names if name not in outputs]
     baked = names[0] if names else os.environ.get("BAKED", os.path.join("out", "baked.vtu"))
     if not os.path.isfile(baked):
-        sys.exit(f"paraview-open: {baked}: no such file: give it as an argument, or in the environment as BAKED")
-    beside = [os.path.splitext(baked)[0] + ".scene.vtp", os.path.join(os.path.dirname(baked), "scene.vtp")]
-    found = names[1:2] or [name for name in [os.environ.get("SCENE", "")] + beside if os.path.isfile(name)]
+        sys.exit(f"paraview-open: {baked}: no such file: give it as an argument, or in the"
+                 " environment as BAKED")
+    scenes = [os.environ.get("SCENE", ""), os.path.splitext(baked)[0] + ".scene.vtp",
+              os.path.join(os.path.dirname(baked), "scene.vtp")]
+    found = names[1:2] or [name for name in scenes if os.path.isfile(name)]
 
     view = GetActiveViewOrCreate("RenderView")
     if found:
