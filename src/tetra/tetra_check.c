@@ -276,11 +276,12 @@ static struct error *check_dent(const struct check *c, const struct seam *e, con
         return NULL;
     if (c->verdict)
         c->verdict->dents++;
-    return is_shallow(corners, p, content)
-               ? NULL
-               : error_new("the hull is not convex at %s %d %s%.0d of cell %d",
-                           corners == 4 ? "the edge of probes" : "probe", e->low,
-                           corners == 4 ? "and " : "", corners == 4 ? e->high : 0, e->cell);
+    if (is_shallow(corners, p, content))
+        return NULL;
+    if (corners == 4)
+        return error_new("the hull is not convex at the edge of probes %d and %d of cell %d",
+                         e->low, e->high, e->cell);
+    return error_new("the hull is not convex at probe %d of cell %d", e->low, e->cell);
 }
 
 static size_t list_seams(const struct check *c, struct seam *seam)
