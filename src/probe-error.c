@@ -7,6 +7,7 @@
 #include "capture/stage.h"
 #include "interpolate/baked.h"
 #include "interpolate/interpolate_options.h"
+#include "math/box.h"
 #include "measure/measure.h"
 #include "measure/report.h"
 #include "measure/truth.h"
@@ -224,35 +225,21 @@ static struct error *check_inputs(const struct arguments *a, const char *input)
                : NULL;
 }
 
-/* The box of the probes. */
-static void probes_box(const struct baked *baked, double box[6])
-{
-    for (size_t k = 0; k < 3; k++) {
-        box[k] = (double)INFINITY;
-        box[3 + k] = -(double)INFINITY;
-        for (size_t i = 0; i < baked->probe_count; i++) {
-            box[k] = fmin(box[k], baked->position[3 * i + k]);
-            box[3 + k] = fmax(box[3 + k], baked->position[3 * i + k]);
-        }
-    }
-}
-
 /* The truth from its file; where there is none yet, traced, and kept. */
 static struct error *get_truth(struct truth *truth, const struct arguments *a,
                                const struct stage *stage, const struct baked *baked,
                                const struct program *program, struct warnings *warnings)
 {
-    double box[6];
     if (a->truth_file && !access(a->truth_file, F_OK))
         return truth_read(truth, a->truth_file, stage, &a->truth);
     if (a->truth_file && errno != ENOENT)
         return error_system(errno, "%s", a->truth_file);
-    probes_box(baked, box);
+    const struct box box = box_of(baked->probe_count, baked->position);
     struct progress *progress = progress_start(a->common.progress && !a->common.quiet,
                                                program->name, "points", truth_size(&a->truth));
     const struct truth_job job = {.stage = stage,
                                   .settings = &a->truth,
-                                  .box = box,
+                                  .box = &box,
                                   .command_line = program->recorded,
                                   .threads = (int)a->common.threads,
                                   .progress = progress,

@@ -1,12 +1,10 @@
-/* The lowest layer: errors gain context, arrays refuse to overflow, random numbers depend on their
- * name alone, loops report the first failure whatever the threads do, options mean what they
- * say. */
+/* The lowest layer: errors gain context, arrays refuse to overflow, loops report the first failure
+ * whatever the threads do, options mean what they say. */
 #include "base/array.h"
 #include "base/error.h"
 #include "base/options.h"
 #include "base/threads.h"
 #include "base/warning.h"
-#include "math/random.h"
 #include "support/tap.h"
 
 #include <errno.h>
@@ -50,39 +48,6 @@ static void test_array(void)
     err = array_create(&a, SIZE_MAX / 2, sizeof *a);
     ok(err && !a, "so it is for a new array");
     error_destroy(err);
-}
-
-static void test_random(void)
-{
-    const double p[3] = {1, -0.0, 3}, q[3] = {1, 0, 3};
-    ok(random_hash_position(p) == random_hash_position(q), "-0 and 0 are one position");
-    struct random a = random_start(1, 2, 3), b = random_start(1, 2, 3), c = random_start(1, 2, 4),
-                  d = random_start(2, 2, 3), e = random_start(1, 3, 3);
-    int same = 0, clash = 0;
-    for (int i = 0; i < 1000; i++) {
-        const uint32_t x = random_u32(&a);
-        same += x == random_u32(&b);
-        clash += (x == random_u32(&c)) + (x == random_u32(&d)) + (x == random_u32(&e));
-    }
-    ok(same == 1000, "one name, one stream");
-    ok(clash <= 1, "another seed, name or index is another stream: %d of 3000 numbers agree",
-       clash);
-
-    /* Mean and variance of a uniform variable: z-scores within 4.5 (7e-6 two-sided). */
-    enum { N = 200000 };
-    double sum = 0, square = 0;
-    bool inside = true;
-    for (uint32_t i = 0; i < N; i++) {
-        struct random r = random_start(9, 8, i);
-        const double x = i % 2 ? random_double(&r) : (double)random_float(&r);
-        inside = inside && x >= 0 && x < 1;
-        sum += x - 0.5;
-        square += (x - 0.5) * (x - 0.5);
-    }
-    const double z_mean = sum / sqrt(N / 12.0), z_variance = (square - N / 12.0) / sqrt(N / 180.0);
-    ok(inside, "uniform numbers lie in [0, 1)");
-    ok(fabs(z_mean) < 4.5, "their mean is 1/2 (z = %.2f)", z_mean);
-    ok(fabs(z_variance) < 4.5, "their variance is 1/12 (z = %.2f)", z_variance);
 }
 
 static struct error *square_or_fail(void *context, size_t i, int thread)
@@ -216,7 +181,6 @@ int main(void)
 {
     test_error();
     test_array();
-    test_random();
     test_threads();
     test_warnings();
     test_options();

@@ -2,6 +2,8 @@
 #include "light/basis.h"
 #include "base/error.h"
 #include "light/content.h"
+#include "math/direction.h"
+#include "math/luminance.h"
 #include "stream/stream.h"
 #include "support/sh_light.h"
 #include "support/tap.h"
@@ -171,9 +173,8 @@ static double left_out(enum basis basis, int order, const float *sh, const float
 {
     double sum = 0;
     for (int i = 0; i < SAMPLES; i++) {
-        const double z = 1 - (2 * i + 1.0) / SAMPLES, s = sqrt(1 - z * z),
-                     phi = i * 2.399963229728653;
-        const double n[3] = {s * cos(phi), s * sin(phi), z};
+        double n[3];
+        vec3_store(n, direction_even(i, SAMPLES));
         double is[3], was[3], by[3];
         basis_irradiance(basis, c, n, is);
         sh_irradiance(order, sh, 0, n, was);
@@ -317,15 +318,12 @@ static void test_table(void)
         for (size_t i = 0; i < ROWS - 1; i++) {
             double mean = 0, one = 0;
             for (int s = 0; s < SAMPLES; s++) {
-                const double z = 1 - (2 * s + 1.0) / SAMPLES, r = sqrt(1 - z * z),
-                             phi = s * 2.399963229728653;
-                const double n[3] = {r * cos(phi), r * sin(phi), z};
-                double is[3], was[3];
+                double n[3], is[3], was[3];
+                vec3_store(n, direction_even(s, SAMPLES));
                 basis_irradiance(basis, c + i * width, n, is);
                 sh_irradiance(3, sh + 27 * i, 0, n, was);
-                const double off = 0.2126 * (is[0] - was[0]) + 0.7152 * (is[1] - was[1]) +
-                                   0.0722 * (is[2] - was[2]);
-                mean += (0.2126 * was[0] + 0.7152 * was[1] + 0.0722 * was[2]) / SAMPLES;
+                const double off = luminance_f64(is) - luminance_f64(was);
+                mean += luminance_f64(was) / SAMPLES;
                 one += off * off / SAMPLES;
                 worst = fmax(worst, fabs(off));
             }

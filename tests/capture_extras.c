@@ -2,6 +2,7 @@
  * spends: error bounds, orders. Against closed forms, and against other captures. */
 #include "libprobe-query/sh.h"
 #include "light/order.h"
+#include "math/luminance.h"
 #include "math/random.h"
 #include "stream/stream.h"
 #include "support/capture_bench.h"
@@ -116,7 +117,7 @@ static void test_point_gradient(void)
     double worst = 0;
     for (int axis = 0; axis < 3; axis++) {
         /* d(r^-2)/dp = 2 way / r^4; L_00 = I Y00 / r^2; L_11 = I 0.4886 way_x / r^3 */
-        const double d00 = 3 * 0.28209479177387814 * 2 * way[axis] / (r2 * r2);
+        const double d00 = 3 * SH_Y00 * 2 * way[axis] / (r2 * r2);
         const double d11 =
             3 * 0.48860251190292 *
             (3 * way[0] * way[axis] / (r2 * r2 * r) - (axis == 0 ? 1 / (r2 * r) : 0));
@@ -250,13 +251,10 @@ static double irradiance_off(const struct capture_probe *p, const struct capture
     double off = 0;
     for (int l = 0, i = 0; l < 3; l++)
         for (; i < (l + 1) * (l + 1); i++) {
-            const double d = 0.2126 * ((double)p->sh[3 * i] - (double)truth->sh[3 * i]) +
-                             0.7152 * ((double)p->sh[3 * i + 1] - (double)truth->sh[3 * i + 1]) +
-                             0.0722 * ((double)p->sh[3 * i + 2] - (double)truth->sh[3 * i + 2]);
+            const double d = luminance_f32(p->sh + 3 * i) - luminance_f32(truth->sh + 3 * i);
             off += sh_cosine(l) * sh_cosine(l) * d * d;
         }
-    const double mean = 0.2126 * (double)truth->sh[0] + 0.7152 * (double)truth->sh[1] +
-                        0.0722 * (double)truth->sh[2];
+    const double mean = luminance_f32(truth->sh);
     return sqrt(off) / (PI * mean);
 }
 

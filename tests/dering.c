@@ -3,6 +3,7 @@
 #include "light/dering.h"
 #include "base/error.h"
 #include "light/content.h"
+#include "math/direction.h"
 #include "stream/stream.h"
 #include "support/sh_light.h"
 #include "support/tap.h"
@@ -143,10 +144,9 @@ static double sampled_minimum(int order, const double *f)
 {
     double least = (double)INFINITY;
     for (int i = 0; i < SAMPLES; i++) {
-        const double z = 1 - (2 * i + 1.0) / SAMPLES, s = sqrt(1 - z * z),
-                     phi = i * 2.399963229728653;
-        double y[SH_COUNT_MAX], sum = 0;
-        sh_basis(order, (const double[3]){s * cos(phi), s * sin(phi), z}, y);
+        double d[3], y[SH_COUNT_MAX], sum = 0;
+        vec3_store(d, direction_even(i, SAMPLES));
+        sh_basis(order, d, y);
         for (int k = 0; k < order * order; k++)
             sum += y[k] * f[k];
         least = fmin(least, sum);
@@ -200,7 +200,7 @@ static double least_of(enum dering_target target, int order, const float *sh)
         for (int l = 0, i = 0; l < order; l++)
             for (; i < (l + 1) * (l + 1); i++)
                 f[i] = (target == DERING_IRRADIANCE ? sh_cosine(l) : 1) * (double)sh[3 * i + k];
-        least = fmin(least, sampled_minimum(order, f) / (f[0] * 0.28209479177387814));
+        least = fmin(least, sampled_minimum(order, f) / (f[0] * SH_Y00));
     }
     return least;
 }

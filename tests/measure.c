@@ -3,6 +3,7 @@
  * say otherwise; seeds are fixed. */
 #include "interpolate/baked.h"
 #include "interpolate/interpolate_kind.h"
+#include "math/affine.h"
 #include "math/random.h"
 #include "measure/bootstrap.h"
 #include "measure/measure.h"
@@ -188,11 +189,8 @@ static struct vec3 placed_corner(const struct scene *scene, size_t instance, siz
                                  size_t corner)
 {
     const struct scene_mesh *mesh = &scene->meshes[scene->instances[instance].mesh];
-    const double *m = scene->instances[instance].transform,
-                 *p = mesh->position + 3 * (size_t)mesh->index[3 * triangle + corner];
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                         m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
+    return affine_point(scene->instances[instance].transform,
+                        mesh->position + 3 * (size_t)mesh->index[3 * triangle + corner]);
 }
 
 static void test_distance(void)

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"
 #include "libprobe-query/volume.h"
+#include "math/box.h"
 #include "math/cell.h"
 #include "math/random.h"
 #include "support/point_sets.h"
@@ -132,15 +133,8 @@ static void point_of(const struct probe_mesh *m, struct random *r, int corners, 
 
 static double size_of(const struct probe_mesh *m)
 {
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
-           size = 0;
-    for (size_t i = 0; i < 3 * m->probes; i++) {
-        low[i % 3] = fmin(low[i % 3], m->position[i]);
-        high[i % 3] = fmax(high[i % 3], m->position[i]);
-    }
-    for (int k = 0; k < 3; k++)
-        size = fmax(size, high[k] - low[k]);
-    return size;
+    const struct box box = box_of(m->probes, m->position);
+    return box_side(&box);
 }
 
 /* How far the blend of the probes' positions is from a point. */

@@ -5,6 +5,7 @@
 #include "image/colour_map.h"
 #include "libprobe-query/sh.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 #include "render/camera.h"
 #include "render/object.h"
 #include "render/overlay.h"
@@ -506,7 +507,7 @@ static void test_lamp(void)
     double share = 0, level = 0;
     for (size_t i = 0; i < 50 * 37; i++) {
         const struct vec3f c = picture_get(&p[0], i % 50, i / 50);
-        level += (double)vec3f_luminance(c);
+        level += (double)luminance_vec3f(c);
         share += sqrt((double)variance[0].rgb[3 * i + 1]) / (double)c.y / (50 * 37);
     }
     ok(share > 0.03 && share < 0.11, "whose standard error is as asked for: %.3f of 0.1", share);

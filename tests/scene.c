@@ -6,7 +6,7 @@
 #include "base/warning.h"
 #include "image/image.h"
 #include "import/import.h"
-#include "math/angle.h"
+#include "math/direction.h"
 #include "stream/stream.h"
 #include "support/files.h"
 #include "support/tap.h"
@@ -24,26 +24,6 @@ static double number(void)
     state ^= state >> 7;
     state ^= state << 17;
     return (double)(state >> 11) / 9007199254740992.0;
-}
-
-/* -- angles ----------------------------------------------------------------------------------- */
-
-static void test_angle(void)
-{
-    double sine = 0, cosine = 0, tangent = 0;
-    for (int i = 0; i < 300000; i++) {
-        const double x = (number() - 0.5) * (i % 2 ? 2e4 : 8);
-        sine = fmax(sine, fabs(angle_sin(x) - sin(x)));
-        cosine = fmax(cosine, fabs(angle_cos(x) - cos(x)));
-        const double a = (number() - 0.5) * (i % 3 ? 1 : 1e-8),
-                     b = (number() - 0.5) * (i % 5 ? 1 : 1e-8);
-        tangent = fmax(tangent, fabs(angle_atan2(a, b) - atan2(a, b)));
-    }
-    ok(sine < 5e-16 && cosine < 5e-16, "sine and cosine agree with libm: %.1e, %.1e", sine, cosine);
-    ok(tangent < 9e-16, "so does the arc tangent: %.1e", tangent);
-    ok(angle_atan2(0, -1) == ANGLE_PI && angle_atan2(0, 1) == 0 && angle_atan2(0, 0) == 0 &&
-           angle_atan2(1, 0) == ANGLE_PI / 2,
-       "the arc tangent is exact on the axes");
 }
 
 static void test_linear(void)
@@ -230,8 +210,8 @@ static void test_sky(void)
        "the picture's ends meet without a seam");
     double mean = 0, rows = 0, weights = 0;
     for (int i = 0; i < 200000; i++) { /* directions even over the sphere */
-        const double y = (i + 0.5) / 100000 - 1, phi = i * 2.39996322972865332, r = sqrt(1 - y * y);
-        const struct vec3f way = {(float)(r * cos(phi)), (float)y, (float)(r * sin(phi))};
+        const struct vec3 d = direction_even(i, 200000);
+        const struct vec3f way = {(float)d.x, (float)d.z, (float)d.y};
         mean += (double)scene_sky_radiance(s, way).y / 200000;
     }
     for (int y = 0; y < H; y++) {
@@ -776,7 +756,6 @@ static void test_solids(void)
 int main(void)
 {
     files_begin();
-    test_angle();
     test_linear();
     test_maps();
     test_materials();

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "image/image.h"
+#include "math/affine.h"
 #include "scene/scene.h"
 #include "support/files.h"
 #include "support/tap.h"
@@ -154,12 +155,9 @@ static void begin_triangle(void)
 /* Vertex `corner` of triangle `t` of an instance, in the scene. */
 static struct vec3 placed(const struct scene *s, size_t instance, size_t t, size_t corner)
 {
-    const double *const m = s->instances[instance].transform;
     const struct scene_mesh *mesh = &s->meshes[s->instances[instance].mesh];
-    const double *const p = mesh->position + 3 * (size_t)mesh->index[3 * t + corner];
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                         m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
+    return affine_point(s->instances[instance].transform,
+                        mesh->position + 3 * (size_t)mesh->index[3 * t + corner]);
 }
 
 static bool is_at(struct vec3 p, double x, double y, double z)

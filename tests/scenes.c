@@ -2,6 +2,7 @@
  * without faces that lie upon each other, and read without a warning. */
 #include "base/error.h"
 #include "base/warning.h"
+#include "math/affine.h"
 #include "scene/scene.h"
 #include "support/tap.h"
 
@@ -11,20 +12,13 @@ struct corners {
     struct vec3 p[3];
 };
 
-static struct vec3 place(const double m[12], const double p[3])
-{
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                         m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
-}
-
 static struct corners triangle(const struct scene *s, size_t instance, size_t t)
 {
     const struct scene_mesh *const mesh = &s->meshes[s->instances[instance].mesh];
     struct corners out;
     for (size_t k = 0; k < 3; k++)
-        out.p[k] = place(s->instances[instance].transform,
-                         mesh->position + 3 * (size_t)mesh->index[3 * t + k]);
+        out.p[k] = affine_point(s->instances[instance].transform,
+                                mesh->position + 3 * (size_t)mesh->index[3 * t + k]);
     return out;
 }
 

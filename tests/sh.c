@@ -1,9 +1,10 @@
 /* Spherical harmonics: the functions are orthonormal and have the signs and constants that the
  * manual states; irradiance is the cosine convolution. */
 #include "libprobe-query/sh.h"
+#include "math/angle.h"
 #include "support/tap.h"
 
-#define PI 3.14159265358979323846
+#define PI ANGLE_PI
 
 /* Integrates by Gauss-Legendre in z (exact for the polynomials here) and equal steps in phi. */
 enum { NZ = 12, NPHI = 32 };

@@ -3,6 +3,7 @@
 
 MODULE_TESTS = \
 	tests/base \
+	tests/math \
 	tests/number \
 	tests/sh \
 	tests/stream \

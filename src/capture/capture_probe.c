@@ -5,6 +5,7 @@
 #include "capture/gradient.h"
 #include "capture/strata.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 #include "scene/scene.h"
 
 #include <stdlib.h>
@@ -246,9 +247,7 @@ static void irradiance_error(const struct work *w, double *mean, double *error)
     double luminance = 0, variance = 0;
     /* of a surface, or of several in the mean */
     for (int i = 0; i < (w->light.order ? 1 : count); i++) {
-        luminance += strata_sum(&w->light, 3, i) +
-                     w->rays * (0.2126 * w->certain[3 * i] + 0.7152 * w->certain[3 * i + 1] +
-                                0.0722 * w->certain[3 * i + 2]);
+        luminance += strata_sum(&w->light, 3, i) + w->rays * luminance_f64(w->certain + 3 * i);
         variance += strata_variance(&w->light, 3, i);
     }
     if (!w->light.order) {

@@ -1,4 +1,5 @@
 #include "capture/strata.h"
+#include "math/luminance.h"
 
 #include <math.h>
 #include <string.h>
@@ -42,7 +43,7 @@ static void set_samples(struct strata_wave *wave, size_t fours, const struct vec
             wave->light[0][to] = (double)l.x;
             wave->light[1][to] = (double)l.y;
             wave->light[2][to] = (double)l.z;
-            wave->light[3][to] = 0.2126 * (double)l.x + 0.7152 * (double)l.y + 0.0722 * (double)l.z;
+            wave->light[3][to] = luminance_f32((const float[3]){l.x, l.y, l.z});
         }
     }
 }

@@ -2,6 +2,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "image/flip.h"
+#include "math/luminance.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -23,7 +24,7 @@ struct error *compare_exposure(const struct picture *picture, double *exposure)
     struct error *err = array_create(&luminance, count, sizeof *luminance);
     for (size_t i = 0; i < count && !err; i++)
         luminance[i] =
-            vec3f_luminance(picture_get(picture, i % picture->width, i / picture->width));
+            luminance_vec3f(picture_get(picture, i % picture->width, i / picture->width));
     if (!err)
         err = display_exposure(count, luminance, exposure);
     free(luminance);

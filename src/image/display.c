@@ -2,15 +2,10 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "image/image.h"
+#include "math/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
-
-static int compare_floats(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
 
 struct error *display_exposure(size_t count, const float *luminance, double *exposure)
 {
@@ -21,7 +16,7 @@ struct error *display_exposure(size_t count, const float *luminance, double *exp
         if (luminance[i] > 0)
             lit[n++] = luminance[i];
     if (n)
-        qsort(lit, n, sizeof *lit, compare_floats);
+        sort_floats(n, lit);
     *exposure = n ? 0.7 / (double)lit[(n - 1) * 95 / 100] : 1;
     free(lit);
     return err;

@@ -1,6 +1,7 @@
 #include "image/image.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "math/luminance.h"
 
 #include <limits.h>
 #include <stb_image.h>
@@ -174,7 +175,7 @@ static struct error *decode_floats(const unsigned char *data, size_t size, enum 
         return error_new("a damaged .hdr picture (%s)", stbi_failure_reason());
     const size_t count = (size_t)width * (size_t)height;
     for (size_t i = 0; use == IMAGE_MASK && i < count; i++)
-        rgb[i] = vec3f_luminance((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
+        rgb[i] = luminance_vec3f((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
     texture->width = (uint32_t)width;
     texture->height = (uint32_t)height;
     texture->channels = use == IMAGE_MASK ? 1 : 3;

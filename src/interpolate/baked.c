@@ -4,6 +4,7 @@
 #include "interpolate/interpolate_kind.h"
 #include "light/content.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -129,9 +130,8 @@ void baked_probe_irradiance(const struct baked *b, size_t probe, const double n[
 
 double baked_brightness(const struct baked *b, int32_t probe)
 {
-    const float *c = b->sh + b->width * (size_t)probe; /* Y00 = sqrt(1 / 4 pi) */
-    const double luminance = 0.2126 * (double)c[0] + 0.7152 * (double)c[1] + 0.0722 * (double)c[2];
-    return fmax(luminance, 0) * (b->convolved ? 1 : sh_cosine(0)) * 0.28209479177387814;
+    const float *c = b->sh + b->width * (size_t)probe;
+    return fmax(luminance_f32(c), 0) * (b->convolved ? 1 : sh_cosine(0)) * SH_Y00;
 }
 
 double baked_noise(const struct baked *b, const struct probe_place *place)
@@ -144,8 +144,7 @@ double baked_noise(const struct baked *b, const struct probe_place *place)
         for (int l = 0; l < b->order && place->weight[k] > 0; l++) {
             const double factor = place->weight[k] * (b->convolved ? 1 : sh_cosine(l));
             for (int i = l * l; i < (l + 1) * (l + 1); i++) {
-                const double e = 0.2126 * (double)error[3 * i] + 0.7152 * (double)error[3 * i + 1] +
-                                 0.0722 * (double)error[3 * i + 2];
+                const double e = luminance_f32(error + 3 * i);
                 sum += factor * factor * e * e;
             }
         }

@@ -1,16 +1,11 @@
 #include "interpolate/nodes.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "math/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
 
 /* The planes along an axis: positions that differ by less than a millionth of the grid's extent are
  * of one. */
@@ -22,7 +17,7 @@ static struct error *find_planes(struct nodes *g, int axis, size_t probes, const
         return err;
     for (size_t i = 0; i < probes; i++)
         at[i] = position[3 * i + (size_t)axis];
-    qsort(at, probes, sizeof *at, compare);
+    sort_doubles(probes, at);
     const double apart = 1e-6 * (at[probes - 1] - at[0]);
     size_t n = 0;
     for (size_t i = 0; i < probes; i++)

@@ -2,9 +2,11 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "libprobe-query/volume_tree.h"
+#include "math/box.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct scatter {
     const double *position;
@@ -30,17 +32,11 @@ static struct error *sort_probes(struct scatter *s)
     uint64_t *key = NULL, *room = NULL;
     uint32_t *order = NULL;
     int32_t *sorted = NULL;
-    double low[3], extent = 0;
-    for (size_t k = 0; k < 3; k++) {
-        double high = -INFINITY;
-        low[k] = INFINITY;
-        for (size_t i = 0; i < n; i++) {
-            low[k] = fmin(low[k], s->position[3 * (size_t)s->probe[i] + k]);
-            high = fmax(high, s->position[3 * (size_t)s->probe[i] + k]);
-        }
-        extent = fmax(extent, high - low[k]);
-        s->origin[k] = low[k];
-    }
+    struct box box = box_empty();
+    for (size_t i = 0; i < n; i++)
+        box_add(&box, s->position + 3 * (size_t)s->probe[i]);
+    const double extent = box_side(&box);
+    memcpy(s->origin, box.low, sizeof s->origin);
     struct error *err = array_create(&key, n, sizeof *key);
     if (!err)
         err = array_create(&room, 3 * n, sizeof *room);
@@ -51,7 +47,7 @@ static struct error *sort_probes(struct scatter *s)
     for (size_t i = 0; i < n && !err; i++) {
         uint32_t x[3];
         for (size_t k = 0; k < 3; k++)
-            x[k] = extent > 0 ? (uint32_t)((s->position[3 * (size_t)s->probe[i] + k] - low[k]) /
+            x[k] = extent > 0 ? (uint32_t)((s->position[3 * (size_t)s->probe[i] + k] - box.low[k]) /
                                            extent * 2097151)
                               : 0;
         key[i] = volume_morton(x, 21);

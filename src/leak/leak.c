@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "math/cubes.h"
+#include "math/sort.h"
 #include "math/vec.h"
 #include "trace/trace.h"
 
@@ -64,12 +65,6 @@ static bool same_edge(const struct edge *a, const struct edge *b)
     return a->low == b->low && a->high == b->high;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 struct error *leak_settings_for(struct leak_settings *settings, const struct leak_mesh *mesh)
 {
     const double *position = mesh->position;
@@ -86,7 +81,7 @@ struct error *leak_settings_for(struct leak_settings *settings, const struct lea
                                                vec3_load(position + 3 * (size_t)edges[i].low)));
     }
     if (!err)
-        qsort(length, count, sizeof *length, compare_doubles);
+        sort_doubles(count, length);
     const double median = err || !count ? 0 : length[count / 2];
     *settings = (struct leak_settings){.graze = 0.1,
                                        .margin = 0.1,

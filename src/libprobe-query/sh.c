@@ -14,9 +14,12 @@
  * K_lm sqrt2 taken in, it starts as first[m] and goes on as p_l = rise[m][l] z p_(l-1) - fall[m][l]
  * p_(l-2), where rise = sqrt((4 l^2 - 1) / (l^2 - m^2)) and fall = rise sqrt(((l - 1)^2
  * - m^2) / (4 (l - 1)^2 - 1)). */
-static const double first[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292,
-                                           0.5462742152960396,  0.5900435899266436,
-                                           0.6258357354491763,  0.6563820568401701};
+static const double first[SH_ORDER_MAX] = {SH_Y00,
+                                           0.48860251190292,
+                                           0.5462742152960396,
+                                           0.5900435899266436,
+                                           0.6258357354491763,
+                                           0.6563820568401701};
 static const double rise[SH_ORDER_MAX][SH_ORDER_MAX] = {
     {0, 1.7320508075688772, 1.9364916731037085, 1.9720265943665387, 1.984313483298443,
      1.98997487421324},

@@ -27,6 +27,9 @@ void sh_basis_wave(int order, const float (*direction)[3], double (*y)[SH_WAVE])
  * 2001, eq. 7). */
 double sh_cosine(int l);
 
+/* Y_00, which is the same in all directions: sqrt(1 / 4 pi). */
+#define SH_Y00 0.28209479177387814
+
 /* Adds radiance `rgb` times `weight` (solid angle, sr) from the direction whose basis is y: c +=
  * weight * rgb * y. */
 void sh_project(int order, const double *y, const double rgb[3], double weight, double *c);

@@ -9,6 +9,7 @@
 #include "base/threads.h"
 #include "libprobe-query/sh.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 #include "math/vec.h"
 #include "stream/stream.h"
 
@@ -434,18 +435,13 @@ struct comparison {
     double area, square, worst;
 };
 
-static double luminance(const double rgb[3])
-{
-    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-}
-
 static void compare(void *context, const double n[3], double weight)
 {
     struct comparison *c = context;
     double is[3], was[3];
     basis_irradiance(c->job->fit->basis, c->value, n, is);
     sh_irradiance(c->job->fit->order, c->sh, c->job->convolved, n, was);
-    const double off = fabs(luminance(is) - luminance(was));
+    const double off = fabs(luminance_f64(is) - luminance_f64(was));
     c->area += weight;
     c->square += weight * off * off;
     c->worst = fmax(c->worst, off);
@@ -453,8 +449,7 @@ static void compare(void *context, const double n[3], double weight)
 
 static struct probe_error error_of(const struct job *job, const float *sh, const float *value)
 {
-    const double first[3] = {(double)sh[0], (double)sh[1], (double)sh[2]};
-    const double mean = luminance(first) * 0.28209479177387814 * (job->convolved ? 1 : ANGLE_PI);
+    const double mean = luminance_f32(sh) * SH_Y00 * (job->convolved ? 1 : ANGLE_PI);
     if (!(mean > 0))
         return (struct probe_error){.square = -1};
     struct comparison c = {.job = job, .sh = sh, .value = value};

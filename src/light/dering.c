@@ -78,9 +78,12 @@ static double band_bend(int l)
 {
     static const double root[SH_ORDER_MAX] = {
         0, 1, 3.4641016151377544, 7.14142842854285, 12.041594578792296, 18.16590212458495};
-    static const double norm[SH_ORDER_MAX] = {0.28209479177387814, 0.48860251190292,
-                                              0.6307831305050401,  0.7463526651802308,
-                                              0.8462843753216345,  0.9356025796273889};
+    static const double norm[SH_ORDER_MAX] = {SH_Y00,
+                                              0.48860251190292,
+                                              0.6307831305050401,
+                                              0.7463526651802308,
+                                              0.8462843753216345,
+                                              0.9356025796273889};
     return root[l] * norm[l];
 }
 
@@ -161,7 +164,7 @@ static void make_channels(struct channels *c, enum dering_target target, int ord
                 most = fmax(most, fabs(f[i]));
             }
         }
-        const double mean = f[0] * 0.28209479177387814;
+        const double mean = f[0] * SH_Y00;
         if (!(most > 0))
             continue;
         if (!(mean > 0)) {

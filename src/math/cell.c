@@ -21,3 +21,13 @@ void cell_dihedral(const double p[4][3], double angle[6])
         }
     }
 }
+
+void cell_corner_angles(const double p[3][3], double angle[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const struct vec3 at = vec3_load(p[i]);
+        const struct vec3 a = vec3_sub(vec3_load(p[(i + 1) % 3]), at),
+                          b = vec3_sub(vec3_load(p[(i + 2) % 3]), at);
+        angle[i] = angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) * (180 / ANGLE_PI);
+    }
+}

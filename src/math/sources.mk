@@ -1,8 +1,14 @@
-# vectors, angles, powers, random numbers, cells, cubes of space: the same bits on every machine
+# vectors, affine maps, boxes, directions, luminance, angles, powers, random numbers, sorting, cells,
+# cubes of space: the same bits on every machine
 math_sources = \
+	%D%/affine.h \
 	%D%/angle.c %D%/angle.h \
+	%D%/box.h \
 	%D%/cell.c %D%/cell.h \
 	%D%/cubes.c %D%/cubes.h \
+	%D%/direction.h \
+	%D%/luminance.h \
 	%D%/power.c %D%/power.h \
 	%D%/random.c %D%/random.h \
+	%D%/sort.c %D%/sort.h \
 	%D%/vec.h

@@ -116,10 +116,5 @@ static inline float vec3f_most(struct vec3f c)
 {
     return float_most(c.x, float_most(c.y, c.z));
 }
-/* Rec. 709 luminance of linear RGB. */
-static inline float vec3f_luminance(struct vec3f c)
-{
-    return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
-}
 
 #endif

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "math/random.h"
+#include "math/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -29,19 +30,13 @@ static struct error *draw_set(void *context, size_t index, int thread)
     return NULL;
 }
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 /* The middle 95 % of one figure's values. */
 static void set_interval(const struct sets *sets, int figure, double *value,
                          struct estimate *estimate)
 {
     for (size_t i = 0; i < BOOTSTRAP_SETS; i++)
         value[i] = sets->figure[(size_t)sets->job->figures * i + (size_t)figure];
-    qsort(value, BOOTSTRAP_SETS, sizeof *value, compare);
+    sort_doubles(BOOTSTRAP_SETS, value);
     estimate->low = value[BOOTSTRAP_SETS / 40];
     estimate->high = value[BOOTSTRAP_SETS - 1 - BOOTSTRAP_SETS / 40];
 }

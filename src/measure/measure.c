@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "interpolate/baked.h"
+#include "math/sort.h"
 #include "math/vec.h"
 #include "measure/sphere.h"
 #include "measure/truth.h"
@@ -328,12 +329,6 @@ static bool belongs(const struct job *job, const struct point *p, enum which whi
     }
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
 /* Distances from the nearest surface that cut the points into quarters; false: there is no
  * surface. */
 static struct error *find_quarters(const struct job *job, double quarter[5], bool *there)
@@ -348,7 +343,7 @@ static struct error *find_quarters(const struct job *job, double quarter[5], boo
         known += isnan(distance[i]) ? 0 : 1;
     }
     if (!err && known == n) {
-        qsort(distance, n, sizeof *distance, compare_doubles);
+        sort_doubles(n, distance);
         for (size_t k = 0; k < 5; k++)
             quarter[k] = distance[k < 4 ? k * n / 4 : n - 1];
         *there = true;

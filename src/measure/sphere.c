@@ -1,5 +1,6 @@
 #include "measure/sphere.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 
 /* Corners of the icosahedron: (0, +-1, +-p) / sqrt(1 + p^2), p the golden ratio, and what turns
  * into them; of the dodecahedron: (+-1, +-1, +-1) / sqrt 3, (0, +-p, +-1/p) / sqrt 3. */
@@ -71,5 +72,5 @@ double sphere_mean(const double *value)
 void sphere_luminance(const double *rgb, double *luminance)
 {
     for (int d = 0; d < SPHERE_COUNT; d++)
-        luminance[d] = 0.2126 * rgb[3 * d] + 0.7152 * rgb[3 * d + 1] + 0.0722 * rgb[3 * d + 2];
+        luminance[d] = luminance_f64(rgb + 3 * d);
 }

@@ -6,6 +6,7 @@
 #include "base/threads.h"
 #include "base/warning.h"
 #include "math/angle.h"
+#include "math/box.h"
 #include "math/random.h"
 #include "math/vec.h"
 #include "place/place.h"
@@ -127,18 +128,19 @@ static struct error *check_described(const struct stream_header *is,
 /* -- where ------------------------------------------------------------------------------------ */
 
 static void choose_bounds(const struct truth_settings *s, const struct scene *scene,
-                          const double box[6], double bounds[6])
+                          const struct box *box, double bounds[6])
 {
-    const double low[3] = {scene->box_min.x, scene->box_min.y, scene->box_min.z};
-    const double high[3] = {scene->box_max.x, scene->box_max.y, scene->box_max.z};
-    double most = 0;
-    for (int k = 0; k < 3; k++)
-        most = fmax(most, high[k] - low[k]);
+    const struct box own = {{scene->box_min.x, scene->box_min.y, scene->box_min.z},
+                            {scene->box_max.x, scene->box_max.y, scene->box_max.z}};
+    const double most = box_side(&own);
     bool solid = most > 0 && most < (double)INFINITY;
     for (int k = 0; k < 3; k++)
-        solid = solid && high[k] - low[k] > 1e-3 * most;
-    for (int k = 0; k < 6; k++) /* a floor, or nothing at all, has no space of its own */
-        bounds[k] = s->bounds_given ? s->bounds[k] : !solid ? box[k] : k < 3 ? low[k] : high[k - 3];
+        solid = solid && own.high[k] - own.low[k] > 1e-3 * most;
+    const struct box *from = solid ? &own : box; /* a floor, or nothing, has no space of its own */
+    for (int k = 0; k < 3; k++) {
+        bounds[k] = s->bounds_given ? s->bounds[k] : from->low[k];
+        bounds[3 + k] = s->bounds_given ? s->bounds[3 + k] : from->high[k];
+    }
 }
 
 /* Where points and paths are taken. */

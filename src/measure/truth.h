@@ -29,6 +29,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct box;
 struct error;
 struct progress;
 struct stream;
@@ -70,7 +71,7 @@ struct truth {
 struct truth_job {
     const struct stage *stage;
     const struct truth_settings *settings;
-    const double *box;        /* 6: of the probes, for scenes whose own has no volume */
+    const struct box *box;    /* of the probes, for scenes whose own has no volume */
     const char *command_line; /* as recorded */
     int threads;
     struct progress *progress; /* may be NULL */

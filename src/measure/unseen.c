@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "interpolate/baked.h"
+#include "math/luminance.h"
 #include "math/random.h"
 #include "math/vec.h"
 #include "measure/report.h"
@@ -23,8 +24,7 @@ static void add_probe(const struct baked *baked, int32_t probe, double factor, d
 {
     const float *c = baked->sh + baked->width * (size_t)probe;
     for (int i = 0; i < baked->order * baked->order; i++)
-        luminance[i] += factor * (0.2126 * (double)c[3 * i] + 0.7152 * (double)c[3 * i + 1] +
-                                  0.0722 * (double)c[3 * i + 2]);
+        luminance[i] += factor * luminance_f32(c + 3 * i);
 }
 
 void unseen_at(const struct tracer *tracer, const struct baked *baked,

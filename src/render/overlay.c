@@ -5,7 +5,9 @@
 #include "interpolate/baked.h"
 #include "interpolate/cells_volume.h"
 #include "math/angle.h"
+#include "math/box.h"
 #include "math/power.h"
+#include "math/sort.h"
 #include "scene/scene.h"
 #include "stream/stream.h"
 
@@ -47,13 +49,13 @@ struct drawing {
 
 /* -- which tiles ------------------------------------------------------------------------------ */
 
-struct box {
+struct rectangle {
     double left, top, right, bottom; /* pixels */
 };
 
-static struct box everywhere(const struct camera *c)
+static struct rectangle everywhere(const struct camera *c)
 {
-    return (struct box){0, 0, (double)c->width, (double)c->height};
+    return (struct rectangle){0, 0, (double)c->width, (double)c->height};
 }
 
 /* Extremes of a / z over a in [a0, a1] and z in [z0, z1], z0 > 0. */
@@ -64,25 +66,26 @@ static void quotient_range(double a0, double a1, double z0, double z1, double *l
 }
 
 /* Around a sphere; false: it is not in the picture. */
-static bool sphere_box(const struct camera *c, struct vec3 centre, double radius, struct box *box)
+static bool sphere_rectangle(const struct camera *c, struct vec3 centre, double radius,
+                             struct rectangle *rectangle)
 {
     const struct vec3 way = vec3_sub(centre, c->eye);
     const double x = vec3_dot(way, c->right), y = -vec3_dot(way, c->up),
                  z = vec3_dot(way, c->forward);
-    *box = everywhere(c);
+    *rectangle = everywhere(c);
     if (z + radius <= 0)
         return false;
     if (z - radius <= radius / 16)
         return true;
     double low, high;
     quotient_range(x - radius, x + radius, z - radius, z + radius, &low, &high);
-    box->left = (low / c->half_width + 1) / 2 * (double)c->width;
-    box->right = (high / c->half_width + 1) / 2 * (double)c->width;
+    rectangle->left = (low / c->half_width + 1) / 2 * (double)c->width;
+    rectangle->right = (high / c->half_width + 1) / 2 * (double)c->width;
     quotient_range(y - radius, y + radius, z - radius, z + radius, &low, &high);
-    box->top = (low / c->half_height + 1) / 2 * (double)c->height;
-    box->bottom = (high / c->half_height + 1) / 2 * (double)c->height;
-    return box->right > 0 && box->left < (double)c->width && box->bottom > 0 &&
-           box->top < (double)c->height;
+    rectangle->top = (low / c->half_height + 1) / 2 * (double)c->height;
+    rectangle->bottom = (high / c->half_height + 1) / 2 * (double)c->height;
+    return rectangle->right > 0 && rectangle->left < (double)c->width && rectangle->bottom > 0 &&
+           rectangle->top < (double)c->height;
 }
 
 /* Cuts a line to the picture, with a margin (Liang and Barsky 1984); false: nothing is left. */
@@ -131,14 +134,14 @@ static size_t tile_of(double pixel, size_t count)
 
 /* Calls once for each tile that item i may touch: counts them, or where bins->item is there puts i
  * into them. */
-static void touch(const struct drawing *d, struct bins *bins, uint32_t i, const struct box *box,
-                  const struct line *line)
+static void touch(const struct drawing *d, struct bins *bins, uint32_t i,
+                  const struct rectangle *rectangle, const struct line *line)
 {
     const size_t down = d->tiles / d->across;
     const double reach = TILE * 0.70710678118654752 + line_width;
-    for (size_t row = tile_of(box->top, down); row <= tile_of(box->bottom, down); row++)
-        for (size_t column = tile_of(box->left, d->across);
-             column <= tile_of(box->right, d->across); column++) {
+    for (size_t row = tile_of(rectangle->top, down); row <= tile_of(rectangle->bottom, down); row++)
+        for (size_t column = tile_of(rectangle->left, d->across);
+             column <= tile_of(rectangle->right, d->across); column++) {
             double at;
             const double x = ((double)column + 0.5) * TILE, y = ((double)row + 0.5) * TILE;
             if (line && line_square(line, x, y, &at) > reach * reach)
@@ -156,15 +159,15 @@ static void touch_all(const struct drawing *d, struct bins *bins, bool lines)
     const double radius = d->radius;
     for (size_t i = 0; lines && i < d->line_count; i++) {
         const struct line *l = &d->lines[i];
-        const struct box box = {
+        const struct rectangle rectangle = {
             fmin(l->x[0], l->x[1]) - line_width, fmin(l->y[0], l->y[1]) - line_width,
             fmax(l->x[0], l->x[1]) + line_width, fmax(l->y[0], l->y[1]) + line_width};
-        touch(d, bins, (uint32_t)i, &box, l);
+        touch(d, bins, (uint32_t)i, &rectangle, l);
     }
-    struct box box;
+    struct rectangle rectangle;
     for (size_t i = 0; !lines && radius > 0 && i < d->probes; i++)
-        if (sphere_box(d->render->camera, vec3_load(d->position + 3 * i), radius, &box))
-            touch(d, bins, (uint32_t)i, &box, NULL);
+        if (sphere_rectangle(d->render->camera, vec3_load(d->position + 3 * i), radius, &rectangle))
+            touch(d, bins, (uint32_t)i, &rectangle, NULL);
 }
 
 /* Two passes: counts become starts, and each item that is put in moves its tile's start on, to the
@@ -410,12 +413,6 @@ void overlay_clear(struct overlay *overlay)
     picture_clear(&overlay->share);
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 struct error *overlay_spacing(const struct stream *stream, double *spacing)
 {
     const struct table *probes = stream_table(stream, "probe");
@@ -434,18 +431,13 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing)
         length[i] = vec3_length(vec3_sub(vec3_load(p + 3 * (edge[i] >> 32)),
                                          vec3_load(p + 3 * (edge[i] & UINT32_MAX))));
     if (count && !err) {
-        qsort(length, count, sizeof *length, compare_doubles);
+        sort_doubles(count, length);
         *spacing = length[count / 2];
     } else if (!err) {
+        const struct box box = box_of(probes->rows, p);
         double volume = 1;
-        for (size_t k = 0; k < 3; k++) {
-            double low = p[k], high = p[k];
-            for (size_t i = 0; i < probes->rows; i++) {
-                low = fmin(low, p[3 * i + k]);
-                high = fmax(high, p[3 * i + k]);
-            }
-            volume *= high - low;
-        }
+        for (int k = 0; k < 3; k++)
+            volume *= box.high[k] - box.low[k];
         *spacing = power_of(volume / (double)probes->rows, 1.0 / 3);
     }
     free(edge);

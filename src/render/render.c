@@ -9,6 +9,7 @@
 #include "base/progress.h"
 #include "base/threads.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 #include "scene/scene.h"
 
 #include <math.h>
@@ -140,7 +141,7 @@ static void end_wave(struct tile *tile, struct wave *w)
     for (size_t i = 0; i < w->count; i++) {
         struct pixel *p = w->pixel[i];
         const double rgb[3] = {(double)light[i].x, (double)light[i].y, (double)light[i].z},
-                     luminance = (double)vec3f_luminance(light[i]);
+                     luminance = (double)luminance_vec3f(light[i]);
         for (int k = 0; k < 3; k++) {
             p->sum[k] += rgb[k];
             p->square[k] += rgb[k] * rgb[k];
@@ -193,11 +194,6 @@ static double variance_of_mean(double sum, double square, int n)
     return n > 1 ? fmax(square - sum * sum / n, 0) / n / (n - 1) : 0;
 }
 
-static double luminance_sum(const struct pixel *p)
-{
-    return 0.2126 * p->sum[0] + 0.7152 * p->sum[1] + 0.0722 * p->sum[2];
-}
-
 /* Decides which pixels of a tile need more. The variance is a mean over neighbours, since a pixel
  * alone that has not met the bright thing that others met would think that it was done. */
 static bool want_more(const struct render *r, struct pixel *pixel, size_t width, size_t height)
@@ -205,9 +201,9 @@ static bool want_more(const struct render *r, struct pixel *pixel, size_t width,
     double variance[PIXELS], mean = 0;
     bool any = false;
     for (size_t i = 0; i < width * height; i++) {
-        variance[i] =
-            variance_of_mean(luminance_sum(&pixel[i]), pixel[i].luminance_square, pixel[i].samples);
-        mean += luminance_sum(&pixel[i]) / pixel[i].samples / (double)(width * height);
+        variance[i] = variance_of_mean(luminance_f64(pixel[i].sum), pixel[i].luminance_square,
+                                       pixel[i].samples);
+        mean += luminance_f64(pixel[i].sum) / pixel[i].samples / (double)(width * height);
     }
     for (size_t i = 0; i < width * height; i++) {
         const size_t x = i % width, y = i / width;
@@ -217,7 +213,7 @@ static bool want_more(const struct render *r, struct pixel *pixel, size_t width,
             for (size_t column = x ? x - 1 : 0; column <= x + 1 && column < width;
                  column++, count++)
                 around += variance[row * width + column];
-        const double level = fmax(luminance_sum(&pixel[i]) / pixel[i].samples, 0.1 * mean);
+        const double level = fmax(luminance_f64(pixel[i].sum) / pixel[i].samples, 0.1 * mean);
         pixel[i].wanted = sqrt(around / count) > r->error * level &&
                           pixel[i].samples + r->samples <= r->samples_most;
         any = any || pixel[i].wanted;

@@ -4,6 +4,7 @@
 #include "image/annotate.h"
 #include "image/cielab.h"
 #include "image/colour_map.h"
+#include "math/sort.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -66,12 +67,6 @@ static struct error *show(struct shot *shot, struct picture *linear, const struc
 
 /* -- differences ------------------------------------------------------------------------------ */
 
-static int compare_floats(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 /* 1, 2 or 5 times a power of ten, at least x. */
 static double round_up(double x)
 {
@@ -91,7 +86,7 @@ static struct error *choose_scale(const float *difference, size_t count, double 
         return err;
     for (size_t i = 0; i < count; i++)
         size[i] = fabsf(difference[i]);
-    qsort(size, count, sizeof *size, compare_floats);
+    sort_floats(count, size);
     const float most = size[(count - 1) * 99 / 100];
     *scale = most > 0 ? round_up((double)most) : 1;
     free(size);

@@ -2,6 +2,8 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "math/angle.h"
+#include "math/direction.h"
+#include "math/luminance.h"
 #include "render/camera.h"
 #include "scene/scene.h"
 
@@ -51,11 +53,11 @@ static struct trace_hit look(const struct choice *c, struct vec3 from, struct ve
     return trace_nearest(c->tracer, origin, d, (double)INFINITY);
 }
 
-/* The i-th of `count` directions spread evenly over the sphere (spherical Fibonacci). */
+/* The i-th of `count` directions, from above down. */
 static struct vec3 spread(int i, int count)
 {
-    const double z = 1 - (2 * i + 1.0) / count, r = sqrt(1 - z * z), turn = i * 2.39996322972865332;
-    return (struct vec3){r * angle_cos(turn), z, r * angle_sin(turn)};
+    const struct vec3 d = direction_even(i, count);
+    return (struct vec3){d.x, d.z, d.y};
 }
 
 /* Whether what surrounds a place shows it its front. */
@@ -204,7 +206,7 @@ static struct error *look_around(const struct choice *c, struct candidate *final
         for (size_t i = 0; i < FAN; i++) {
             const struct path_sample *s = &sample[i];
             finalist->light[FAN * row + i] =
-                (double)vec3f_luminance(vec3f_add(s->straight, s->scattered));
+                (double)luminance_vec3f(vec3f_add(s->straight, s->scattered));
             sum += !s->hit    ? 0.4
                    : s->front ? fmin((double)s->distance / c->tracer->scale / c->spacing, 1)
                               : -1;

@@ -1,6 +1,8 @@
 /* What makes a legal scene of what an importer read: triangles with an area, numbers in range, the
  * user's settings. */
 #include "import/import.h"
+#include "math/affine.h"
+#include "math/box.h"
 
 #include <float.h>
 #include <math.h>
@@ -8,13 +10,6 @@
 #include <string.h>
 
 /* -- geometry --------------------------------------------------------------------------------- */
-
-static struct vec3 transform_point(const double m[12], const double p[3])
-{
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                         m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
-}
 
 static bool all_finite(const double *x, size_t count)
 {
@@ -152,7 +147,7 @@ static struct error *instance_flatten(struct scene *scene, size_t number)
         return err;
     }
     for (size_t v = 0; v < mesh.vertex_count; v++)
-        vec3_store(&mesh.position[3 * v], transform_point(matrix, &from->position[3 * v]));
+        vec3_store(&mesh.position[3 * v], affine_point(matrix, &from->position[3 * v]));
     memcpy(mesh.index, from->index, 3 * mesh.triangle_count * sizeof *mesh.index);
     memcpy(mesh.material, from->material, mesh.triangle_count * sizeof *mesh.material);
     if (mesh.uv)
@@ -218,24 +213,20 @@ static struct error *drop_unused(struct scene *scene)
 
 static struct error *find_box(struct scene *scene)
 {
-    double low[3] = {(double)INFINITY, (double)INFINITY, (double)INFINITY},
-           high[3] = {-low[0], -low[1], -low[2]};
+    struct box box = box_empty();
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct scene_instance *instance = &scene->instances[i];
         const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
         for (size_t v = 0; v < mesh->vertex_count; v++) {
             double p[3];
-            vec3_store(p, transform_point(instance->transform, &mesh->position[3 * v]));
+            vec3_store(p, affine_point(instance->transform, &mesh->position[3 * v]));
             if (!all_finite(p, 3))
                 return error_new("instance %zu places a vertex beyond the range of numbers", i);
-            for (int axis = 0; axis < 3; axis++) {
-                low[axis] = fmin(low[axis], p[axis]);
-                high[axis] = fmax(high[axis], p[axis]);
-            }
+            box_add(&box, p);
         }
     }
-    scene->box_min = vec3_load(low);
-    scene->box_max = vec3_load(high);
+    scene->box_min = vec3_load(box.low);
+    scene->box_max = vec3_load(box.high);
     return NULL;
 }
 

@@ -1,8 +1,8 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "libprobe-query/lattice.h"
-#include "math/angle.h"
 #include "math/cell.h"
+#include "math/sort.h"
 #include "math/vec.h"
 #include "tetra/tetra.h"
 
@@ -33,20 +33,12 @@ static void angles(int corners, const struct vec3 p[4], double *least, double *m
         vec3_store(corner[i], p[i]);
     if (corners == 4)
         cell_dihedral((const double(*)[3])corner, angle);
-    for (int i = 0; i < 3 && corners == 3; i++) {
-        const struct vec3 a = vec3_sub(p[(i + 1) % 3], p[i]), b = vec3_sub(p[(i + 2) % 3], p[i]);
-        angle[i] = angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) * (180 / ANGLE_PI);
-    }
+    if (corners == 3)
+        cell_corner_angles((const double(*)[3])corner, angle);
     for (int i = 0; i < count; i++) {
         *least = fmin(*least, angle[i]);
         *most = fmax(*most, angle[i]);
     }
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
 }
 
 /* A hull facet's share of the volume inside: its cone from a reference point, signed. Of triangles,
@@ -117,7 +109,7 @@ struct error *tetra_measure(const struct tetra *t, size_t count, const double *p
         report->unused_points += !seen[i];
         report->merged_points += t->merged && t->merged[i] >= 0;
     }
-    qsort(volume, t->cell_count, sizeof *volume, compare_doubles);
+    sort_doubles(t->cell_count, volume);
     report->volume_least = volume[0];
     report->volume_median = volume[t->cell_count / 2];
     report->volume_most = volume[t->cell_count - 1];

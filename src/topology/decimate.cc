@@ -64,7 +64,7 @@ struct part {
 
 void part_add(part &p, const struct scene_mesh &mesh, const double *m)
 {
-    const bool turned = surface_turns(m);
+    const bool turned = affine_mirrors(m);
     surface_add(p.s, mesh, m);
     p.material.insert(p.material.end(), mesh.material, mesh.material + mesh.triangle_count);
     p.has_uv = p.has_uv || mesh.uv;

@@ -168,7 +168,7 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
             alone[mesh] = find_pieces(one);
         }
         const uint32_t base =
-            g.append(alone[mesh], std::fabs(surface_determinant(scene->instances[i].transform)));
+            g.append(alone[mesh], std::fabs(affine_determinant(scene->instances[i].transform)));
         for (size_t t = 0; t < triangles; t++)
             g.piece_of[offset[i] + t] = base + alone[mesh].of[t];
     }

@@ -45,26 +45,13 @@ void surface_join(const surface &s, const std::vector<uint32_t> &place, corner_s
     join_edges(welded, sets, joined);
 }
 
-double surface_determinant(const double *m)
-{
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-           m[2] * (m[4] * m[9] - m[5] * m[8]);
-}
-
-bool surface_turns(const double *m)
-{
-    return surface_determinant(m) < 0;
-}
-
 void surface_add(surface &s, const struct scene_mesh &mesh, const double *m)
 {
     const uint32_t base = (uint32_t)s.vertices.size();
-    const bool turned = surface_turns(m);
+    const bool turned = affine_mirrors(m);
     for (size_t v = 0; v < mesh.vertex_count; v++) {
-        const double *p = mesh.position + 3 * v;
-        s.vertices.push_back({m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3] + 0.0,
-                              m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7] + 0.0,
-                              m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11] + 0.0});
+        const struct vec3 p = affine_point(m, mesh.position + 3 * v);
+        s.vertices.push_back({p.x + 0.0, p.y + 0.0, p.z + 0.0});
     }
     for (size_t t = 0; t < mesh.triangle_count; t++) {
         const uint32_t *i = mesh.index + 3 * t;

@@ -15,6 +15,7 @@
 #define SURFACE_H
 
 #include "import/import.h"
+#include "math/affine.h"
 
 #include <OpenMesh/Core/System/omstream.hh>
 
@@ -98,12 +99,6 @@ std::vector<surface_edge> surface_edges(const std::vector<uint32_t> &vertex, con
 /* Adds a mesh, placed by m. Zeros lose their sign, so that they weld; a mirrored mesh keeps its
  * front: its triangles' last two corners change places. */
 void surface_add(surface &s, const struct scene_mesh &mesh, const double *m);
-
-/* Whether m mirrors. */
-bool surface_turns(const double *m);
-
-/* The scale of volumes under m, negative where it mirrors. */
-double surface_determinant(const double *m);
 
 /* Vertices that stand in the same place get the same number: that of one of them. */
 std::vector<uint32_t> surface_weld(const surface &s);

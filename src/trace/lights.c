@@ -1,6 +1,7 @@
 #include "trace/lights.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "math/luminance.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -133,7 +134,7 @@ static float emission(const struct tracer *t, uint32_t instance, uint32_t triang
     if (!scene_emits(m))
         return 0;
     if (m->emission_map.texture == SCENE_NONE)
-        return vec3f_luminance(m->emission);
+        return luminance_vec3f(m->emission);
     float sum = 0;
     int points = 0;
     for (int i = 0; i < STEPS; i++) {
@@ -141,12 +142,12 @@ static float emission(const struct tracer *t, uint32_t instance, uint32_t triang
             struct trace_point p;
             trace_point_at(t, instance, triangle, ((float)i + 1.0f / 3) / STEPS,
                            ((float)j + 1.0f / 3) / STEPS, &p);
-            sum += vec3f_luminance(scene_emission(t->scene, m, p.u, p.v));
+            sum += luminance_vec3f(scene_emission(t->scene, m, p.u, p.v));
         }
     }
     /* A picture may shine between the points: a share of what it could give keeps every triangle in
      * the draw. */
-    return 0.95f * sum / (float)points + 0.05f * vec3f_luminance(m->emission);
+    return 0.95f * sum / (float)points + 0.05f * luminance_vec3f(m->emission);
 }
 
 static struct error *add_light(struct lights *lights, size_t *capacity, struct light light)
@@ -199,7 +200,7 @@ static struct error *add_punctual(struct lights *lights, const struct tracer *t,
                      (struct light){.instance = PUNCTUAL,
                                     .triangle = index,
                                     .corner = trace_to_local(t, position),
-                                    .strength = vec3f_luminance(intensity)});
+                                    .strength = luminance_vec3f(intensity)});
 }
 
 static struct error *add_leaves(struct lights *lights, const struct tracer *t)

@@ -14,8 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PI 3.14159265f
-
 struct path_sun {
     struct vec3f to_light, irradiance;
 };
@@ -134,10 +132,10 @@ struct questions {
 /* Density per solid angle of a receiver's own directions, by the cosine; of a point. */
 static inline float cosine_density(float cosine)
 {
-    return float_most(cosine, 0) / PI;
+    return float_most(cosine, 0) / (float)ANGLE_PI;
 }
 
-static const float sphere_density = 1 / (4 * PI);
+static const float sphere_density = 1 / (4 * (float)ANGLE_PI);
 
 /* Per solid angle from distance: per area times d^2 / cos. */
 static inline float solid_density(float area_density, float distance, float cosine)

@@ -2,6 +2,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "math/angle.h"
+#include "math/luminance.h"
 
 #include <stdlib.h>
 
@@ -37,10 +38,12 @@ static struct error *picture_luminance(const struct scene *scene, double **lumin
     const size_t count = (size_t)picture->width * picture->height;
     struct error *err = array_create(luminance, count, sizeof **luminance);
     const float *texel = picture->texels;
+    const double *scale = scene->sky.radiance;
+    const struct vec3 weight = {LUMINANCE_RED * scale[0], LUMINANCE_GREEN * scale[1],
+                                LUMINANCE_BLUE * scale[2]};
     for (size_t i = 0; i < count && !err; i++, texel += picture->channels)
-        (*luminance)[i] = 0.2126 * scene->sky.radiance[0] * (double)texel[0] +
-                          0.7152 * scene->sky.radiance[1] * (double)texel[1] +
-                          0.0722 * scene->sky.radiance[2] * (double)texel[2];
+        (*luminance)[i] =
+            vec3_dot(weight, (struct vec3){(double)texel[0], (double)texel[1], (double)texel[2]});
     return err;
 }
 
@@ -100,13 +103,24 @@ void sky_clear(struct sky *sky)
     *sky = (struct sky){0};
 }
 
-/* The first of `count` cumulative shares above x. */
-static uint32_t find(const double *share, uint32_t count, double x)
+static bool is_above(double a, double b)
+{
+    return a > b;
+}
+
+static bool is_not_above(double a, double b)
+{
+    return a <= b;
+}
+
+/* The first of `count` numbers that is so beside x, where all after it are as well; else the
+ * last. */
+static uint32_t find(const double *number, uint32_t count, bool (*is)(double, double), double x)
 {
     uint32_t low = 0, high = count - 1;
     while (low < high) {
         const uint32_t middle = low + (high - low) / 2;
-        if (share[middle] > x)
+        if (is(number[middle], x))
             high = middle;
         else
             low = middle + 1;
@@ -126,9 +140,9 @@ static float texel_density(const struct sky *sky, uint32_t row, uint32_t column)
 
 struct vec3f sky_sample(const struct sky *sky, double x, double y, float *density)
 {
-    const uint32_t row = find(sky->row, sky->rows, y);
+    const uint32_t row = find(sky->row, sky->rows, is_above, y);
     const double *texel = sky->texel + (size_t)row * sky->columns;
-    const uint32_t column = find(texel, sky->columns, x);
+    const uint32_t column = find(texel, sky->columns, is_above, x);
     /* What is left of x and y, within the texel. */
     const double before_y = row ? sky->row[row - 1] : 0, before_x = column ? texel[column - 1] : 0;
     const double fy = (y - before_y) / (sky->row[row] - before_y),
@@ -145,13 +159,7 @@ float sky_density(const struct sky *sky, struct vec3f d)
 {
     const double turn = 0.5 + angle_atan2((double)d.z, (double)d.x) / (2 * ANGLE_PI);
     const uint32_t column = (uint32_t)(turn * sky->columns);
-    uint32_t low = 0, high = sky->rows - 1;
-    while (low < high) { /* the first row whose lower edge is not above the direction */
-        const uint32_t middle = low + (high - low) / 2;
-        if (sky->edge[middle] <= (double)d.y)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return texel_density(sky, low, column < sky->columns ? column : sky->columns - 1);
+    /* the first row whose lower edge is not above the direction */
+    const uint32_t row = find(sky->edge, sky->rows, is_not_above, (double)d.y);
+    return texel_density(sky, row, column < sky->columns ? column : sky->columns - 1);
 }

@@ -1,6 +1,8 @@
 #include "trace/trace.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "math/affine.h"
+#include "math/box.h"
 #include "trace/trace_local.h"
 
 #include <float.h>
@@ -9,12 +11,6 @@
 #include <string.h>
 
 /* -- making ----------------------------------------------------------------------------------- */
-
-static double determinant(const double m[12])
-{
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-           m[2] * (m[4] * m[9] - m[5] * m[8]);
-}
 
 /* The map from the mesh's coordinates to local ones, in double. */
 static void local_transform(const struct tracer *t, const struct scene_instance *instance,
@@ -28,21 +24,18 @@ static void local_transform(const struct tracer *t, const struct scene_instance 
     }
 }
 
-static void transform_point(const double m[12], const double p[3], float to[3])
-{
-    for (int row = 0; row < 3; row++)
-        to[row] = (float)(m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] +
-                          m[4 * row + 3]);
-}
-
 /* Vertices of a mesh under a transform; Embree reads 16 bytes at a time, so one more float is
  * there. */
 static struct error *make_vertices(const struct scene_mesh *mesh, const double m[12],
                                    float **vertex)
 {
     struct error *err = array_create(vertex, 3 * mesh->vertex_count + 1, sizeof **vertex);
-    for (size_t i = 0; i < mesh->vertex_count && !err; i++)
-        transform_point(m, mesh->position + 3 * i, *vertex + 3 * i);
+    for (size_t i = 0; i < mesh->vertex_count && !err; i++) {
+        const struct vec3 p = affine_point(m, mesh->position + 3 * i);
+        (*vertex)[3 * i] = (float)p.x;
+        (*vertex)[3 * i + 1] = (float)p.y;
+        (*vertex)[3 * i + 2] = (float)p.z;
+    }
     return err;
 }
 
@@ -118,7 +111,7 @@ static double instance_reach(const double m[12])
     for (int row = 0; row < 3; row++)
         for (int k = 0; k < 3; k++)
             square += m[4 * row + k] * m[4 * row + k];
-    const double volume = fabs(determinant(m));
+    const double volume = fabs(affine_determinant(m));
     return volume > 0 ? fmin(square / (2 * volume), 1e6) : 1;
 }
 
@@ -128,16 +121,10 @@ static struct error *add_placed(struct tracer *t, size_t i)
     const size_t mesh_index = t->scene->instances[i].mesh;
     const struct scene_mesh *mesh = &t->scene->meshes[mesh_index];
     struct trace_geometry *g = &t->geometry[i];
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
-           centre[3], m[12];
-    for (size_t v = 0; v < mesh->vertex_count; v++) {
-        for (size_t k = 0; k < 3; k++) {
-            low[k] = fmin(low[k], mesh->position[3 * v + k]);
-            high[k] = fmax(high[k], mesh->position[3 * v + k]);
-        }
-    }
+    const struct box box = box_of(mesh->vertex_count, mesh->position);
+    double centre[3], m[12];
     for (int k = 0; k < 3; k++)
-        centre[k] = mesh->vertex_count ? low[k] / 2 + high[k] / 2 : 0;
+        centre[k] = mesh->vertex_count ? box.low[k] / 2 + box.high[k] / 2 : 0;
     float **vertex = &t->vertices[t->scene->instance_count + mesh_index];
     if (!t->parts[mesh_index]) {
         const double shift[12] = {1, 0, 0, -centre[0], 0, 1, 0, -centre[1], 0, 0, 1, -centre[2]};
@@ -227,7 +214,7 @@ static struct error *build(struct tracer *t)
         t->geometry[i].uv = mesh->uv;
         t->geometry[i].material = mesh->material;
         t->geometry[i].materials = scene->materials;
-        t->geometry[i].mirrored = determinant(scene->instances[i].transform) < 0;
+        t->geometry[i].mirrored = affine_mirrors(scene->instances[i].transform);
         t->has_alpha = t->has_alpha || mesh_has_alpha(scene, mesh);
         if (mesh->triangle_count)
             err = uses[scene->instances[i].mesh] > 1 ? add_placed(t, i) : add_flat(t, i);
@@ -311,11 +298,7 @@ void trace_corners(const struct tracer *t, uint32_t instance, uint32_t triangle,
     const uint32_t *index = g->index + 3 * (size_t)triangle;
     for (int k = 0; k < 3; k++) {
         const float *p = g->vertex + 3 * (size_t)index[g->mirrored && k ? 3 - k : k];
-        const float *m = g->transform;
-        corner[k] = g->placed ? (struct vec3f){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                                               m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                                               m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]}
-                              : (struct vec3f){p[0], p[1], p[2]};
+        corner[k] = g->placed ? affine_pointf(g->transform, p) : (struct vec3f){p[0], p[1], p[2]};
     }
 }
 
@@ -367,9 +350,7 @@ static void exact_corners(const struct tracer *t, uint32_t instance, uint32_t tr
     for (int k = 0; k < 3; k++) {
         const double *p = mesh->position +
                           3 * (size_t)mesh->index[3 * (size_t)triangle + (size_t)k];
-        corner[k] = (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                                  m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                                  m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
+        corner[k] = affine_point(m, p);
     }
 }
 

@@ -2,8 +2,8 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "libprobe-query/sh.h"
-#include "math/angle.h"
 #include "math/cell.h"
+#include "math/luminance.h"
 #include "math/vec.h"
 
 #include <math.h>
@@ -13,10 +13,7 @@
 /* Mean irradiance of a coefficient L00 of 1. */
 static double mean_factor(bool convolved)
 {
-    const double pole[3] = {0, 0, 1};
-    double y00;
-    sh_basis(1, pole, &y00);
-    return convolved ? y00 : y00 * sh_cosine(0);
+    return SH_Y00 * (convolved ? 1 : sh_cosine(0));
 }
 
 void vtk_derive_irradiance(size_t count, int order, bool convolved, const float *sh, float *rgb)
@@ -31,7 +28,7 @@ void vtk_derive_irradiance(size_t count, int order, bool convolved, const float 
 void vtk_derive_luminance(size_t count, const float *rgb, float *luminance)
 {
     for (size_t i = 0; i < count; i++)
-        luminance[i] = vec3f_luminance((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
+        luminance[i] = luminance_vec3f((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
 }
 
 /* Rounds to float; what does not fit is 0. */
@@ -65,7 +62,7 @@ void vtk_derive_sh_luminance_gradient(size_t count, int order, bool convolved,
         for (size_t axis = 0; axis < 3; axis++) {
             const float *rgb = sh_gradient + (3 * i + axis) * width;
             if (!isnan(rgb[0]))
-                g[axis] = factor * (double)vec3f_luminance((struct vec3f){rgb[0], rgb[1], rgb[2]});
+                g[axis] = factor * (double)luminance_vec3f((struct vec3f){rgb[0], rgb[1], rgb[2]});
         }
         store(gradient + 3 * i, g);
     }
@@ -110,16 +107,11 @@ void vtk_derive_min_angle(size_t cell_count, const int32_t *vertex, const double
                           float *angle)
 {
     for (size_t cell = 0; cell < cell_count; cell++) {
-        double least = 180;
-        for (size_t i = 0; i < 3; i++) {
-            const int32_t *v = vertex + 3 * cell;
-            const struct vec3 p = vec3_load(position + 3 * (size_t)v[i]);
-            const struct vec3 a = vec3_sub(vec3_load(position + 3 * (size_t)v[(i + 1) % 3]), p),
-                              b = vec3_sub(vec3_load(position + 3 * (size_t)v[(i + 2) % 3]), p);
-            least = fmin(least, angle_atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) *
-                                    (180 / ANGLE_PI));
-        }
-        angle[cell] = (float)least;
+        double p[3][3], all[3];
+        for (size_t i = 0; i < 3; i++)
+            memcpy(p[i], position + 3 * (size_t)vertex[3 * cell + i], sizeof p[i]);
+        cell_corner_angles((const double(*)[3])p, all);
+        angle[cell] = (float)fmin(all[0], fmin(all[1], all[2]));
     }
 }
 

@@ -1,6 +1,7 @@
 #include "vtk/vtk_scene.h"
 #include "base/error.h"
 #include "image/display.h"
+#include "math/affine.h"
 #include "scene/scene.h"
 
 #include <string.h>
@@ -57,24 +58,15 @@ static void shade(const struct scene *scene, const struct scene_mesh *mesh, size
     *opacity = weight / (float)(parts * parts);
 }
 
-static double determinant(const double *m)
-{
-    const struct vec3 x = {m[0], m[1], m[2]}, y = {m[4], m[5], m[6]}, z = {m[8], m[9], m[10]};
-    return vec3_dot(x, vec3_cross(y, z));
-}
-
 static void add_instance(struct vtk_mesh *to, const struct arrays *a, const struct scene *scene,
                          const struct scene_instance *instance)
 {
     const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
     const double *m = instance->transform;
-    const bool mirrored = determinant(m) < 0; /* turns the winding round, not the front */
-    for (size_t i = 0; i < mesh->vertex_count; i++) {
-        const double *p = mesh->position + 3 * i;
-        double *placed = a->position + 3 * (to->point_count + i);
-        for (size_t k = 0; k < 3; k++)
-            placed[k] = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] + m[4 * k + 3];
-    }
+    const bool mirrored = affine_mirrors(m); /* turns the winding round, not the front */
+    for (size_t i = 0; i < mesh->vertex_count; i++)
+        vec3_store(a->position + 3 * (to->point_count + i),
+                   affine_point(m, mesh->position + 3 * i));
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const size_t at = to->cell_count + t;
         for (size_t k = 0; k < 3; k++)

@@ -13,6 +13,8 @@
 #include "libprobe-query/sh.h"
 #include "light/basis.h"
 #include "light/dering.h"
+#include "math/luminance.h"
+#include "math/sort.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -28,15 +30,9 @@ struct bench {
     double *mean, *off;
 };
 
-static double luminance(const double rgb[3])
-{
-    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-}
-
 static double true_light(const struct bench *b, size_t i)
 {
-    return luminance((const double[3]){(double)b->truth[3 * i], (double)b->truth[3 * i + 1],
-                                       (double)b->truth[3 * i + 2]});
+    return luminance_f32(b->truth + 3 * i);
 }
 
 /* A way to store a probe: SH of some order, de-rung or not; or another basis. */
@@ -58,12 +54,6 @@ static void evaluate(const struct bench *b, const struct way *way, size_t probe,
     basis_irradiance(way->basis, column_f32(column) + probe * column->width, n, rgb);
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void measure(const struct bench *b, const struct way *way)
 {
     const struct dering_settings settings = {.target = DERING_IRRADIANCE};
@@ -81,13 +71,13 @@ static void measure(const struct bench *b, const struct way *way)
                      (const double[3]){(double)b->normal[3 * i], (double)b->normal[3 * i + 1],
                                        (double)b->normal[3 * i + 2]},
                      sh, rgb);
-            b->off[i] = fabs(luminance(rgb) - true_light(b, i)) / b->mean[probe];
+            b->off[i] = fabs(luminance_f64(rgb) - true_light(b, i)) / b->mean[probe];
             square += b->off[i] * b->off[i];
-            negative += luminance(rgb) < 0;
+            negative += luminance_f64(rgb) < 0;
         }
     }
     const size_t all = b->count * b->directions;
-    qsort(b->off, all, sizeof *b->off, compare_doubles);
+    sort_doubles(all, b->off);
     printf("{\"name\": \"%s\", \"bytes\": %zu, \"rms\": %.6f, \"p95\": %.6f, \"worst\": %.6f, "
            "\"negative\": %.6f}\n",
            way->name,

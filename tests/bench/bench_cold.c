@@ -6,7 +6,9 @@
  */
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"
+#include "math/box.h"
 #include "math/random.h"
+#include "math/sort.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -15,12 +17,6 @@
 #include <time.h>
 
 enum { LOOKUPS = 200000 };
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
 
 static double microseconds(void)
 {
@@ -49,11 +45,7 @@ int main(int argc, char **argv)
                                     .cells = cells->rows,
                                     .vertex = column_i32(table_column(cells, "vertex")),
                                     .neighbour = column_i32(table_column(cells, "neighbour"))};
-    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < 3 * mesh.probes; i++) {
-        low[i % 3] = fmin(low[i % 3], mesh.position[i]);
-        high[i % 3] = fmax(high[i % 3], mesh.position[i]);
-    }
+    const struct box box = box_of(mesh.probes, mesh.position);
     printf("{\"cells\": %zu", mesh.cells);
     for (unsigned flags = 0; flags <= PROBE_LEAN; flags += PROBE_LEAN) {
         struct probe_volume *volume;
@@ -64,12 +56,12 @@ int main(int argc, char **argv)
             struct probe_place place = {.cell = PROBE_COLD};
             double p[3];
             for (int k = 0; k < 3; k++)
-                p[k] = low[k] + (high[k] - low[k]) * random_double(&r);
+                p[k] = box.low[k] + (box.high[k] - box.low[k]) * random_double(&r);
             const double start = microseconds();
             probe_volume_locate(volume, p, &place);
             took[i] = microseconds() - start;
         }
-        qsort(took, LOOKUPS, sizeof *took, ascending);
+        sort_doubles(LOOKUPS, took);
         printf(", \"%s\": [%.3f, %.3f]", flags ? "lean" : "plain", took[LOOKUPS / 2],
                took[LOOKUPS / 100 * 99]);
         probe_volume_destroy(volume);

@@ -9,6 +9,7 @@
  */
 #include "base/error.h"
 #include "interpolate/interpolate.h"
+#include "math/sort.h"
 #include "stream/stream.h"
 
 #include <stdio.h>
@@ -67,12 +68,6 @@ static double seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Millions of points a second, after a run that is not counted. */
 static double rate(void (*run)(const struct work *w), const struct work *w, int runs)
 {
@@ -83,7 +78,7 @@ static double rate(void (*run)(const struct work *w), const struct work *w, int 
         run(w);
         spent[i] = seconds() - start;
     }
-    qsort(spent, (size_t)runs, sizeof *spent, by_size);
+    sort_doubles((size_t)runs, spent);
     return 1e-6 * (double)w->count / spent[runs / 2];
 }
 

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "capture/capture.h"
+#include "math/sort.h"
 #include "render/camera.h"
 #include "render/render.h"
 #include "render/view.h"
@@ -106,15 +107,9 @@ static double capture_all(const struct path_tracer *path, const struct capture_s
     return seconds() - start;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double median(double *x, size_t n)
 {
-    qsort(x, n, sizeof *x, ascending);
+    sort_doubles(n, x);
     return (x[(n - 1) / 2] + x[n / 2]) / 2;
 }
 

@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "capture/capture.h"
 #include "import/import.h"
+#include "math/angle.h"
 #include "scene/scene.h"
 #include "support/tap.h"
 #include "trace/trace.h"
@@ -23,13 +24,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PI 3.14159265358979323846
-
-static inline void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
+#define PI ANGLE_PI
 
 /* -- the bench -------------------------------------------------------------------------------- */
 

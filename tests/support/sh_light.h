@@ -4,18 +4,13 @@
 
 #include "base/error.h"
 #include "libprobe-query/sh.h"
+#include "math/angle.h"
 #include "support/tap.h"
 
 #include <math.h>
 #include <stdint.h>
 
-#define PI 3.14159265358979323846
-
-static inline void must(struct error *err)
-{
-    if (err)
-        bail("%s", error_message(err));
-}
+#define PI ANGLE_PI
 
 static uint64_t state = 1;
 
