@@ -3,7 +3,9 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "base/warning.h"
+#include "math/affine.h"
 #include "math/angle.h"
+#include "math/box.h"
 #include "place/place.h"
 #include "scene/scene.h"
 #include "trace/trace.h"
@@ -13,15 +15,11 @@
 
 enum piece { PIECE_OPEN, PIECE_SOLID, PIECE_ROOM };
 
-struct box {
-    double low[3], high[3];
-};
-
 static void box_of_pieces(const struct scene *scene, const struct scene_solids *solids,
                           struct box *box)
 {
     for (size_t i = 0; i < solids->count; i++)
-        box[i] = (struct box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+        box[i] = box_empty();
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         const double *m = scene->instances[i].transform;
@@ -29,12 +27,9 @@ static void box_of_pieces(const struct scene *scene, const struct scene_solids *
             struct box *b = &box[solids->piece_of[solids->offset[i] + t]];
             for (size_t c = 0; c < 3; c++) {
                 const double *p = mesh->position + 3 * (size_t)mesh->index[3 * t + c];
-                for (int k = 0; k < 3; k++) {
-                    const double x = m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] +
-                                     m[4 * k + 3];
-                    b->low[k] = fmin(b->low[k], x);
-                    b->high[k] = fmax(b->high[k], x);
-                }
+                double placed[3];
+                vec3_store(placed, affine_point(m, p));
+                box_add(b, placed);
             }
         }
     }

@@ -1,6 +1,7 @@
 #include "place/vertices.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "math/affine.h"
 #include "math/angle.h"
 #include "scene/scene.h"
 
@@ -14,13 +15,6 @@ struct corner {
     double angle;                 /* of the face at this corner, radians */
     size_t number;
 };
-
-static struct vec3 place_point(const double *m, const double *p)
-{
-    return (struct vec3){m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3],
-                         m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7],
-                         m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11]};
-}
 
 static bool mirrors(const double *m)
 {
@@ -39,8 +33,8 @@ static bool make_corners(const struct scene_mesh *mesh, const struct scene_insta
 {
     struct vec3 p[3];
     for (size_t c = 0; c < 3; c++)
-        p[c] = place_point(instance->transform,
-                           mesh->position + 3 * (size_t)mesh->index[3 * triangle + c]);
+        p[c] = affine_point(instance->transform,
+                            mesh->position + 3 * (size_t)mesh->index[3 * triangle + c]);
     struct vec3 normal = vec3_normalize(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
     if (!(vec3_length(normal) > 0))
         return false;
