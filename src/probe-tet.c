@@ -4,11 +4,12 @@
 #include "base/warning.h"
 #include "stream/cells.h"
 #include "stream/stream.h"
+#include "tetra/enclose.h"
 #include "tetra/tetra.h"
+#include "tetra/tetra_stream.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct enclose {
@@ -18,115 +19,23 @@ struct enclose {
     bool bounds_given;
 };
 
-/* The box to enclose: given, or that of the probes grown by the margin. */
-static void enclosing_box(const struct enclose *enclose, const struct table *probes, double box[6])
-{
-    const double *p = column_f64(table_column(probes, "position"));
-    double side = 0;
-    for (int k = 0; k < 3; k++) {
-        box[k] = INFINITY;
-        box[3 + k] = -INFINITY;
-        for (size_t i = 0; i < probes->rows; i++) {
-            box[k] = fmin(box[k], p[3 * i + (size_t)k]);
-            box[3 + k] = fmax(box[3 + k], p[3 * i + (size_t)k]);
-        }
-        side = fmax(side, box[3 + k] - box[k]);
-    }
-    for (int k = 0; k < 3; k++) {
-        box[k] = enclose->bounds_given ? enclose->bounds[k] : box[k] - enclose->margin * side;
-        box[3 + k] = enclose->bounds_given ? enclose->bounds[3 + k]
-                                           : box[3 + k] + enclose->margin * side;
-    }
-}
-
-static bool has_probe_at(const struct table *probes, const double corner[3])
-{
-    const double *p = column_f64(table_column(probes, "position"));
-    for (size_t i = 0; i < probes->rows; i++)
-        if (p[3 * i] == corner[0] && p[3 * i + 1] == corner[1] && p[3 * i + 2] == corner[2])
-            return true;
-    return false;
-}
-
-/* Adds the corners of the box that are no probes yet; what they lack is missing: light is captured
- * by a second pass. */
+/* Adds the corners of the box to enclose that are no probes yet; what they lack is missing: light
+ * is captured by a second pass. */
 static struct error *add_corners(const struct enclose *enclose, struct table *probes)
 {
-    if (!probes->rows && !enclose->bounds_given)
+    const size_t before = probes->rows;
+    const double *position = column_f64(table_column(probes, "position")), *b = enclose->bounds;
+    if (!before && !enclose->bounds_given)
         return error_new("there are no probes to enclose");
-    double box[6];
-    enclosing_box(enclose, probes, box);
-    struct error *err = NULL;
-    for (int corner = 0; corner < 8 && !err; corner++) {
-        const double p[3] = {box[corner & 1 ? 3 : 0], box[corner & 2 ? 4 : 1],
-                             box[corner & 4 ? 5 : 2]};
-        if (has_probe_at(probes, p))
-            continue;
-        err = table_resize(probes, probes->rows + 1);
-        if (!err)
-            memcpy(column_f64(table_column(probes, "position")) + 3 * (probes->rows - 1), p,
-                   sizeof p);
-    }
-    return err;
-}
-
-/* -- cells ------------------------------------------------------------------------------------ */
-
-struct column_of {
-    const char *name;
-    int32_t *data;
-};
-
-/* Lends the cells to a table of the stream, which would take as much memory again; take_back before
- * either is freed. */
-static struct error *lend(struct stream *stream, const struct tetra *tetra)
-{
-    const struct column_of columns[] = {{"vertex", tetra->vertex}, {"neighbour", tetra->neighbour}};
-    struct table *cells = NULL;
-    struct error *err = stream_add_table(stream, stream_cell_table[tetra->corners - 1], &cells);
-    for (size_t i = 0; i < 2 && !err; i++) {
-        struct column *column = NULL;
-        err = table_add_column(cells, columns[i].name, COLUMN_I32, (size_t)tetra->corners, &column);
-        if (!err) {
-            free(column->data);
-            column->data = columns[i].data;
-        }
-    }
+    const struct box box = enclose->bounds_given
+                               ? (struct box){{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}
+                               : enclose_box(before, position, enclose->margin);
+    double corner[8][3];
+    const size_t missing = enclose_corners(before, position, &box, corner);
+    struct error *err = table_resize(probes, before + missing);
     if (!err)
-        cells->rows = cells->capacity = tetra->cell_count;
-    return err;
-}
-
-static void take_back(struct stream *stream, const struct tetra *tetra)
-{
-    struct table *cells = stream_table(stream, stream_cell_table[tetra->corners - 1]);
-    for (size_t i = 0; cells && i < cells->column_count; i++)
-        cells->columns[i].data = NULL;
-    if (cells)
-        cells->rows = cells->capacity = 0;
-}
-
-static struct error *write_stream(struct stream *stream, const struct tetra *tetra,
-                                  const struct common *common)
-{
-    struct error *err = lend(stream, tetra);
-    if (!err)
-        err = stream_write(stream, common->output, (enum stream_encoding)common->encoding);
-    take_back(stream, tetra);
-    return err;
-}
-
-/* What the probes have to say of it: the hull's normals, and which are merged. */
-static struct error *store_columns(struct table *probes, const struct tetra *tetra)
-{
-    struct column *column = NULL;
-    struct error *err = table_add_column(probes, "hull_normal", COLUMN_F32, 3, &column);
-    if (!err)
-        memcpy(column->data, tetra->hull_normal, 3 * probes->rows * sizeof(float));
-    if (!err && tetra->merged)
-        err = table_add_column(probes, "merged", COLUMN_I32, 1, &column);
-    if (!err && tetra->merged)
-        memcpy(column->data, tetra->merged, probes->rows * sizeof(int32_t));
+        memcpy(column_f64(table_column(probes, "position")) + 3 * before, corner,
+               missing * sizeof *corner);
     return err;
 }
 
@@ -146,26 +55,16 @@ static struct error *build(struct stream *stream, const struct enclose *enclose,
     if (!err)
         err = tetra_make(tetra, probes->rows, column_f64(table_column(probes, "position")),
                          &settings, warnings);
-    return err ? err : store_columns(probes, tetra);
+    return err ? err : tetra_store(tetra, stream);
 }
 
-/* The stream's own cells, as if they had just been made; borrowed. */
-static struct error *cells_of(const struct stream *stream, struct tetra *tetra)
+static struct error *write_stream(struct stream *stream, const struct tetra *tetra,
+                                  const struct common *common)
 {
-    struct cells cells;
-    struct column *merged = NULL;
-    struct table *probes = stream_table(stream, "probe");
-    struct error *err = cells_find(stream, &cells);
-    if (!err && !cells.neighbour)
-        err = error_new("table %s has no column neighbour", cells.table->name);
-    if (!err && table_column(probes, "merged"))
-        err = table_require(probes, "merged", COLUMN_I32, 1, &merged);
+    struct error *err = tetra_lend(tetra, stream);
     if (!err)
-        *tetra = (struct tetra){.corners = cells.corners,
-                                .cell_count = cells.table->rows,
-                                .vertex = cells.vertex,
-                                .neighbour = cells.neighbour,
-                                .merged = merged ? column_i32(merged) : NULL};
+        err = stream_write(stream, common->output, (enum stream_encoding)common->encoding);
+    tetra_take_back(tetra, stream);
     return err;
 }
 
@@ -290,7 +189,7 @@ int main(int argc, char **argv)
         .operands_most = 1};
     struct warnings warnings = {0};
     struct stream *stream = NULL;
-    struct tetra tetra = {0}, own = {0}, *cells = &tetra;
+    struct tetra tetra = {0}, own = {0};
     struct error *err = options_parse(&program, argc, argv);
     if (!err && enclose.bounds_given && !enclose.wanted)
         err = error_usage("--bounds needs --enclose");
@@ -300,15 +199,15 @@ int main(int argc, char **argv)
     if (!err && !stream_table(stream, "probe"))
         err = error_new("there is no table probe");
     if (!err && verify_only)
-        err = cells_of(stream, cells = &own);
+        err = tetra_of_stream(&own, stream);
     else if (!err)
         err = build(stream, &enclose, merge, (int)common.threads, &tetra, &warnings);
     if (!err && verify_only)
-        err = verify(stream, cells, &program, common.quiet);
+        err = verify(stream, &own, &program, common.quiet);
     if (stream)
         err = error_wrap(err, "%s", strcmp(input, "-") ? input : "stdin");
     if (!err && want_report)
-        err = report(stream, cells);
+        err = report(stream, verify_only ? &own : &tetra);
     if (!err && !verify_only)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err && !verify_only)

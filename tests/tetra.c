@@ -10,6 +10,7 @@
 #include "math/random.h"
 #include "support/point_sets.h"
 #include "support/tap.h"
+#include "tetra/enclose.h"
 #include "tetra/sites.h"
 #include "tetra/tetra.h"
 
@@ -586,8 +587,38 @@ static void test_outside(void)
     tetra_clear(&t);
 }
 
+/* A box's corners, each once, but those where a point stands. */
+static void test_enclose(void)
+{
+    const double p[9] = {0, 0, 0, 2, 1, 0, 1, 1, 4};
+    double corner[8][3];
+    const struct box own = enclose_box(3, p, 0), grown = enclose_box(3, p, 0.25);
+    ok(own.low[0] == 0 && own.high[0] == 2 && own.high[1] == 1 && own.high[2] == 4,
+       "the box of the points");
+    ok(grown.low[0] == -1 && grown.low[1] == -1 && grown.low[2] == -1 && grown.high[0] == 3 &&
+           grown.high[1] == 2 && grown.high[2] == 5,
+       "grown by a share of its longest side, all round");
+    ok(enclose_corners(3, p, &grown, corner) == 8, "eight corners");
+    bool apart = true;
+    for (int i = 0; i < 8; i++)
+        for (int j = 0; j < i; j++)
+            apart = apart && memcmp(corner[i], corner[j], sizeof *corner);
+    ok(apart && corner[0][0] == -1 && corner[1][0] == 3 && corner[2][1] == 2 && corner[4][2] == 5 &&
+           corner[7][0] == 3 && corner[7][1] == 2 && corner[7][2] == 5,
+       "all apart, x first");
+    ok(enclose_corners(3, p, &own, corner) == 6 && corner[0][0] == 2 && corner[0][1] == 0 &&
+           corner[1][0] == 0 && corner[1][1] == 1,
+       "none where a point stands");
+    const struct box flat = {{0, 0, 3}, {2, 1, 3}}, point = {{5, 5, 5}, {5, 5, 5}};
+    ok(enclose_corners(3, p, &flat, corner) == 4, "four of a flat box");
+    ok(enclose_corners(3, p, &point, corner) == 1 && corner[0][0] == 5, "one of a point");
+    ok(enclose_corners(3, p, &(struct box){{0, 0, 0}, {0, 0, 0}}, corner) == 0,
+       "none of a point that is there");
+}
+
 int main(void)
 {
+    test_enclose();
     test_shapes();
     test_order();
     test_cell_order();
