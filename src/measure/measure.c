@@ -241,25 +241,52 @@ static struct estimate alone(double value)
     return (struct estimate){value, (double)NAN, (double)NAN};
 }
 
+/* What a part's points say in the mean. */
+struct means {
+    double truth, noise, noise_mean, cut_off, capture_noise;
+    double doubt; /* over the number of points once more: that of the mean */
+};
+
+static struct means means_of(const struct part *part)
+{
+    struct means means = {0};
+    const double n = (double)part->count;
+    for (size_t i = 0; i < part->count; i++) {
+        const struct point *p = &part->point[part->index[i]];
+        means.truth += p->truth / n;
+        means.noise += p->noise / n;
+        means.noise_mean += sqrt(p->noise) / n;
+        means.doubt += p->doubt / n / n;
+        means.cut_off += p->cut_off / n;
+        means.capture_noise += p->capture_noise / n;
+    }
+    return means;
+}
+
+/* The worst error, and where it is. */
+static struct error *report_worst(struct report *report, const struct job *job,
+                                  const struct part *part, const char *of)
+{
+    static const char *const axes[3] = {"worst_x", "worst_y", "worst_z"};
+    const double *worst = job->truth->position + 3 * part->index[part->value[0].point];
+    struct error *err =
+        report_light(report, "worst", of, alone(part->value[0].error), job->scene_mean);
+    for (int k = 0; k < 3 && !err; k++)
+        err = report_add_number(report, axes[k], of, worst[k]);
+    return err;
+}
+
 /* Adds the part's figures to the report. */
 static struct error *report_part(struct report *report, const struct job *job, struct part *part,
                                  const char *of, uint64_t name)
 {
     struct estimate estimate[FIGURES];
-    double truth = 0, noise = 0, noise_mean = 0, doubt = 0, cut_off = 0, capture_noise = 0;
-    const double n = (double)part->count;
-    struct error *err = report_add_number(report, "points", of, n);
+    struct error *err = report_add_number(report, "points", of, (double)part->count);
     if (err || !part->count)
         return err;
     err = array_create(&part->value, SPHERE_COUNT * part->count, sizeof *part->value);
     for (size_t i = 0; i < part->count && !err; i++) {
         const struct point *p = &part->point[part->index[i]];
-        truth += p->truth / n;
-        noise += p->noise / n;
-        noise_mean += sqrt(p->noise) / n;
-        doubt += p->doubt / n / n;
-        cut_off += p->cut_off / n;
-        capture_noise += p->capture_noise / n;
         for (size_t d = 0; d < SPHERE_COUNT; d++)
             part->value[SPHERE_COUNT * i + d] =
                 (struct value){fabs(p->error[d]), (uint32_t)i, (uint32_t)d};
@@ -275,17 +302,19 @@ static struct error *report_part(struct report *report, const struct job *job, s
                                            .threads = job->settings->threads};
         err = bootstrap(&sets, estimate);
     }
+    const struct means mean = means_of(part);
     if (!err)
-        err = report_light(report, "irradiance", of, alone(truth), job->scene_mean);
+        err = report_light(report, "irradiance", of, alone(mean.truth), job->scene_mean);
     if (!err)
-        err = report_light(report, "noise", of, alone(sqrt(noise)), job->scene_mean);
+        err = report_light(report, "noise", of, alone(sqrt(mean.noise)), job->scene_mean);
     if (!err)
-        err = report_light(report, "noise_mean", of, alone(noise_mean), job->scene_mean);
+        err = report_light(report, "noise_mean", of, alone(mean.noise_mean), job->scene_mean);
     if (!err && job->baked->order <= SPHERE_ORDER)
-        err = report_light(report, "cut_off", of, alone(sqrt(fmax(cut_off, 0))), job->scene_mean);
-    if (!err && !isnan(capture_noise))
-        err =
-            report_light(report, "capture_noise", of, alone(sqrt(capture_noise)), job->scene_mean);
+        err = report_light(report, "cut_off", of, alone(sqrt(fmax(mean.cut_off, 0))),
+                           job->scene_mean);
+    if (!err && !isnan(mean.capture_noise))
+        err = report_light(report, "capture_noise", of, alone(sqrt(mean.capture_noise)),
+                           job->scene_mean);
     for (int f = 0; f < FIGURES && !err; f++) {
         if (f == UNSEEN && !job->baked->cells)
             continue;
@@ -296,16 +325,10 @@ static struct error *report_part(struct report *report, const struct job *job, s
     if (err)
         return err;
     /* Of a root: by its slope, but where that is steep, near 0, by the root of the doubt. */
-    const double root = sqrt(sqrt(doubt)),
-                 slope = estimate[RMS].value > 0 ? sqrt(doubt) / (2 * estimate[RMS].value) : root;
+    const double doubt = sqrt(mean.doubt), root = sqrt(doubt),
+                 slope = estimate[RMS].value > 0 ? doubt / (2 * estimate[RMS].value) : root;
     err = report_light(report, "rms_noise", of, alone(fmin(slope, root)), job->scene_mean);
-    if (!err)
-        err = report_light(report, "worst", of, alone(part->value[0].error), job->scene_mean);
-    static const char *const axes[3] = {"worst_x", "worst_y", "worst_z"};
-    const double *worst = job->truth->position + 3 * part->index[part->value[0].point];
-    for (int k = 0; k < 3 && !err; k++)
-        err = report_add_number(report, axes[k], of, worst[k]);
-    return err;
+    return err ? err : report_worst(report, job, part, of);
 }
 
 enum which { ALL, INSIDE, OUTSIDE, QUARTER, LIT = QUARTER + 4, DIM, SEEN, LEAKY, PARTS };
