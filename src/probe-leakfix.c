@@ -130,14 +130,15 @@ static void say(const char *program, const char *when, const struct leaks *leaks
             leaks->crossed, probes);
 }
 
-/* Rounds of finding and mending, until nothing asks to be mended or a limit is met. */
+/* Rounds of finding and mending, until nothing asks to be mended or a limit is met. program: who
+ * says what was found; NULL: nobody. */
 static struct error *fix(struct stream *stream, const struct stage *stage,
                          const struct leak_settings *settings, const struct arguments *a,
-                         const char *program, bool quiet, struct warnings *warnings)
+                         const char *program, struct warnings *warnings)
 {
     struct leaks leaks = {0};
     struct error *err = find(&leaks, stage, settings, stream);
-    if (!err && !quiet)
+    if (!err && program)
         say(program, "before", &leaks, stream_table(stream, "probe")->rows);
     struct leak_settings round_settings = *settings;
     for (int64_t round = 0; !err && leaks.leaking && round < a->rounds; round++) {
@@ -155,7 +156,7 @@ static struct error *fix(struct stream *stream, const struct stage *stage,
         if (!err)
             err = find(&leaks, stage, &round_settings, stream);
     }
-    if (!err && !quiet)
+    if (!err && program)
         say(program, "after", &leaks, stream_table(stream, "probe")->rows);
     if (!err)
         err = store_occlusion(stream, &leaks);
@@ -286,7 +287,7 @@ int main(int argc, char **argv)
         err = choose_settings(&a, stream, (int)common.threads, &settings);
     if (!err) {
         before = stream_table(stream, "probe")->rows;
-        err = fix(stream, &stage, &settings, &a, program.name, common.quiet, &warnings);
+        err = fix(stream, &stage, &settings, &a, common.quiet ? NULL : program.name, &warnings);
     }
     if (!err)
         err = capture_new(stream, &stage, before, &common, program.name, &warnings);

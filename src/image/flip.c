@@ -112,19 +112,11 @@ struct work {
 };
 
 /* A plane through a filter that is the product of these two. */
-static struct error *pass(const struct work *w, const double *from, double *to,
-                          const struct kernel *across, const struct kernel *down, double share,
-                          bool add)
+static struct error *pass(const struct work *w, struct filter f)
 {
-    struct filter f = {.from = from,
-                       .to = to,
-                       .between = w->between,
-                       .width = w->width,
-                       .height = w->height,
-                       .across = across,
-                       .down = down,
-                       .share = share,
-                       .add = add};
+    f.between = w->between;
+    f.width = w->width;
+    f.height = w->height;
     struct error *err = threads_for(w->threads, w->height, filter_across, &f);
     return err ? err : threads_for(w->threads, w->height, filter_down, &f);
 }
@@ -149,13 +141,15 @@ static struct error *filter_eye(const struct work *w, double ppd)
             whole[i] = a[plane][i] * sqrt(ANGLE_PI / b[plane][i]) * sum * sum;
         }
         for (int picture = 0; picture < 2 && !err; picture++) {
-            const double *from = w->plane[picture][plane];
-            double *to = w->filtered[picture][plane];
-            err =
-                pass(w, from, to, &kernel[0], &kernel[0], whole[0] / (whole[0] + whole[1]), false);
-            if (!err && whole[1] > 0)
-                err = pass(w, from, to, &kernel[1], &kernel[1], whole[1] / (whole[0] + whole[1]),
-                           true);
+            struct filter f = {.from = w->plane[picture][plane], .to = w->filtered[picture][plane]};
+            for (int i = 0; i < 2 && !err; i++) {
+                if (i && !(whole[i] > 0))
+                    continue;
+                f.across = f.down = &kernel[i];
+                f.share = whole[i] / (whole[0] + whole[1]);
+                f.add = i > 0;
+                err = pass(w, f);
+            }
         }
     }
     return err;
@@ -173,11 +167,17 @@ static struct error *find_features(const struct work *w, double ppd)
         derivative(&sharp[kind], radius, deviation, kind + 1);
     for (int picture = 0; picture < 2; picture++)
         for (int kind = 0; kind < 2 && !err; kind++) {
-            err = pass(w, w->plane[picture][0], w->feature[picture][kind][0], &sharp[kind], &smooth,
-                       1, false);
+            struct filter f = {.from = w->plane[picture][0],
+                               .to = w->feature[picture][kind][0],
+                               .across = &sharp[kind],
+                               .down = &smooth,
+                               .share = 1};
+            err = pass(w, f);
+            f.to = w->feature[picture][kind][1];
+            f.across = &smooth;
+            f.down = &sharp[kind];
             if (!err)
-                err = pass(w, w->plane[picture][0], w->feature[picture][kind][1], &smooth,
-                           &sharp[kind], 1, false);
+                err = pass(w, f);
         }
     return err;
 }

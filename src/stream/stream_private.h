@@ -109,10 +109,12 @@ void output_abandon(struct stream_output *out);
 
 /* What is known of a stream while its rows pass. */
 struct stream_validity {
-    size_t probes, cells;                             /* rows seen */
-    int corners;                                      /* of the table of cells; 0: none yet */
-    int32_t vertex_most, neighbour_most, merged_most; /* largest indices seen, and in which row */
-    size_t vertex_row, neighbour_row, merged_row;
+    size_t probes, cells; /* rows seen */
+    int corners;          /* of the table of cells; 0: none yet */
+    struct index_most {
+        int32_t most; /* largest index seen */
+        size_t row;   /* where */
+    } vertex, neighbour, merged;
 };
 
 struct stream_validity validity_start(void);

@@ -78,7 +78,8 @@ size_t table_block_rows(const struct table *table)
 
 struct stream_validity validity_start(void)
 {
-    return (struct stream_validity){.vertex_most = -1, .neighbour_most = -1, .merged_most = -1};
+    return (struct stream_validity){
+        .vertex = {.most = -1}, .neighbour = {.most = -1}, .merged = {.most = -1}};
 }
 
 static struct error *check_sh(const struct stream_header *header, const struct column *sh)
@@ -236,23 +237,27 @@ static struct error *check_floats(const struct column *c, size_t first, size_t c
     return err;
 }
 
+/* Rows that are checked: from `first` of the table, which is `number` of the stream's. */
+struct rows {
+    size_t first, count, number;
+};
+
 /* Index columns: least value, and the largest seen. */
-static struct error *check_indices(const struct column *c, size_t first, size_t count,
-                                   size_t number, int32_t least, int32_t *most, size_t *most_row,
-                                   size_t *row)
+static struct error *check_indices(const struct column *c, const struct rows *rows, int32_t least,
+                                   struct index_most *seen, size_t *row)
 {
-    const int32_t *value = column_i32(c) + first * c->width;
-    int32_t low = least, high = *most;
-    widen_range(value, count * c->width, &low, &high);
-    for (size_t i = 0; i < count * c->width && (low < least || high > *most); i++) {
+    const int32_t *value = column_i32(c) + rows->first * c->width;
+    const size_t count = rows->count * c->width;
+    int32_t low = least, high = seen->most;
+    widen_range(value, count, &low, &high);
+    for (size_t i = 0; i < count && (low < least || high > seen->most); i++) {
         if (value[i] == low && low < least) {
-            *row = first + i / c->width;
+            *row = rows->first + i / c->width;
             return error_new("column %s: expected an index of %d or more, got %d", c->name, least,
                              low);
         }
         if (value[i] == high && low >= least) {
-            *most = high;
-            *most_row = number + i / c->width;
+            *seen = (struct index_most){high, rows->number + i / c->width};
         }
     }
     return NULL;
@@ -289,6 +294,7 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
 {
     const bool probes = !strcmp(table->name, "probe");
     const int cells = stream_cell_corners(table->name);
+    const struct rows rows = {first, count, number};
     struct error *err = NULL;
     size_t row = first;
     if (cells && validity->corners && validity->corners != cells)
@@ -300,16 +306,13 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
         if (c->type != COLUMN_I32) {
             err = check_floats(c, first, count, !probes || strcmp(c->name, "position"), &row);
         } else if (cells && !strcmp(c->name, "vertex")) {
-            err = check_indices(c, first, count, number, 0, &validity->vertex_most,
-                                &validity->vertex_row, &row);
+            err = check_indices(c, &rows, 0, &validity->vertex, &row);
             if (!err)
                 err = check_distinct(c, first, count, &row);
         } else if (probes && !strcmp(c->name, "merged")) {
-            err = check_indices(c, first, count, number, -1, &validity->merged_most,
-                                &validity->merged_row, &row);
+            err = check_indices(c, &rows, -1, &validity->merged, &row);
         } else if (cells && !strcmp(c->name, "neighbour")) {
-            err = check_indices(c, first, count, number, -1, &validity->neighbour_most,
-                                &validity->neighbour_row, &row);
+            err = check_indices(c, &rows, -1, &validity->neighbour, &row);
         }
     }
     if (!err && number + count > INT32_MAX)
@@ -319,14 +322,14 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
     return err ? error_wrap(err, "table %s: row %zu", table->name, number + row - first) : NULL;
 }
 
-static struct error *check_most(const char *table, const char *column, const char *of, int32_t most,
-                                size_t row, size_t count)
+static struct error *check_most(const char *table, const char *column, const char *of,
+                                const struct index_most *seen, size_t count)
 {
-    if (most < 0 || (size_t)most < count)
+    if (seen->most < 0 || (size_t)seen->most < count)
         return NULL;
     return error_new(
         "table %s: row %zu: column %s: expected an index below the number of %s, %zu, got %d",
-        table, row, column, of, count, most);
+        table, seen->row, column, of, count, seen->most);
 }
 
 struct error *validity_end(const struct stream_validity *v)
@@ -334,13 +337,10 @@ struct error *validity_end(const struct stream_validity *v)
     const char *cells = stream_cell_table[v->corners ? v->corners - 1 : STREAM_CORNERS_MOST - 1];
     if (v->cells && !v->probes)
         return error_new("table %s has %zu rows, but there are no probes", cells, v->cells);
-    struct error *err =
-        check_most(cells, "vertex", "probes", v->vertex_most, v->vertex_row, v->probes);
+    struct error *err = check_most(cells, "vertex", "probes", &v->vertex, v->probes);
     if (!err)
-        err =
-            check_most(cells, "neighbour", "cells", v->neighbour_most, v->neighbour_row, v->cells);
-    return err ? err
-               : check_most("probe", "merged", "probes", v->merged_most, v->merged_row, v->probes);
+        err = check_most(cells, "neighbour", "cells", &v->neighbour, v->cells);
+    return err ? err : check_most("probe", "merged", "probes", &v->merged, v->probes);
 }
 
 struct error *stream_check(const struct stream *stream)

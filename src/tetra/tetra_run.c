@@ -64,6 +64,19 @@ static int32_t *map(int file, size_t bytes)
     return room == MAP_FAILED ? NULL : room;
 }
 
+/* What TetGen is given. */
+struct task {
+    size_t count;
+    const double *position; /* 3 * count */
+    const int32_t *order;   /* which point is inserted when */
+    int threads;
+};
+
+static long run(const struct task *task, const struct tetra_sink *sink)
+{
+    return tetra_tetgen(task->count, task->position, task->order, task->threads, sink);
+}
+
 /* -- a child ---------------------------------------------------------------------------------- */
 
 /* What the child has: a file in memory, which outlives it, for cells, and a pipe to say that they
@@ -90,8 +103,7 @@ static void say_whole(void *context)
 
 /* What the child does: its streams go nowhere, its result into the file. Where standard descriptors
  * were closed, file and pipe may have their numbers. */
-static _Noreturn void child(struct outlet outlet, size_t count, const double *position,
-                            const int32_t *order, int threads)
+static _Noreturn void child(struct outlet outlet, const struct task *task)
 {
     outlet.file = fcntl(outlet.file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
     outlet.whole = fcntl(outlet.whole, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -99,8 +111,7 @@ static _Noreturn void child(struct outlet outlet, size_t count, const double *po
     dup2(nowhere, STDOUT_FILENO);
     dup2(nowhere, STDERR_FILENO);
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
-    tetra_tetgen(count, position, order, threads,
-                 &(struct tetra_sink){make_room, say_whole, &outlet});
+    run(task, &(struct tetra_sink){make_room, say_whole, &outlet});
     _exit(1);
 }
 
@@ -135,22 +146,21 @@ static bool hears_whole(int whole)
     return got == 1;
 }
 
-static struct error *run_child(struct tetra *tetra, int file, int whole[2], size_t count,
-                               const double *position, const int32_t *order, int threads)
+static struct error *run_child(struct tetra *tetra, const struct task *task, int file, int whole[2])
 {
     const pid_t pid = fork();
     if (pid == 0)
-        child((struct outlet){file, whole[1]}, count, position, order, threads);
+        child((struct outlet){file, whole[1]}, task);
     if (pid < 0)
         return error_system(errno, "starting TetGen");
     close(whole[1]); /* the child's end alone is left: its death ends the pipe */
     whole[1] = -1;
     /* While the child computes, the pages that its result is sure to fill are made; the file's size
      * is the child's to say, who may have said it already. */
-    if (count >= 1000)
-        (void)!fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)room_bytes(5 * count));
+    if (task->count >= 1000)
+        (void)!fallocate(file, FALLOC_FL_KEEP_SIZE, 0, (off_t)room_bytes(5 * task->count));
     if (!hears_whole(whole[0]))
-        return explain_death(pid, count);
+        return explain_death(pid, task->count);
     tetra->child = pid; /* the system frees what it held while we go on */
     const off_t bytes = lseek(file, 0, SEEK_END);
     void *room = bytes > 0 ? map(file, (size_t)bytes) : NULL;
@@ -183,15 +193,14 @@ static void stay(void *context)
     (void)context;
 }
 
-static struct error *run_with_file(struct tetra *tetra, size_t count, const double *position,
-                                   const int32_t *order, int threads)
+static struct error *run_with_file(struct tetra *tetra, const struct task *task)
 {
     int whole[2];
     if (pipe2(whole, O_CLOEXEC))
         return error_system(errno, "a pipe from TetGen");
     const int file = memfd_create("tetra", MFD_CLOEXEC);
     struct error *err = file < 0 ? error_system(errno, "memory for the cells")
-                                 : run_child(tetra, file, whole, count, position, order, threads);
+                                 : run_child(tetra, task, file, whole);
     for (int i = 0; i < 2; i++)
         if (whole[i] >= 0)
             close(whole[i]);
@@ -205,10 +214,11 @@ struct error *tetra_run(struct tetra *tetra, size_t count, const double *positio
 {
     int32_t *order = NULL;
     struct error *err = make_order(count, first, &order);
+    const struct task task = {
+        .count = count, .position = position, .order = order, .threads = settings->threads};
     if (!err && !settings->in_process)
-        err = run_with_file(tetra, count, position, order, settings->threads);
-    else if (!err && tetra_tetgen(count, position, order, settings->threads,
-                                  &(struct tetra_sink){own_room, stay, tetra}) < 0)
+        err = run_with_file(tetra, &task);
+    else if (!err && run(&task, &(struct tetra_sink){own_room, stay, tetra}) < 0)
         err = error_new("TetGen failed on %zu probes", count);
     free(order);
     return err;

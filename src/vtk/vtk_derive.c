@@ -5,6 +5,7 @@
 #include "math/cell.h"
 #include "math/luminance.h"
 #include "math/vec.h"
+#include "vtk/vtk_export.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -125,13 +126,13 @@ void vtk_derive_length(size_t cell_count, const int32_t *vertex, const double *p
     }
 }
 
-void vtk_derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
-                              const double *position, const float *value, float *gradient)
+void vtk_derive_cell_gradient(const struct vtk_mesh *mesh, const float *value, float *gradient)
 {
-    for (size_t cell = 0; cell < cell_count; cell++) {
-        const int32_t *v = vertex + (size_t)corners * cell;
+    const int corners = mesh->corners;
+    for (size_t cell = 0; cell < mesh->cell_count; cell++) {
+        const int32_t *v = mesh->vertex + (size_t)corners * cell;
         struct vec3 edge[3], g = {0};
-        const double volume = cell_edges(corners, v, position, edge);
+        const double volume = cell_edges(corners, v, mesh->position, edge);
         /* Cramer's rule for edge[k] . g = difference[k] */
         for (int k = 0; k < corners - 1 && volume > 0; k++) {
             const double difference = (double)value[v[k + 1]] - (double)value[v[0]];
@@ -141,16 +142,17 @@ void vtk_derive_cell_gradient(int corners, size_t cell_count, const int32_t *ver
     }
 }
 
-struct error *vtk_derive_point_gradient(size_t count, int corners, size_t cell_count,
-                                        const int32_t *vertex, const double *position,
-                                        const float *cell_gradient, float *gradient)
+struct error *vtk_derive_point_gradient(const struct vtk_mesh *mesh, const float *cell_gradient,
+                                        float *gradient)
 {
+    const size_t count = mesh->point_count;
+    const int corners = mesh->corners;
     double *sum = NULL;
     struct error *err = array_create(&sum, 4 * count, sizeof *sum);
-    for (size_t cell = 0; cell < cell_count && !err; cell++) {
+    for (size_t cell = 0; cell < mesh->cell_count && !err; cell++) {
         struct vec3 edge[3];
-        const int32_t *v = vertex + (size_t)corners * cell;
-        const double volume = fmax(cell_edges(corners, v, position, edge), 0);
+        const int32_t *v = mesh->vertex + (size_t)corners * cell;
+        const double volume = fmax(cell_edges(corners, v, mesh->position, edge), 0);
         for (int i = 0; i < corners; i++) {
             double *at = sum + 4 * (size_t)v[i];
             for (size_t k = 0; k < 3; k++)

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 struct error;
+struct vtk_mesh;
 
 /* Irradiance, averaged over all normals: the bands above 0 average out, so E = pi Y00 L00 (Y00 L00
  * where the coefficients are convolved). rgb: 3 * count; sh: 3 * order^2 * count. */
@@ -46,13 +47,11 @@ void vtk_derive_length(size_t cell_count, const int32_t *vertex, const double *p
 /* Gradient of what is interpolated linearly in each cell of 2 to 4 corners: 3 * cell_count, units
  * of value per scene unit. Exact for linear fields, of which a triangle or segment shows the part
  * along it; 0 in a cell without volume, area or length. */
-void vtk_derive_cell_gradient(int corners, size_t cell_count, const int32_t *vertex,
-                              const double *position, const float *value, float *gradient);
+void vtk_derive_cell_gradient(const struct vtk_mesh *mesh, const float *value, float *gradient);
 
 /* Mean of the gradients of the cells around each probe, weighted with their volume, area or length:
  * 3 * count; 0 without cells. */
-struct error *vtk_derive_point_gradient(size_t count, int corners, size_t cell_count,
-                                        const int32_t *vertex, const double *position,
-                                        const float *cell_gradient, float *gradient);
+struct error *vtk_derive_point_gradient(const struct vtk_mesh *mesh, const float *cell_gradient,
+                                        float *gradient);
 
 #endif

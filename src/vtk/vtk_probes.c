@@ -162,10 +162,8 @@ static struct error *add_gradients(struct vtk_probes *vtk, const float *luminanc
         err = vtk_fields_add_new(&vtk->cells, name, VTK_EXPORT_F32, 3, m->cell_count, &of_cells);
     if (err)
         return err;
-    vtk_derive_cell_gradient(m->corners, m->cell_count, m->vertex, m->position, luminance,
-                             of_cells);
-    return vtk_derive_point_gradient(m->point_count, m->corners, m->cell_count, m->vertex,
-                                     m->position, of_cells, of_points);
+    vtk_derive_cell_gradient(m, luminance, of_cells);
+    return vtk_derive_point_gradient(m, of_cells, of_points);
 }
 
 /* Where the hull is: a face (an edge, an end) is on it where there is no neighbour, and so are its
