@@ -11,7 +11,7 @@ same_rows() { rows "$1" >same.a && rows "$2" >same.b && cmp same.a same.b; }
 # lit STREAM: how many probes have light
 lit() { probe-cat --text --tables probe --columns position,sh --captured "$1" 2>/dev/null | grep -c '^[0-9-]'; }
 
-# -- slices ------------------------------------------------------------------------------------------
+# -- slices ----------------------------------------------------------------------------------------
 probe-place grid -q --count 60 "$scene" | probe-tet >placed.probe
 probes=$(probe-cat --text --tables probe placed.probe | grep -c '^[0-9-]')
 capture --rays 32 "$scene" placed.probe >whole.probe
@@ -43,7 +43,7 @@ for slice in 0/3 4/3 1/0 -1/3 x 1 1/ /3 1/3x 1/3/3 1.5/3 ''; do
 done
 refused 2 "--slice needs a fixed --order" probe-capture --slice 1/2 --order auto "$scene" placed.probe
 
-# -- killed ------------------------------------------------------------------------------------------
+# -- killed ----------------------------------------------------------------------------------------
 # Enough probes for rows to arrive while others are still to come, and enough rays for that to take a while.
 probe-place grid -q --count 4500 --inside keep "$scene" >placed.binary
 probe-cat --text placed.binary >placed.text
@@ -67,7 +67,7 @@ for encoding in text binary; do
     check "$encoding: the rest is captured, and all is as in one go" same_rows finished whole.binary
 done
 
-# -- asked to end ------------------------------------------------------------------------------------
+# -- asked to end ----------------------------------------------------------------------------------
 # ends FILE: after a signal, FILE holds a whole stream with some light, and the status and the message say so
 ends() {
     ends_lit=$(lit "$1")

@@ -13,7 +13,7 @@ make -s -C "$BUILD" install-libLTLIBRARIES install-includeHEADERS install-pkgcon
 lib=$PWD/root$LIBDIR
 include=$PWD/root$INCLUDEDIR
 
-# -- names ---------------------------------------------------------------------------------------
+# -- names -----------------------------------------------------------------------------------------
 shown() { # shown NM-OPTION... FILE: names that the file defines for others
     $NM --defined-only "$@" | awk 'NF == 3 { print $3 }' | sort -u
 }
@@ -57,7 +57,7 @@ fi
 while read -r name; do grep -qx "\\.Fn $name .*" "$SRC/man/libprobe-query.3" || echo "$name"; done <promised >unsaid
 check "each function is in the manual" sh -c '! grep . unsaid'
 
-# -- the header ----------------------------------------------------------------------------------
+# -- the header ------------------------------------------------------------------------------------
 printf '#include <probe-query.h>\nstruct probe_place place;\n' >alone.c
 cp alone.c alone.cc
 for standard in c99 c11 c17; do
@@ -93,7 +93,12 @@ seq -1 9 | awk '{ print $1, 2 + $1 / 10 + .1, 1, 0, 1, 0 }' >points
 if command -v pkg-config >/dev/null; then
     PKG_CONFIG_PATH=$lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=$PWD/root PKG_CONFIG_ALLOW_SYSTEM_CFLAGS=1 PKG_CONFIG_ALLOW_SYSTEM_LIBS=1
     export PKG_CONFIG_PATH PKG_CONFIG_SYSROOT_DIR PKG_CONFIG_ALLOW_SYSTEM_CFLAGS PKG_CONFIG_ALLOW_SYSTEM_LIBS
-    check "the example builds with what pkg-config says" sh -c "$CC $LDFLAGS root/doc/example.c \$(pkg-config --cflags --libs libprobe-query)"
+    # where the library is an archive alone, what it needs is asked for as well
+    static=
+    [ -e "$shared" ] || static=--static
+    # shellcheck disable=SC2046,SC2086 # lists of options
+    check "the example builds with what pkg-config says" \
+        $CC $LDFLAGS root/doc/example.c $(pkg-config $static --cflags --libs libprobe-query)
 else
     skip "pkg-config is not installed"
     cp "$BUILD/doc/example" a.out

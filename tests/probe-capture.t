@@ -107,7 +107,7 @@ refused 2 "--sky" probe-capture --sky 1,2 "$scene"
 refused 2 "--sun" probe-capture --sun 0,0,0,1,1,1 "$scene"
 refused 2 "expected some of sh_error" probe-capture --columns sh,foo "$scene"
 refused 2 "SCENE" probe-capture
-# -- the light of the first run ----------------------------------------------------------------------
+# -- the light of the first run --------------------------------------------------------------------
 lights='--sky .5,.6,.8 --sun .2,-1,.3,10,9,8 --point 1,2,1,5,5,5 --emit front --albedo-scale .5'
 probe-place grid -q --count 12 "$scene" | probe-capture -q --rays 16 $lights "$scene" >lit.probe
 light_of() { # light_of FILE: keys of its light

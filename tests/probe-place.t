@@ -43,7 +43,7 @@ probe-place grid -q --spacing 1 --bounds 0,0,0,4,4,4 --threads 1 cube.obj >one.p
 probe-place grid -q --spacing 1 --bounds 0,0,0,4,4,4 --threads 3 cube.obj >three.probe
 check "any number of threads gives the same bytes" cmp one.probe three.probe
 
-# -- vertices ----------------------------------------------------------------------------------------
+# -- vertices --------------------------------------------------------------------------------------
 # each STREAM CONDITION: every row passes it, and there are rows
 each() { probe-cat --text "$1" | awk '/^[0-9-]/ { rows++; if (!('"$2"')) bad = 1 } END { exit bad || !rows }'; }
 # holds STREAM ROWS

@@ -61,7 +61,7 @@ for stage in place capture tet; do
     check "$stage: seconds and memory of all runs" sh -c "[ \"\$(paste seconds peaks | awk '\$1 > 0 && \$1 < 60 && \$2 > 1 && \$2 < 2000' | wc -l)\" = 4 ]"
 done
 
-# -- killed in its middle -------------------------------------------------------------------------------------------------
+# -- killed in its middle --------------------------------------------------------------------------
 for signal in TERM KILL; do
     rm -f held
     touch shut
@@ -82,7 +82,7 @@ for signal in TERM KILL; do
     rm -rf killed
 done
 
-# -- content, not names ------------------------------------------------------------------------------------------------------
+# -- content, not names ----------------------------------------------------------------------------
 $sweep --no-plots -o whole four >first.out 2>again.err
 check "a second time there is nothing to do" sh -c "grep -c ': 0 to do' again.err | grep -qx 6 && ! grep -q ': [1-9][0-9]* to do' again.err"
 cp "$SRC/scenes/two-rooms.obj" moved.obj
@@ -93,7 +93,7 @@ sed 's/^Ke .*/Ke 5 5 5/' "$SRC/scenes/two-rooms.mtl" >two-rooms.mtl
 $sweep --no-plots --scene moved.obj -o whole four >moved.out 2>moved.err
 check "another material is another scene" grep -q 'capture: 3 to do' moved.err
 
-# -- what it says ----------------------------------------------------------------------------------------------------------
+# -- what it says ----------------------------------------------------------------------------------
 $sweep --no-plots --error 100000% --time 1e9 --size 1e9 -o whole --scene "$SRC/scenes/two-rooms.obj" four >says 2>/dev/null
 least=$(column cpu_s whole/sweep.tsv | sort -g | head -n 1 | awk '{ printf "%.3g", $1 }')
 check "the cheapest under an error is the cheapest of all, if all are" sh -c "grep -A1 'the cheapest under 100000.00% by time' says | grep -q ' $least CPU s'"
@@ -111,7 +111,7 @@ else
     skip "gnuplot is not installed: no pictures"
 fi
 
-# -- a stage that fails is a row that says so ---------------------------------------------------------------------------------
+# -- a stage that fails is a row that says so ------------------------------------------------------
 cat >fails <<END
 scene $SRC/scenes/two-rooms.obj
 base count 60
@@ -134,7 +134,7 @@ check "a failed row has no figures" sh -c "[ \"\$(grep '	fix: exit' failed/sweep
 $sweep --no-plots -o failed fails >fails.out 2>fails.err
 check "what failed is tried again, what did not is not" sh -c "grep -q 'place: 1 to do, 1 done' fails.err && grep -q 'tet: 0 to do, 1 done' fails.err"
 
-# -- what is refused -----------------------------------------------------------------------------------------------------------
+# -- what is refused -------------------------------------------------------------------------------
 # bad LINE MESSAGE: `four` with a line added at its end
 bad() {
     { grep -v '^measure' four; echo "$1"; echo 'measure probe-error {scene}'; } >bad

@@ -139,6 +139,11 @@ into() {
     "$@" >"$into_file"
 }
 
+# plain_libm COMMAND...: a program, without the faster instructions that libm takes where it can
+plain_libm() {
+    env GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-AVX512F "$@"
+}
+
 # as_text TYPE COUNT: binary numbers of standard input (f4, f8, d4) as text, COUNT a line
 as_text() {
     as_text_size=${1#?}
