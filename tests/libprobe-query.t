@@ -1,6 +1,7 @@
 #!/bin/sh
-# libprobe-query as it is installed: nothing shown but probe_*, no dependency but libc and libm, a header for C and C++, the same
-# binary interface as the last release, and an example that a compiler and pkg-config suffice for.
+# libprobe-query as it is installed: nothing shown but probe_*, no dependency but libc and libm, a
+# header for C and C++, the same binary interface as the last release, and an example that a
+# compiler and pkg-config suffice for.
 . "${SRC:?}/tests/support/setup.sh"
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
@@ -8,8 +9,9 @@ shared=$BUILD/src/libprobe-query/.libs/libprobe-query.so
 archive=$BUILD/src/libprobe-query/.libs/libprobe-query.a
 sanitized() { case "${CFLAGS-} ${LDFLAGS-}" in *-fsanitize*) return 0 ;; *) return 1 ;; esac; }
 
-make -s -C "$BUILD" install-libLTLIBRARIES install-includeHEADERS install-pkgconfigDATA install-dist_exampleDATA \
-    exampledir=/doc DESTDIR="$PWD/root" >install.log 2>&1 || fail "make install" "$(cat install.log)"
+make -s -C "$BUILD" install-libLTLIBRARIES install-includeHEADERS install-pkgconfigDATA \
+    install-dist_exampleDATA exampledir=/doc DESTDIR="$PWD/root" >install.log 2>&1 ||
+    fail "make install" "$(cat install.log)"
 lib=$PWD/root$LIBDIR
 include=$PWD/root$INCLUDEDIR
 
@@ -28,7 +30,8 @@ if [ -e "$shared" ]; then
         printf 'libc.so.6\nlibm.so.6\n' >expected
         check "it needs libc and libm alone" diff expected needed
     fi
-    check "its soname is libprobe-query.so.0" sh -c "readelf -d '$shared' | grep -q 'SONAME.*\\[libprobe-query.so.0\\]'"
+    readelf -d "$shared" >dynamic
+    check "its soname is libprobe-query.so.0" says dynamic 'SONAME.*\[libprobe-query.so.0\]'
     grep -v '^#' "$SRC/tests/libprobe-query.abi" >promised.abi
     { shown -D --with-symbol-versions "$shared" | grep '^probe_'; "$BUILD/tests/abi"; } >built.abi
     check "the binary interface is that of tests/libprobe-query.abi" diff promised.abi built.abi
@@ -37,8 +40,10 @@ else
 fi
 if [ -e "$archive" ]; then
     shown -g "$archive" >shown
-    check "every name of the static library begins with probe_" sh -c "[ -s shown ] && ! grep -v '^probe_' shown"
-    check "all that the header promises is in it, and all else is probe_private_" sh -c "grep -v '^probe_private_' shown | diff promised -"
+    check "every name of the static library begins with probe_" every '/^probe_/' shown
+    grep -v '^probe_private_' shown >public
+    check "all that the header promises is in it, and all else is probe_private_" \
+        diff promised public
     # a game with names of its own, which takes in the whole library
     cat >game.c <<'C'
 #include <probe-query.h>
@@ -48,51 +53,61 @@ int volume_place(void) { return 1; }
 int sh_basis(int order) { return order + lattice_fit + volume_finish; }
 int main(void) { return puts(probe_status_text(PROBE_OK)) < 0 || sh_basis(0) || !volume_place(); }
 C
-    check "a program with names like its own links it" sh -c "$CC $LDFLAGS -I'$include' -o game game.c \
-        -Wl,--whole-archive '$lib/libprobe-query.a' -Wl,--no-whole-archive -lm && [ \"\$(./game)\" = done ]"
+    # shellcheck disable=SC2086 # lists of options
+    check "a program with names like its own links it" $CC $LDFLAGS -I"$include" -o game game.c \
+        -Wl,--whole-archive "$lib/libprobe-query.a" -Wl,--no-whole-archive -lm \
+        and into said ./game and says said '^done$'
 else
     skip "there is no static library"
 fi
 
-while read -r name; do grep -qx "\\.Fn $name .*" "$SRC/man/libprobe-query.3" || echo "$name"; done <promised >unsaid
-check "each function is in the manual" sh -c '! grep . unsaid'
+while read -r name; do
+    grep -qx "\\.Fn $name .*" "$SRC/man/libprobe-query.3" || echo "$name"
+done <promised >unsaid
+check "each function is in the manual" empty unsaid and test -s promised
 
 # -- the header ------------------------------------------------------------------------------------
 printf '#include <probe-query.h>\nstruct probe_place place;\n' >alone.c
 cp alone.c alone.cc
+strict="-Wall -Wextra -pedantic -Werror -I$include -fsyntax-only"
 for standard in c99 c11 c17; do
-    check "the header alone is $standard" $CC -std=$standard -Wall -Wextra -pedantic -Werror -I"$include" -fsyntax-only alone.c
+    check "the header alone is $standard" $CC -std=$standard $strict alone.c
 done
 for standard in c++98 c++17; do # long long, which C++98 does not know, is the system's
-    check "the header alone is $standard" $CXX -std=$standard -Wall -Wextra -pedantic -Werror -Wno-long-long -I"$include" -fsyntax-only alone.cc
+    check "the header alone is $standard" $CXX -std=$standard $strict -Wno-long-long alone.cc
 done
 
 # -- the folder alone ------------------------------------------------------------------------------
-mkdir copy
-cp "$SRC"/src/libprobe-query/*.[ch] "$SRC/doc/example.c" copy
 for compiler in "$CC" clang; do
     name="the folder is all that ${compiler##*/} needs"
     if command -v "${compiler%% *}" >/dev/null; then
-        check "$name" sh -c "cd copy && $compiler -std=c17 -Wall -Wextra -Werror -c [!e]*.c &&
-            $compiler -std=c17 -Wall -Wextra -Werror -I. -o example example.c [!e]*.o -lm &&
-            ./example example.c 0 0 0 1 1 1 2>&1 | grep 'not a packed file' && rm *.o example"
+        rm -rf copy
+        mkdir copy
+        cp "$SRC"/src/libprobe-query/*.[ch] "$SRC/doc/example.c" copy
+        (cd copy && $compiler -std=c17 -Wall -Wextra -Werror -c [!e]*.c &&
+            $compiler -std=c17 -Wall -Wextra -Werror -I. -o example example.c [!e]*.o -lm) >log 2>&1
+        copy/example copy/example.c 0 0 0 1 1 1 >said 2>&1
+        check "$name" empty log and says said 'not a packed file'
     else
         skip "$name: it is not installed"
     fi
 done
 
 # -- the example -----------------------------------------------------------------------------------
-check "the example has less than 60 lines" sh -c "[ \$(wc -l <'$SRC/doc/example.c') -lt 60 ]"
+check "the example has less than 60 lines" [ "$(wc -l <"$SRC/doc/example.c")" -lt 60 ]
 cat >light.awk <<'AWK'
-BEGIN { print "#?probe 1\nsh-order 3\nsh-content " content "\ntable probe position:f64:3 sh:f32:27"; srand(5) }
-{ printf "%s %s %s", $1, $2, $3; for (k = 0; k < 27; k++) printf " %.9g", rand() - (k > 2) / 2; print "" }
-END { print "end" }
+BEGIN { srand(5) }
+{
+    printf "%s %s %s", $1, $2, $3
+    for (k = 0; k < 27; k++) printf " %.9g", rand() - (k > 2) / 2
+    print ""
+}
 AWK
-probe-place grid --spacing 1 --bounds 0,0,0,8,4,4 --text | grep '^[0-9]' >positions
+probe-place grid --spacing 1 --bounds 0,0,0,8,4,4 --text | numbers >positions
 seq -1 9 | awk '{ print $1, 2 + $1 / 10 + .1, 1, 0, 1, 0 }' >points
 if command -v pkg-config >/dev/null; then
-    PKG_CONFIG_PATH=$lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=$PWD/root PKG_CONFIG_ALLOW_SYSTEM_CFLAGS=1 PKG_CONFIG_ALLOW_SYSTEM_LIBS=1
-    export PKG_CONFIG_PATH PKG_CONFIG_SYSROOT_DIR PKG_CONFIG_ALLOW_SYSTEM_CFLAGS PKG_CONFIG_ALLOW_SYSTEM_LIBS
+    export PKG_CONFIG_PATH="$lib/pkgconfig" PKG_CONFIG_SYSROOT_DIR="$PWD/root"
+    export PKG_CONFIG_ALLOW_SYSTEM_CFLAGS=1 PKG_CONFIG_ALLOW_SYSTEM_LIBS=1
     # where the library is an archive alone, what it needs is asked for as well
     static=
     [ -e "$shared" ] || static=--static
@@ -104,15 +119,18 @@ else
     cp "$BUILD/doc/example" a.out
 fi
 for content in radiance irradiance; do
-    awk -v content=$content -f light.awk positions | probe-tet -q >$content.probe
+    awk -f light.awk positions |
+        stream_of "sh-order 3" "sh-content $content" "table probe position:f64:3 sh:f32:27" |
+        probe-tet -q >$content.probe
     for packing in float half; do
         probe-query --pack $packing -o $content.pack $content.probe
         LD_LIBRARY_PATH=$lib ./a.out $content.pack -1 2 1 9 3 1 >said
+        tail -n +2 said | perl -ne 'print pack("f<3", (split)[4 .. 6])' >got
         probe-query -q --to binary $content.pack points >expected
         check "it gives probe-query's bytes ($content, $packing)" \
-            sh -c "[ -s expected ] && tail -n +2 said | perl -ne 'print pack(\"f<3\", (split)[4 .. 6])' | cmp - expected"
+            test -s expected and cmp got expected
     done
 done
 head -c 5000 radiance.pack >short.pack
-check "a damaged file is refused" sh -c "LD_LIBRARY_PATH='$lib' ./a.out short.pack 0 0 0 1 1 1 2>&1 | grep -q damaged"
+refused 1 "damaged" env LD_LIBRARY_PATH="$lib" ./a.out short.pack 0 0 0 1 1 1
 tap_done
