@@ -1,6 +1,7 @@
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how
  * smoothly it changes. */
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "base/progress.h"
 #include "base/warning.h"
@@ -325,7 +326,7 @@ static struct error *open_baked(struct baked *baked, const struct stream *stream
     struct error *err = baked_open(baked, stream, &settings);
     if (!err)
         err = check_cells(a, baked, warnings);
-    return error_wrap(err, "%s", strcmp(input, "-") ? input : "stdin");
+    return error_wrap(err, "%s", file_input_name(input));
 }
 
 /* Where each part's time went, for those who wait. */

@@ -2,6 +2,7 @@
  * sides of the wall. */
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "base/progress.h"
 #include "base/warning.h"
@@ -275,7 +276,7 @@ int main(int argc, char **argv)
     if (!err)
         err = stream_read(&stream, input);
     if (!err)
-        err = error_wrap(check_stream(stream), "%s", strcmp(input, "-") ? input : "stdin");
+        err = error_wrap(check_stream(stream), "%s", file_input_name(input));
     if (!err)
         err = stage_init(&stage, program.operands[0], &stream->header, &warnings);
     if (!err && stage.other)

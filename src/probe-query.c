@@ -1,13 +1,14 @@
 /* probe-query: the light at points, interpolated between the probes around each. */
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
 #include "interpolate/query.h"
 #include "stream/points.h"
-#include "stream/stream_private.h"
+#include "stream/stream.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -32,22 +33,22 @@ static struct error *open_baked(struct interpolate **in, struct stream **stream,
 static struct error *write_packed(const struct interpolate *in, enum probe_packing packing,
                                   const char *path)
 {
-    struct stream_output out;
+    struct file_output out;
     char *image;
     const size_t size =
         probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, NULL, 0);
     if (!size)
         return error_new("some probes have no light: run probe-capture");
-    struct error *err = output_open(&out, path, true);
+    struct error *err = file_output_open(&out, path, true);
     if (err)
         return err;
-    err = output_room(&out, size, &image);
+    err = file_output_room(&out, size, &image);
     if (!err) {
         probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, image, size);
         out.count += size;
-        return output_finish(&out);
+        return file_output_finish(&out);
     }
-    output_abandon(&out);
+    file_output_abandon(&out);
     return err;
 }
 

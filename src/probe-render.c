@@ -1,6 +1,7 @@
 /* probe-render: pictures of a scene, by its true light and by that of its probes. */
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/number.h"
 #include "base/options.h"
 #include "base/progress.h"
@@ -407,7 +408,7 @@ static struct error *film_scene(struct program *program, struct arguments *a,
         err = overlay_spacing(stream, &spacing);
     if (draw_probes && !(a->draw_probes > 0))
         a->draw_probes = 0.1 * spacing;
-    err = error_wrap(err, "%s", strcmp(input, "-") ? input : "stdin");
+    err = error_wrap(err, "%s", file_input_name(input));
     if (!err)
         err = scene_read(&scene, scene_path, &a->scene, false, warnings);
     if (!err && stream)
@@ -479,7 +480,7 @@ int main(int argc, char **argv)
             err = stream_read(&stream, input);
             if (!err)
                 err = error_wrap(take_over(&program, &a, &stream->header, argc, argv), "%s",
-                                 strcmp(input, "-") ? input : "stdin");
+                                 file_input_name(input));
         }
         if (!err)
             err = film_scene(&program, &a, scene, stream, input, &warnings);

@@ -1,5 +1,6 @@
 /* probe-tet: makes the Delaunay tetrahedra of a stream's probes. */
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
 #include "stream/cells.h"
@@ -205,7 +206,7 @@ int main(int argc, char **argv)
     if (!err && verify_only)
         err = verify(stream, &own, &program, common.quiet);
     if (stream)
-        err = error_wrap(err, "%s", strcmp(input, "-") ? input : "stdin");
+        err = error_wrap(err, "%s", file_input_name(input));
     if (!err && want_report)
         err = report(stream, verify_only ? &own : &tetra);
     if (!err && !verify_only)

@@ -1,5 +1,6 @@
 /* probe-vtk: writes probes, tetrahedra and the scene for ParaView. */
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
 #include "scene/scene.h"
@@ -70,7 +71,7 @@ static struct error *run(const struct vtk_options *o, const char *input, struct 
     struct error *err = stream_read(&stream, input);
     if (!err)
         err = error_wrap(vtk_probes_init(&cells, stream, o->exposure, warnings), "%s",
-                         strcmp(input, "-") ? input : "stdin");
+                         file_input_name(input));
     if (!err && o->scene)
         err = read_scene(&scene, o->scene, &stream->header, warnings);
     if (!err && o->scene)

@@ -1,15 +1,19 @@
 /* The lowest layer: errors gain context, arrays refuse to overflow, loops report the first failure
- * whatever the threads do, options mean what they say. */
+ * whatever the threads do, options mean what they say, files are read whole and appear whole. */
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "base/threads.h"
 #include "base/warning.h"
+#include "support/files.h"
 #include "support/tap.h"
 
 #include <errno.h>
 #include <stdint.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 static void test_error(void)
 {
@@ -48,6 +52,136 @@ static void test_array(void)
     err = array_create(&a, SIZE_MAX / 2, sizeof *a);
     ok(err && !a, "so it is for a new array");
     error_destroy(err);
+}
+
+static bool fails_with(struct error *err, const char *message)
+{
+    const bool same = err && !strcmp(error_message(err), message);
+    if (!same)
+        printf("# %s\n", err ? error_message(err) : "no error");
+    error_destroy(err);
+    return same;
+}
+
+static void test_file_read(void)
+{
+    char *data = NULL, *big = NULL;
+    size_t size = 0;
+    files_write_bytes("a", "a\0b\n", 4);
+    struct error *err = file_read(files_path("a"), &data, &size);
+    ok(!err && size == 4 && !memcmp(data, "a\0b\n", 5), "a file, and a zero byte behind it");
+    free(data);
+    files_write("empty", "");
+    err = file_read(files_path("empty"), &data, &size);
+    ok(!err && size == 0 && data[0] == 0, "an empty one is that byte alone");
+    free(data);
+    ok(fails_with(file_read(files_path("none"), &data, &size), "No such file or directory") &&
+           !data && !size,
+       "one that is not there");
+    ok(fails_with(file_read(files_directory, &data, &size), "Is a directory") && !data,
+       "a directory");
+
+    /* a pipe does not say how long it is */
+    enum { BIG = 300000 };
+    int ends[2];
+    const bool piped = !pipe(ends);
+    const pid_t child = piped ? fork() : -1;
+    if (child == 0) {
+        static char zeros[BIG];
+        close(ends[0]);
+        for (size_t done = 0; done < sizeof zeros;) {
+            const ssize_t put = write(ends[1], zeros + done, sizeof zeros - done);
+            if (put < 0)
+                _exit(1);
+            done += (size_t)put;
+        }
+        _exit(0);
+    }
+    close(ends[1]);
+    struct file_input in;
+    const unsigned char *bytes;
+    char path[32];
+    size_t got = 0;
+    snprintf(path, sizeof path, "/proc/self/fd/%d", ends[0]);
+    err = file_input_open(&in, path);
+    if (!err)
+        err = file_input_peek(&in, 10, &bytes, &got);
+    if (!err)
+        file_input_consume(&in, 10);
+    if (!err)
+        err = file_input_rest(&in, &big, &size);
+    ok(!err && got == 10 && size == BIG - 10 && big[size] == 0,
+       "the rest of a pipe, behind what was consumed: %zu bytes", size);
+    file_input_close(&in);
+    close(ends[0]);
+    waitpid(child, NULL, 0);
+    free(big);
+}
+
+static void test_file_lines(void)
+{
+    struct file_input in;
+    const char *line = NULL;
+    size_t length = 0, bytes = 0;
+    files_write("lines", "one\n\ntwo");
+    struct error *err = file_input_open(&in, files_path("lines"));
+    if (!err)
+        err = file_input_line(&in, &line, &length, &bytes);
+    ok(!err && length == 3 && bytes == 4 && !memcmp(line, "one", 3), "a line without its newline");
+    file_input_consume(&in, bytes);
+    err = file_input_line(&in, &line, &length, &bytes);
+    ok(!err && length == 0 && bytes == 1, "an empty one");
+    file_input_consume(&in, bytes);
+    err = file_input_line(&in, &line, &length, &bytes);
+    ok(!err && length == 3 && bytes == 3, "the last, which has no newline");
+    file_input_consume(&in, bytes);
+    err = file_input_line(&in, &line, &length, &bytes);
+    ok(!err && !line && in.offset == 8, "and then no more");
+    file_input_close(&in);
+}
+
+static void test_file_write(void)
+{
+    struct file_output out;
+    char *data = NULL;
+    size_t size = 0;
+    files_write("out", "before");
+    struct error *err = file_output_open(&out, files_path("out"), true);
+    if (!err)
+        err = file_output_write(&out, "after", 5);
+    ok(!err && !file_read(files_path("out"), &data, &size) && !strcmp(data, "before"),
+       "until it is finished, a file is as it was");
+    free(data);
+    file_output_abandon(&out);
+    ok(!file_read(files_path("out"), &data, &size) && !strcmp(data, "before"),
+       "given up, it stays so");
+    free(data);
+    err = file_output_open(&out, files_path("out"), true);
+    char *room = NULL;
+    if (!err)
+        err = file_output_room(&out, 3, &room);
+    if (!err) {
+        memcpy(room, "in ", 3);
+        out.count += 3;
+        err = file_output_write(&out, "order", 5);
+    }
+    if (!err)
+        err = file_output_finish(&out);
+    ok(!err && !file_read(files_path("out"), &data, &size) && !strcmp(data, "in order"),
+       "finished, it holds what was written, in order");
+    free(data);
+    ok(!strcmp(file_input_name("-"), "stdin") && !strcmp(file_output_name("-"), "stdout") &&
+           !strcmp(file_input_name("a"), "a") && !strcmp(file_output_name("a"), "a"),
+       "messages call - what it is");
+}
+
+static void test_file(void)
+{
+    files_begin();
+    test_file_read();
+    test_file_lines();
+    test_file_write();
+    files_end();
 }
 
 static struct error *square_or_fail(void *context, size_t i, int thread)
@@ -181,6 +315,7 @@ int main(void)
 {
     test_error();
     test_array();
+    test_file();
     test_threads();
     test_warnings();
     test_options();

@@ -4,6 +4,7 @@
 #include "math/box.h"
 #include "math/cell.h"
 #include "math/direction.h"
+#include "math/hash.h"
 #include "math/luminance.h"
 #include "math/power.h"
 #include "math/random.h"
@@ -226,6 +227,28 @@ static void test_powers(void)
        "so are powers (%.1e); of 0 and 1 they are exact", power_worst);
 }
 
+static void test_hash(void)
+{
+    ok(hash_bytes("", 0) == 0x2d06800538d394c2, "the hash of nothing is XXH3's");
+    unsigned char bytes[5000];
+    for (size_t i = 0; i < sizeof bytes; i++)
+        bytes[i] = (unsigned char)(i * i >> 3);
+    struct hash whole, parts, seeded;
+    hash_start(&whole, 0);
+    hash_add(&whole, bytes, sizeof bytes);
+    hash_start(&parts, 0);
+    for (size_t i = 0, some = 1; i < sizeof bytes; i += some, some = some * 2 % 997) {
+        some = some < sizeof bytes - i ? some : sizeof bytes - i;
+        hash_add(&parts, bytes + i, some);
+    }
+    ok(hash_value(&whole) == hash_value(&parts) &&
+           hash_value(&whole) == hash_bytes(bytes, sizeof bytes),
+       "in one piece or in many, bytes have one hash");
+    hash_start(&seeded, 1);
+    hash_add(&seeded, bytes, sizeof bytes);
+    ok(hash_value(&seeded) != hash_value(&whole), "another seed, another hash");
+}
+
 int main(void)
 {
     test_random();
@@ -237,5 +260,6 @@ int main(void)
     test_direction();
     test_sort();
     test_cell();
+    test_hash();
     return tap_done();
 }

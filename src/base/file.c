@@ -1,8 +1,6 @@
-/* Bytes in and out of files: buffering, checksums, and files that appear only when they are
- * whole. */
+#include "base/file.h"
 #include "base/array.h"
 #include "base/error.h"
-#include "stream/stream_private.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -11,37 +9,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
-/* -- checksums ------------------------------------------------------------------------------- */
-
-struct error *checksum_create(void **checksum)
-{
-    XXH3_state_t *state = XXH3_createState();
-    *checksum = state;
-    if (!state)
-        return error_memory();
-    XXH3_64bits_reset(state);
-    return NULL;
-}
-
-void checksum_destroy(void *checksum)
-{
-    XXH3_freeState(checksum);
-}
-
-void checksum_update(void *checksum, const void *bytes, size_t count)
-{
-    XXH3_64bits_update(checksum, bytes, count);
-}
-
-uint64_t checksum_take(void *checksum)
-{
-    const uint64_t sum = XXH3_64bits_digest(checksum);
-    XXH3_64bits_reset_withSeed(checksum, sum);
-    return sum;
-}
 
 /* Opens, above the standard descriptors: where one of these is closed, a file must not take its
  * place. */
@@ -56,31 +23,97 @@ static int open_above(const char *path, int flags)
     return above;
 }
 
-/* -- in -------------------------------------------------------------------------------------- */
-
-struct error *input_open(struct stream_input *in, const char *path)
+static ssize_t read_some(int fd, void *bytes, size_t most)
 {
-    const bool standard = !strcmp(path, "-");
-    *in = (struct stream_input){.fd = standard ? STDIN_FILENO : open_above(path, O_RDONLY)};
-    if (in->fd < 0)
-        return error_system(errno, "%s", path);
-    if (fcntl(in->fd, F_GETFD) < 0)
-        return error_new("stdin is closed: there is nothing to read");
-    in->name = strdup(standard ? "stdin" : path);
-    return in->name ? NULL : error_memory();
+    ssize_t got;
+    do
+        got = read(fd, bytes, most);
+    while (got < 0 && errno == EINTR);
+    return got;
 }
 
-void input_close(struct stream_input *in)
+/* Appends all that is left to *data, and a zero byte behind it; frees it on error. */
+static struct error *read_rest(int fd, char **data, size_t *size, size_t capacity)
+{
+    struct stat status;
+    const bool known = fstat(fd, &status) == 0 && S_ISREG(status.st_mode) && status.st_size >= 0;
+    struct error *err =
+        array_reserve(data, &capacity, *size + 2 + (known ? (size_t)status.st_size : 65536), 1);
+    for (ssize_t got = 1; !err && got;) {
+        if (*size + 1 == capacity)
+            err = array_reserve(data, &capacity, 2 * capacity, 1);
+        got = err ? 0 : read_some(fd, *data + *size, capacity - 1 - *size);
+        if (got < 0)
+            err = error_new("%s", strerror(errno));
+        else
+            *size += (size_t)got;
+    }
+    if (err) {
+        free(*data);
+        *data = NULL;
+        *size = 0;
+    } else {
+        (*data)[*size] = 0;
+    }
+    return err;
+}
+
+struct error *file_read(const char *path, char **data, size_t *size)
+{
+    *data = NULL;
+    *size = 0;
+    const int fd = open_above(path, O_RDONLY);
+    if (fd < 0)
+        return error_new("%s", strerror(errno));
+    struct error *err = read_rest(fd, data, size, 0);
+    close(fd);
+    return err;
+}
+
+/* -- in -------------------------------------------------------------------------------------- */
+
+const char *file_input_name(const char *path)
+{
+    return strcmp(path, "-") ? path : "stdin";
+}
+
+struct error *file_input_open(struct file_input *in, const char *path)
+{
+    const bool standard = !strcmp(path, "-");
+    *in = (struct file_input){.fd = standard ? STDIN_FILENO : open_above(path, O_RDONLY)};
+    struct error *err = NULL;
+    if (in->fd < 0)
+        err = error_system(errno, "%s", path);
+    else if (fcntl(in->fd, F_GETFD) < 0)
+        err = error_new("stdin is closed: there is nothing to read");
+    else if (!(in->name = strdup(file_input_name(path))))
+        err = error_memory();
+    if (err)
+        file_input_close(in);
+    return err;
+}
+
+void file_input_close(struct file_input *in)
 {
     if (in->fd > STDERR_FILENO) /* reading is over: closing has nothing to say */
         close(in->fd);
     free(in->name);
     free(in->data);
-    *in = (struct stream_input){.fd = -1};
+    *in = (struct file_input){.fd = -1};
+}
+
+struct error *file_input_read(struct file_input *in, void *bytes, size_t most, size_t *got)
+{
+    const ssize_t count = read_some(in->fd, bytes, most);
+    *got = count > 0 ? (size_t)count : 0;
+    if (count < 0)
+        return error_system(errno, "%s", in->name);
+    in->ended = count == 0;
+    return NULL;
 }
 
 /* Reads once more, into room for at least one byte. */
-static struct error *fill(struct stream_input *in)
+static struct error *fill(struct file_input *in)
 {
     if (in->start > 0) {
         memmove(in->data, in->data + in->start, in->end - in->start);
@@ -89,23 +122,18 @@ static struct error *fill(struct stream_input *in)
     }
     if (in->end == in->capacity) {
         struct error *err = array_reserve(
-            &in->data, &in->capacity, in->capacity ? 2 * in->capacity : STREAM_BLOCK_BYTES / 4, 1);
+            &in->data, &in->capacity, in->capacity ? 2 * in->capacity : FILE_BLOCK_BYTES / 4, 1);
         if (err)
             return err;
     }
-    ssize_t got;
-    do
-        got = read(in->fd, in->data + in->end, in->capacity - in->end);
-    while (got < 0 && errno == EINTR);
-    if (got < 0)
-        return error_system(errno, "%s", in->name);
-    in->ended = got == 0;
-    in->end += (size_t)got;
-    return NULL;
+    size_t got;
+    struct error *err = file_input_read(in, in->data + in->end, in->capacity - in->end, &got);
+    in->end += got;
+    return err;
 }
 
-struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes,
-                         size_t *got)
+struct error *file_input_peek(struct file_input *in, size_t count, const unsigned char **bytes,
+                              size_t *got)
 {
     struct error *err = NULL;
     while (!err && in->end - in->start < count && !in->ended)
@@ -115,13 +143,14 @@ struct error *input_peek(struct stream_input *in, size_t count, const unsigned c
     return err;
 }
 
-void input_consume(struct stream_input *in, size_t count)
+void file_input_consume(struct file_input *in, size_t count)
 {
     in->start += count;
     in->offset += count;
 }
 
-struct error *input_line(struct stream_input *in, const char **line, size_t *length, size_t *bytes)
+struct error *file_input_line(struct file_input *in, const char **line, size_t *length,
+                              size_t *bytes)
 {
     size_t searched = 0;
     *line = NULL;
@@ -139,9 +168,9 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
         }
         if (in->ended)
             return NULL;
-        if (available > STREAM_LINE_MOST)
+        if (available > FILE_LINE_MOST)
             return error_new("%s:%zu: the line is longer than %d bytes", in->name, in->line + 1,
-                             STREAM_LINE_MOST);
+                             FILE_LINE_MOST);
         searched = available;
         struct error *err = fill(in);
         if (err)
@@ -149,12 +178,31 @@ struct error *input_line(struct stream_input *in, const char **line, size_t *len
     }
 }
 
+struct error *file_input_rest(struct file_input *in, char **data, size_t *size)
+{
+    size_t capacity = 0;
+    *data = NULL;
+    *size = in->end - in->start;
+    struct error *err = array_reserve(data, &capacity, *size, 1);
+    if (err)
+        return err;
+    if (*size)
+        memcpy(*data, in->data + in->start, *size);
+    file_input_consume(in, *size);
+    return error_wrap(read_rest(in->fd, data, size, capacity), "%s", in->name);
+}
+
 /* -- out ------------------------------------------------------------------------------------- */
+
+const char *file_output_name(const char *path)
+{
+    return strcmp(path, "-") ? path : "stdout";
+}
 
 /* Tries temporary names beside the target until one is free: `take` makes the file, or fails with
  * EEXIST. */
-static struct error *take_temporary(struct stream_output *out,
-                                    bool (*take)(struct stream_output *out, const char *name))
+static struct error *take_temporary(struct file_output *out,
+                                    bool (*take)(struct file_output *out, const char *name))
 {
     const char *slash = strrchr(out->target, '/');
     const int directory = slash ? (int)(slash + 1 - out->target) : 0;
@@ -175,14 +223,14 @@ static struct error *take_temporary(struct stream_output *out,
     return error_new("%s: no free temporary name beside it", out->name);
 }
 
-static bool take_created(struct stream_output *out, const char *name)
+static bool take_created(struct file_output *out, const char *name)
 {
     out->fd = open_above(name, O_WRONLY | O_CREAT | O_EXCL);
     return out->fd >= 0;
 }
 
 /* Gives a nameless file its first name. */
-static bool take_linked(struct stream_output *out, const char *name)
+static bool take_linked(struct file_output *out, const char *name)
 {
     char descriptor[32];
     snprintf(descriptor, sizeof descriptor, "/proc/self/fd/%d", out->fd);
@@ -191,7 +239,7 @@ static bool take_linked(struct stream_output *out, const char *name)
 
 /* A file without a name, so that a killed program leaves nothing, where the system has such; else
  * one with a temporary name. */
-static struct error *open_beside(struct stream_output *out)
+static struct error *open_beside(struct file_output *out)
 {
     char *directory = strdup(out->target);
     if (!directory)
@@ -210,7 +258,7 @@ static struct error *open_beside(struct stream_output *out)
     return take_temporary(out, take_created);
 }
 
-static struct error *open_file(struct stream_output *out, const char *path)
+static struct error *open_file(struct file_output *out, const char *path)
 {
     struct stat status;
     const bool exists = stat(path, &status) == 0;
@@ -230,10 +278,10 @@ static struct error *open_file(struct stream_output *out, const char *path)
     return err;
 }
 
-struct error *output_open(struct stream_output *out, const char *path, bool binary)
+struct error *file_output_open(struct file_output *out, const char *path, bool binary)
 {
     const bool standard = !strcmp(path, "-");
-    *out = (struct stream_output){.fd = -1, .name = strdup(standard ? "stdout" : path)};
+    *out = (struct file_output){.fd = -1, .name = strdup(file_output_name(path))};
     struct error *err = out->name ? NULL : error_memory();
     if (!err && !standard)
         err = open_file(out, path);
@@ -243,24 +291,24 @@ struct error *output_open(struct stream_output *out, const char *path, bool bina
         out->fd = STDOUT_FILENO;
     if (!err)
         /* a pipe: fewer turns of who writes and who reads. Others have no such size */
-        (void)fcntl(out->fd, F_SETPIPE_SZ, STREAM_BLOCK_BYTES);
+        (void)fcntl(out->fd, F_SETPIPE_SZ, FILE_BLOCK_BYTES);
     if (!err && binary && isatty(out->fd))
         err = error_new(
             "%s is a terminal, and the stream is binary: give --text, or a file with --output",
             out->name);
     if (err)
-        output_abandon(out);
+        file_output_abandon(out);
     return err;
 }
 
-struct error *output_room(struct stream_output *out, size_t count, char **room)
+struct error *file_output_room(struct file_output *out, size_t count, char **room)
 {
     struct error *err = array_reserve(&out->data, &out->capacity, out->count + count, 1);
     *room = err ? NULL : out->data + out->count;
     return err;
 }
 
-static struct error *write_all(const struct stream_output *out, const char *bytes, size_t count)
+static struct error *write_all(const struct file_output *out, const char *bytes, size_t count)
 {
     for (size_t done = 0; done < count;) {
         const ssize_t put = write(out->fd, bytes + done, count - done);
@@ -272,9 +320,9 @@ static struct error *write_all(const struct stream_output *out, const char *byte
     return NULL;
 }
 
-struct error *output_flush(struct stream_output *out, bool always)
+struct error *file_output_flush(struct file_output *out, bool always)
 {
-    if (!always && out->count < STREAM_BLOCK_BYTES)
+    if (!always && out->count < FILE_BLOCK_BYTES)
         return NULL;
     struct error *err = write_all(out, out->data, out->count);
     if (!err)
@@ -282,15 +330,15 @@ struct error *output_flush(struct stream_output *out, bool always)
     return err;
 }
 
-struct error *output_write(struct stream_output *out, const void *bytes, size_t count)
+struct error *file_output_write(struct file_output *out, const void *bytes, size_t count)
 {
-    struct error *err = output_flush(out, true);
+    struct error *err = file_output_flush(out, true);
     return err ? err : write_all(out, bytes, count);
 }
 
-struct error *output_finish(struct stream_output *out)
+struct error *file_output_finish(struct file_output *out)
 {
-    struct error *err = output_flush(out, true);
+    struct error *err = file_output_flush(out, true);
     if (!err && out->target && !out->temporary)
         err = take_temporary(out, take_linked);
     if (!err) {
@@ -307,11 +355,11 @@ struct error *output_finish(struct stream_output *out)
             out->temporary = NULL;
         }
     }
-    output_abandon(out);
+    file_output_abandon(out);
     return err;
 }
 
-void output_abandon(struct stream_output *out)
+void file_output_abandon(struct file_output *out)
 {
     if (out->fd > STDERR_FILENO)
         close(out->fd);
@@ -321,5 +369,5 @@ void output_abandon(struct stream_output *out)
     free(out->target);
     free(out->temporary);
     free(out->data);
-    *out = (struct stream_output){.fd = -1};
+    *out = (struct file_output){.fd = -1};
 }

@@ -2,7 +2,7 @@
 base_sources = \
 	%D%/array.c %D%/array.h \
 	%D%/error.c %D%/error.h \
-	%D%/file.c \
+	%D%/file.c %D%/file.h \
 	%D%/interrupt.c %D%/interrupt.h \
 	%D%/number.cc %D%/number.h \
 	%D%/options.c %D%/options.h \

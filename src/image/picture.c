@@ -1,9 +1,9 @@
 #include "image/picture.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "image/display.h"
 #include "image/image.h"
-#include "stream/stream_private.h"
 
 #include <math.h>
 #include <stb_image_write.h>
@@ -38,20 +38,20 @@ void picture_paste(const struct picture *to, size_t x, size_t y, const struct pi
 
 /* -- writing ---------------------------------------------------------------------------------- */
 
-static struct error *put(struct stream_output *out, const void *bytes, size_t count)
+static struct error *put(struct file_output *out, const void *bytes, size_t count)
 {
     char *room;
-    struct error *err = output_room(out, count, &room);
+    struct error *err = file_output_room(out, count, &room);
     if (err)
         return err;
     memcpy(room, bytes, count);
     out->count += count;
-    return output_flush(out, false);
+    return file_output_flush(out, false);
 }
 
 /* What stb_image_write hands on, and what became of it. */
 struct png_target {
-    struct stream_output *out;
+    struct file_output *out;
     struct error *err;
 };
 
@@ -62,7 +62,7 @@ static void put_png(void *context, void *bytes, int count)
         target->err = put(target->out, bytes, (size_t)count);
 }
 
-static struct error *write_png(const struct picture *p, struct stream_output *out)
+static struct error *write_png(const struct picture *p, struct file_output *out)
 {
     uint8_t *code = NULL;
     const size_t count = p->width * p->height;
@@ -77,7 +77,7 @@ static struct error *write_png(const struct picture *p, struct stream_output *ou
     return target.err || done ? target.err : error_memory();
 }
 
-static struct error *write_pfm(const struct picture *p, struct stream_output *out)
+static struct error *write_pfm(const struct picture *p, struct file_output *out)
 {
     char header[64];
     const int length = snprintf(header, sizeof header, "PF\n%zu %zu\n-1.0\n", p->width, p->height);
@@ -89,32 +89,32 @@ static struct error *write_pfm(const struct picture *p, struct stream_output *ou
 
 struct error *picture_try(const char *path)
 {
-    struct stream_output out;
+    struct file_output out;
     struct stat status;
     if (!strcmp(path, "-") ||
         (!stat(path, &status) && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)))
         return NULL;
-    struct error *err = output_open(&out, path, false);
+    struct error *err = file_output_open(&out, path, false);
     if (!err)
-        output_abandon(&out);
+        file_output_abandon(&out);
     return err;
 }
 
 struct error *picture_write(const struct picture *p, const char *path, bool png)
 {
-    struct stream_output out;
-    struct error *err = output_open(&out, path, false);
+    struct file_output out;
+    struct error *err = file_output_open(&out, path, false);
     if (err)
         return err;
     if (isatty(out.fd)) {
-        output_abandon(&out);
+        file_output_abandon(&out);
         return error_new("%s is a terminal, and a picture is binary: give a file with --output",
-                         strcmp(path, "-") ? path : "stdout");
+                         file_output_name(path));
     }
     err = png ? write_png(p, &out) : write_pfm(p, &out);
     if (!err)
-        return output_finish(&out);
-    output_abandon(&out);
+        return file_output_finish(&out);
+    file_output_abandon(&out);
     return err;
 }
 
@@ -178,30 +178,16 @@ static struct error *read_image(struct picture *p, const char *data, size_t size
     return err;
 }
 
-/* The whole of a file, a zero byte behind it. */
-static struct error *read_file(const char *path, char **data, size_t *size)
-{
-    struct stream_input in;
-    const unsigned char *bytes;
-    *data = NULL;
-    struct error *err = input_open(&in, path);
-    if (err)
-        return err;
-    err = input_peek(&in, (size_t)1 << 32, &bytes, size);
-    if (!err)
-        err = array_create(data, *size + 1, 1);
-    if (!err)
-        memcpy(*data, bytes, *size);
-    input_close(&in);
-    return err;
-}
-
 struct error *picture_read(struct picture *p, const char *path)
 {
     char *data = NULL;
     size_t size = 0;
     *p = (struct picture){0};
-    struct error *err = read_file(path, &data, &size);
+    struct file_input in;
+    struct error *err = file_input_open(&in, path);
+    if (!err)
+        err = file_input_rest(&in, &data, &size);
+    file_input_close(&in);
     if (err)
         return err;
     err = size >= 2 && data[0] == 'P' && data[1] == 'F' ? read_pfm(p, data, size)
@@ -209,5 +195,5 @@ struct error *picture_read(struct picture *p, const char *path)
     free(data);
     if (err)
         picture_clear(p);
-    return error_wrap(err, "%s", strcmp(path, "-") ? path : "stdin");
+    return error_wrap(err, "%s", file_input_name(path));
 }

@@ -11,37 +11,6 @@
 
 /* -- files ------------------------------------------------------------------------------------ */
 
-struct error *scene_file_read(const char *path, char **data, size_t *size)
-{
-    *data = NULL;
-    *size = 0;
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        return error_new("%s", strerror(errno));
-    size_t capacity = 0;
-    struct stat status;
-    const bool known = fstat(fileno(file), &status) == 0 && S_ISREG(status.st_mode) &&
-                       status.st_size >= 0;
-    struct error *err =
-        array_reserve(data, &capacity, known ? (size_t)status.st_size + 2 : 65536, 1);
-    while (!err && !feof(file)) {
-        *size += fread(*data + *size, 1, capacity - 1 - *size, file);
-        if (ferror(file))
-            err = error_new("%s", strerror(errno));
-        else if (!feof(file))
-            err = array_reserve(data, &capacity, capacity + 1, 1);
-    }
-    fclose(file);
-    if (err) {
-        free(*data);
-        *data = NULL;
-        *size = 0;
-    } else {
-        (*data)[*size] = 0;
-    }
-    return err;
-}
-
 /* No pipe and no device, which might never end. */
 static bool is_file(const char *path)
 {
@@ -197,9 +166,7 @@ struct error *scene_import_texture(struct scene_import *import, const char *name
     char *path = NULL, *data = NULL;
     size_t size = 0;
     struct error *err = scene_import_find(import, name, &path);
-    struct error *unread = err    ? NULL
-                           : path ? scene_file_read(path, &data, &size)
-                                  : error_new("missing");
+    struct error *unread = err ? NULL : path ? file_read(path, &data, &size) : error_new("missing");
     if (unread == error_memory()) {
         err = unread;
     } else if (!err && !unread) {
@@ -274,7 +241,7 @@ static struct error *find_format(const char *path, const struct format **format)
     size_t size = 0;
     for (int by_content = 0; by_content < 2 && !err; by_content++) {
         if (by_content) {
-            err = scene_file_read(path, &data, &size);
+            err = file_read(path, &data, &size);
             ending = err ? NULL : guess(data, size);
         }
         for (size_t i = 0; ending && i < sizeof formats / sizeof *formats; i++) {

@@ -25,6 +25,7 @@ extern "C" {
 
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/warning.h"
 #include "image/image.h"
 #include "math/angle.h"
@@ -117,9 +118,6 @@ struct scene_map scene_map_of(int32_t texture);
 extern const double scene_identity[12];
 
 /* -- files and textures ----------------------------------------------------------------------- */
-
-/* The whole of a file in memory, one zero byte behind it. Errors do not name the file. */
-struct error *scene_file_read(const char *path, char **data, size_t *size);
 
 /* The path of a file that the scene names: absolute names as they are, others from
  * import->directory; backslashes are slashes where the name as written does not exist; letters may

@@ -57,7 +57,7 @@ gltf_bytes read_file(const char *path)
 {
     char *data = nullptr;
     size_t size = 0;
-    gltf_check(scene_file_read(path, &data, &size));
+    gltf_check(file_read(path, &data, &size));
     return {std::shared_ptr<const void>(data, std::free),
             reinterpret_cast<const unsigned char *>(data), size};
 }

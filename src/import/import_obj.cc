@@ -257,7 +257,7 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
     const std::unique_ptr<char, decltype(&free)> path_owner(path, free);
     if (err || !path)
         return err;
-    err = error_wrap(scene_file_read(path, &text, &size), "%s", path);
+    err = error_wrap(file_read(path, &text, &size), "%s", path);
     const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
     if (err)
         return err;
@@ -568,7 +568,7 @@ struct error *read(struct scene_import *import)
         string clean;
         char *text = nullptr;
         size_t size = 0;
-        struct error *err = scene_file_read(import->path, &text, &size);
+        struct error *err = file_read(import->path, &text, &size);
         const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
         if (!err)
             err = obj_clean(text, size, import, all, clean);

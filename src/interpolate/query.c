@@ -1,11 +1,12 @@
 #include "interpolate/query.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/number.h"
 #include "base/threads.h"
 #include "interpolate/interpolate.h"
 #include "stream/points.h"
-#include "stream/stream_private.h"
+#include "stream/stream.h"
 
 #include <float.h>
 #include <math.h>
@@ -27,7 +28,7 @@ enum {
 struct query {
     struct query_settings settings;
     const struct interpolate *in;
-    struct stream_output out;
+    struct file_output out;
     struct stream_writer *writer;
     size_t point_width; /* 0 before the first point */
     struct points *points;
@@ -88,7 +89,7 @@ struct error *query_open(struct query **query, const struct interpolate *in,
     if (settings->format == QUERY_STREAM && !in->stream)
         err = error_new("a packed file has no stream's header: --to stream needs a stream");
     else if (settings->format != QUERY_STREAM)
-        err = output_open(&q->out, settings->output, false);
+        err = file_output_open(&q->out, settings->output, false);
     if (err)
         query_abandon(q);
     else
@@ -141,12 +142,12 @@ static struct error *write_legend(struct query *q)
 {
     const char *what = q->point_width == 6 ? "irradiance:3" : q->in->settings.column;
     char *room;
-    struct error *err = output_room(&q->out, strlen(what) + 80, &room);
+    struct error *err = file_output_room(&q->out, strlen(what) + 80, &room);
     if (!err)
         q->out.count += (size_t)(stpcpy(stpcpy(stpcpy(room, "# "), what),
                                         " cell probe:4 weight:4 inside distance\n") -
                                  room);
-    return err ? err : output_flush(&q->out, true);
+    return err ? err : file_output_flush(&q->out, true);
 }
 
 /* The first point says what comes out. */
@@ -229,10 +230,10 @@ static struct error *write_block(struct query *q, const struct job *job)
         return NULL;
     switch (q->settings.format) {
     case QUERY_STREAM: return stream_writer_rows(q->writer, &job->rows, 0, job->block.count);
-    case QUERY_TEXT: return output_write(&q->out, job->text, job->text_bytes);
+    case QUERY_TEXT: return file_output_write(&q->out, job->text, job->text_bytes);
     default:
-        return output_write(&q->out, job->light,
-                            job->block.count * result_width(q) * sizeof *job->light);
+        return file_output_write(&q->out, job->light,
+                                 job->block.count * result_width(q) * sizeof *job->light);
     }
 }
 
@@ -515,7 +516,7 @@ struct error *query_finish(struct query *q)
         err = stream_writer_finish(q->writer);
         q->writer = NULL;
     } else if (!err) {
-        err = output_finish(&q->out);
+        err = file_output_finish(&q->out);
     }
     query_abandon(q);
     return err;
@@ -526,7 +527,7 @@ void query_abandon(struct query *q)
     if (!q)
         return;
     stream_writer_abandon(q->writer);
-    output_abandon(&q->out);
+    file_output_abandon(&q->out);
     for (size_t i = 0; q->job && i < q->jobs; i++) {
         struct job *job = &q->job[i];
         points_block_clear(&job->block);

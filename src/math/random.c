@@ -1,9 +1,8 @@
 #include "math/random.h"
+#include "math/hash.h"
 
 #include <Random123/philox.h>
 #include <string.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 struct random random_start(uint64_t seed, uint64_t name, uint32_t index)
 {
@@ -21,5 +20,5 @@ uint64_t random_hash_position(const double position[3])
 {
     /* -0 + 0 = 0 */
     const double canonical[3] = {position[0] + 0.0, position[1] + 0.0, position[2] + 0.0};
-    return XXH3_64bits(canonical, sizeof canonical);
+    return hash_bytes(canonical, sizeof canonical);
 }

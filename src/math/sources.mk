@@ -1,5 +1,5 @@
-# vectors, affine maps, boxes, directions, luminance, angles, powers, random numbers, sorting, cells,
-# cubes of space: the same bits on every machine
+# vectors, affine maps, boxes, directions, luminance, angles, powers, hashes, random numbers,
+# sorting, cells, cubes of space: the same bits on every machine
 math_sources = \
 	%D%/affine.h \
 	%D%/angle.c %D%/angle.h \
@@ -7,6 +7,7 @@ math_sources = \
 	%D%/cell.c %D%/cell.h \
 	%D%/cubes.c %D%/cubes.h \
 	%D%/direction.h \
+	%D%/hash.c %D%/hash.h \
 	%D%/luminance.h \
 	%D%/power.c %D%/power.h \
 	%D%/random.c %D%/random.h \

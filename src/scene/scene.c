@@ -1,11 +1,10 @@
 #include "scene/scene.h"
 #include "import/import.h"
+#include "math/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 const double scene_identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
@@ -181,82 +180,81 @@ size_t scene_triangle_count(const struct scene *scene)
 
 /* -- the key ---------------------------------------------------------------------------------- */
 
-static void hash_texture(XXH3_state_t *state, const struct scene_texture *t)
+static void hash_texture(struct hash *hash, const struct scene_texture *t)
 {
     const uint32_t shape[] = {t->width,  t->height, t->channels, t->bytes,
                               t->wrap_u, t->wrap_v, t->nearest};
-    XXH3_64bits_update(state, shape, sizeof shape);
-    XXH3_64bits_update(state, t->texels,
-                       (size_t)t->width * t->height * t->channels *
-                           (t->bytes ? sizeof(uint8_t) : sizeof(float)));
+    hash_add(hash, shape, sizeof shape);
+    hash_add(hash, t->texels,
+             (size_t)t->width * t->height * t->channels *
+                 (t->bytes ? sizeof(uint8_t) : sizeof(float)));
 }
 
-static void hash_map(XXH3_state_t *state, const struct scene_map *map)
+static void hash_map(struct hash *hash, const struct scene_map *map)
 {
-    XXH3_64bits_update(state, &map->texture, sizeof map->texture);
-    XXH3_64bits_update(state, map->transform, sizeof map->transform);
+    hash_add(hash, &map->texture, sizeof map->texture);
+    hash_add(hash, map->transform, sizeof map->transform);
 }
 
-static void hash_material(XXH3_state_t *state, const struct scene_material *m)
+static void hash_material(struct hash *hash, const struct scene_material *m)
 {
     const float factors[] = {m->albedo.x,   m->albedo.y,   m->albedo.z, m->emission.x,
                              m->emission.y, m->emission.z, m->opacity,  m->cutoff};
     const uint32_t alpha = m->alpha;
-    XXH3_64bits_update(state, factors, sizeof factors);
-    XXH3_64bits_update(state, &alpha, sizeof alpha);
-    hash_map(state, &m->albedo_map);
-    hash_map(state, &m->emission_map);
-    hash_map(state, &m->alpha_map);
+    hash_add(hash, factors, sizeof factors);
+    hash_add(hash, &alpha, sizeof alpha);
+    hash_map(hash, &m->albedo_map);
+    hash_map(hash, &m->emission_map);
+    hash_map(hash, &m->alpha_map);
 }
 
-static void hash_mesh(XXH3_state_t *state, const struct scene_mesh *mesh)
+static void hash_mesh(struct hash *hash, const struct scene_mesh *mesh)
 {
     const uint64_t shape[] = {mesh->vertex_count, mesh->triangle_count, mesh->uv != NULL};
-    XXH3_64bits_update(state, shape, sizeof shape);
-    XXH3_64bits_update(state, mesh->position, 3 * mesh->vertex_count * sizeof *mesh->position);
-    XXH3_64bits_update(state, mesh->index, 3 * mesh->triangle_count * sizeof *mesh->index);
-    XXH3_64bits_update(state, mesh->material, mesh->triangle_count * sizeof *mesh->material);
+    hash_add(hash, shape, sizeof shape);
+    hash_add(hash, mesh->position, 3 * mesh->vertex_count * sizeof *mesh->position);
+    hash_add(hash, mesh->index, 3 * mesh->triangle_count * sizeof *mesh->index);
+    hash_add(hash, mesh->material, mesh->triangle_count * sizeof *mesh->material);
     if (mesh->uv)
-        XXH3_64bits_update(state, mesh->uv, 6 * mesh->triangle_count * sizeof *mesh->uv);
+        hash_add(hash, mesh->uv, 6 * mesh->triangle_count * sizeof *mesh->uv);
 }
 
-static void hash_light(XXH3_state_t *state, const struct scene_light *l)
+static void hash_light(struct hash *hash, const struct scene_light *l)
 {
     const uint32_t kind = l->kind;
     const double numbers[] = {l->position.x,   l->position.y,  l->position.z,   l->direction.x,
                               l->direction.y,  l->direction.z, l->intensity[0], l->intensity[1],
                               l->intensity[2], l->cos_inner,   l->cos_outer};
-    XXH3_64bits_update(state, &kind, sizeof kind);
-    XXH3_64bits_update(state, numbers, sizeof numbers);
+    hash_add(hash, &kind, sizeof kind);
+    hash_add(hash, numbers, sizeof numbers);
 }
 
 uint64_t scene_key(const struct scene *scene)
 {
     if (scene->decimated)
         return scene->whole_key;
-    XXH3_state_t state;
-    XXH3_64bits_reset(&state);
+    struct hash hash;
+    hash_start(&hash, 0);
     const uint64_t shape[] = {
         scene->mesh_count,  scene->instance_count,  scene->material_count,     scene->texture_count,
         scene->light_count, scene->emit_front_only, scene->sky.picture != NULL};
-    XXH3_64bits_update(&state, shape, sizeof shape);
+    hash_add(&hash, shape, sizeof shape);
     for (size_t i = 0; i < scene->mesh_count; i++)
-        hash_mesh(&state, &scene->meshes[i]);
+        hash_mesh(&hash, &scene->meshes[i]);
     for (size_t i = 0; i < scene->instance_count; i++) {
         const uint64_t mesh = scene->instances[i].mesh;
-        XXH3_64bits_update(&state, &mesh, sizeof mesh);
-        XXH3_64bits_update(&state, scene->instances[i].transform,
-                           sizeof scene->instances[i].transform);
+        hash_add(&hash, &mesh, sizeof mesh);
+        hash_add(&hash, scene->instances[i].transform, sizeof scene->instances[i].transform);
     }
     for (size_t i = 0; i < scene->material_count; i++)
-        hash_material(&state, &scene->materials[i]);
+        hash_material(&hash, &scene->materials[i]);
     for (size_t i = 0; i < scene->texture_count; i++)
-        hash_texture(&state, &scene->textures[i]);
+        hash_texture(&hash, &scene->textures[i]);
     for (size_t i = 0; i < scene->light_count; i++)
-        hash_light(&state, &scene->lights[i]);
-    XXH3_64bits_update(&state, scene->sky.radiance, sizeof scene->sky.radiance);
-    XXH3_64bits_update(&state, &scene->max_albedo, sizeof scene->max_albedo);
+        hash_light(&hash, &scene->lights[i]);
+    hash_add(&hash, scene->sky.radiance, sizeof scene->sky.radiance);
+    hash_add(&hash, &scene->max_albedo, sizeof scene->max_albedo);
     if (scene->sky.picture)
-        hash_texture(&state, scene->sky.picture);
-    return XXH3_64bits_digest(&state);
+        hash_texture(&hash, scene->sky.picture);
+    return hash_value(&hash);
 }

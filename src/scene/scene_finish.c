@@ -1,5 +1,6 @@
 /* What makes a legal scene of what an importer read: triangles with an area, numbers in range, the
  * user's settings. */
+#include "base/file.h"
 #include "import/import.h"
 #include "math/affine.h"
 #include "math/box.h"
@@ -423,7 +424,7 @@ static struct error *read_sky(struct scene_texture **picture, const char *path)
     char *data = NULL;
     size_t size = 0;
     struct scene_texture texture = {.wrap_u = SCENE_REPEAT, .wrap_v = SCENE_CLAMP};
-    struct error *err = scene_file_read(path, &data, &size);
+    struct error *err = file_read(path, &data, &size);
     if (!err)
         err = image_decode(&texture, data, size, IMAGE_COLOUR);
     free(data);

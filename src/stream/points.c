@@ -1,26 +1,23 @@
 #include "stream/points.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/number.h"
-#include "stream/stream_private.h"
 
-#include <errno.h>
 #include <math.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { LINE_BYTES = 32 }; /* about what a point of a text takes */
 
 struct points {
-    struct stream_input in; /* its descriptor and name */
+    struct file_input in; /* its descriptor and name */
     enum points_format format;
     size_t width; /* 0: not known yet */
     size_t next;  /* number of the next point or line */
     char *rest;   /* what came behind the last whole point or line; owned */
     size_t rest_bytes, rest_capacity;
-    bool ended;
     /* points_read: the block that is being handed out, and what of it is next and was last */
     struct points_block last;
     size_t at, was;
@@ -37,7 +34,7 @@ struct error *points_open(struct points **points, const char *path, enum points_
     p->format = format;
     p->width = format == POINTS_TEXT ? 0 : normals ? 6 : 3;
     p->next = format == POINTS_TEXT;
-    err = input_open(&p->in, path);
+    err = file_input_open(&p->in, path);
     if (err)
         free(p);
     else
@@ -49,7 +46,7 @@ void points_close(struct points *p)
 {
     if (!p)
         return;
-    input_close(&p->in);
+    file_input_close(&p->in);
     points_block_clear(&p->last);
     free(p->rest);
     free(p);
@@ -58,7 +55,7 @@ void points_close(struct points *p)
 bool points_ready(const struct points *p, int milliseconds)
 {
     struct pollfd fd = {.fd = p->in.fd, .events = POLLIN};
-    return p->ended || poll(&fd, 1, milliseconds) != 0;
+    return p->in.ended || poll(&fd, 1, milliseconds) != 0;
 }
 
 void points_block_clear(struct points_block *block)
@@ -160,7 +157,7 @@ static size_t whole_bytes(const struct points *p, const struct points_block *blo
 {
     if (p->format == POINTS_BINARY)
         return block->bytes - block->bytes % (p->width * sizeof(double));
-    if (p->ended)
+    if (p->in.ended)
         return block->bytes;
     const char *newline = memrchr(block->data, '\n', block->bytes);
     return newline ? (size_t)(newline + 1 - block->data) : 0;
@@ -171,15 +168,10 @@ static struct error *read_more(struct points *p, size_t most, struct points_bloc
     struct error *err = array_reserve(&block->data, &block->capacity, block->bytes + most, 1);
     if (err)
         return err;
-    ssize_t got;
-    do
-        got = read(p->in.fd, block->data + block->bytes, most);
-    while (got < 0 && errno == EINTR);
-    if (got < 0)
-        return error_system(errno, "%s", p->in.name);
-    p->ended = got == 0;
-    block->bytes += (size_t)got;
-    return NULL;
+    size_t got;
+    err = file_input_read(&p->in, block->data + block->bytes, most, &got);
+    block->bytes += got;
+    return err;
 }
 
 /* Keeps what stands behind the first `bytes` bytes for the next block. */
@@ -206,14 +198,14 @@ struct error *points_take(struct points *p, size_t most, struct points_block *bl
     block->bytes = p->rest_bytes;
     p->rest_bytes = 0;
     size_t whole = 0;
-    while (!err && !p->ended && !whole) {
+    while (!err && !p->in.ended && !whole) {
         err = read_more(p, bytes, block);
         whole = err ? 0 : whole_bytes(p, block);
-        if (!err && !whole && block->bytes > STREAM_LINE_MOST)
+        if (!err && !whole && block->bytes > FILE_LINE_MOST)
             err = error_new("%s:%zu: the line is longer than %d bytes", p->in.name, p->next,
-                            STREAM_LINE_MOST);
+                            FILE_LINE_MOST);
     }
-    if (!err && p->ended && p->format == POINTS_BINARY && block->bytes > whole)
+    if (!err && p->in.ended && p->format == POINTS_BINARY && block->bytes > whole)
         err = error_new("%s: point %zu: expected %zu bytes, got %zu", p->in.name, p->next,
                         p->width * sizeof(double), block->bytes - whole);
     if (!err)

@@ -4,6 +4,7 @@ stream_sources = \
 	%D%/points.c %D%/points.h \
 	%D%/stream.c %D%/stream.h \
 	%D%/stream_binary.c \
+	%D%/stream_checksum.c \
 	%D%/stream_edit.c %D%/stream_edit.h \
 	%D%/stream_fill.c %D%/stream_fill.h \
 	%D%/stream_private.h \

@@ -47,10 +47,10 @@ bool line_is_end(const char *line, size_t length)
  * NULL when the input has ended. */
 static struct error *take_line(struct stream_reader *reader, char **taken)
 {
-    struct stream_input *in = &reader->in;
+    struct file_input *in = &reader->in;
     const char *line;
     size_t length, bytes;
-    struct error *err = input_line(in, &line, &length, &bytes);
+    struct error *err = file_input_line(in, &line, &length, &bytes);
     *taken = NULL;
     if (err || !line)
         return err;
@@ -65,7 +65,7 @@ static struct error *take_line(struct stream_reader *reader, char **taken)
         *taken = strndup(line, text);
         err = *taken ? NULL : error_memory();
     }
-    input_consume(in, bytes);
+    file_input_consume(in, bytes);
     in->line++;
     if (!err && control)
         err = reader_place(reader, error_new("expected a line of text, got control characters"));
@@ -76,10 +76,10 @@ static struct error *take_line(struct stream_reader *reader, char **taken)
 
 static struct error *read_magic(struct stream_reader *reader)
 {
-    struct stream_input *in = &reader->in;
+    struct file_input *in = &reader->in;
     const unsigned char *bytes;
     size_t got;
-    struct error *err = input_peek(in, sizeof magic_binary, &bytes, &got);
+    struct error *err = file_input_peek(in, sizeof magic_binary, &bytes, &got);
     if (err)
         return err;
     if (!got)
@@ -131,7 +131,7 @@ static struct error *read_header(struct stream_reader *reader)
     while (!err) {
         const char *ahead;
         size_t length, bytes;
-        err = input_line(&reader->in, &ahead, &length, &bytes);
+        err = file_input_line(&reader->in, &ahead, &length, &bytes);
         if (err || !ahead || line_is_table(ahead, length) || line_is_end(ahead, length))
             break;
         char *line = NULL;
@@ -155,7 +155,7 @@ struct error *stream_reader_open(struct stream_reader **reader, const char *path
     r->encoding = STREAM_TEXT;
     r->validity = validity_start();
     r->table_ended = true;
-    err = input_open(&r->in, path);
+    err = file_input_open(&r->in, path);
     if (!err)
         err = read_header(r);
     if (err)
@@ -169,7 +169,7 @@ void stream_reader_close(struct stream_reader *reader)
 {
     if (!reader)
         return;
-    input_close(&reader->in);
+    file_input_close(&reader->in);
     checksum_destroy(reader->checksum);
     header_clear(&reader->header);
     table_clear(&reader->schema);
@@ -269,7 +269,7 @@ static struct error *read_end(struct stream_reader *reader)
     const unsigned char *bytes;
     size_t got = 0;
     if (!err)
-        err = input_peek(&reader->in, 1, &bytes, &got);
+        err = file_input_peek(&reader->in, 1, &bytes, &got);
     if (!err && got)
         err = reader_place(reader, error_new("expected nothing behind the end, got more data"));
     return err ? err : reader_place(reader, validity_end(&reader->validity));
@@ -281,7 +281,7 @@ static struct error *next_table(struct stream_reader *reader)
     const char *ahead;
     size_t length, bytes;
     table_clear(&reader->schema);
-    struct error *err = input_line(&reader->in, &ahead, &length, &bytes);
+    struct error *err = file_input_line(&reader->in, &ahead, &length, &bytes);
     if (err)
         return err;
     if (!ahead)
@@ -399,7 +399,7 @@ struct error *stream_read(struct stream **stream, const char *path)
 __attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer,
                                                                       const char *format, ...)
 {
-    struct stream_output *out = &writer->out;
+    struct file_output *out = &writer->out;
     va_list args;
     va_start(args, format);
     char *text = NULL;
@@ -408,13 +408,13 @@ __attribute__((format(printf, 2, 3))) static struct error *write_text(struct str
     if (length < 0)
         return error_memory();
     char *room;
-    struct error *err = output_room(out, (size_t)length, &room);
+    struct error *err = file_output_room(out, (size_t)length, &room);
     if (!err) {
         memcpy(room, text, (size_t)length);
         out->count += (size_t)length;
         if (writer->checksum)
             checksum_update(writer->checksum, text, (size_t)length);
-        err = output_flush(out, false);
+        err = file_output_flush(out, false);
     }
     free(text);
     return err;
@@ -444,7 +444,7 @@ struct error *stream_writer_open(struct stream_writer **writer, const char *path
     w->out.fd = -1;
     err = header_copy(&w->header, header);
     if (!err)
-        err = output_open(&w->out, path, w->binary);
+        err = file_output_open(&w->out, path, w->binary);
     if (!err && w->binary)
         err = checksum_create(&w->checksum);
     if (!err)
@@ -589,7 +589,7 @@ struct error *stream_writer_finish(struct stream_writer *writer)
     if (!err && writer->binary)
         err = write_text(writer, "%016" PRIx64 "\n", checksum_take(writer->checksum));
     if (!err)
-        err = output_finish(&writer->out);
+        err = file_output_finish(&writer->out);
     stream_writer_abandon(writer);
     return err;
 }
@@ -598,7 +598,7 @@ void stream_writer_abandon(struct stream_writer *writer)
 {
     if (!writer)
         return;
-    output_abandon(&writer->out);
+    file_output_abandon(&writer->out);
     checksum_destroy(writer->checksum);
     header_clear(&writer->header);
     table_clear(&writer->schema);

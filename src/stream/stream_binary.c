@@ -35,12 +35,12 @@ static void copy_column(unsigned char *to, size_t to_step, const unsigned char *
  * block of no rows ends the table. */
 static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
 {
-    struct stream_input *in = &reader->in;
+    struct file_input *in = &reader->in;
     const unsigned char *block;
     size_t got;
     uint32_t rows = 0, bytes = 0;
     uint64_t stated = 0;
-    struct error *err = input_peek(in, HEAD, &block, &got);
+    struct error *err = file_input_peek(in, HEAD, &block, &got);
     if (!err && got == HEAD) {
         memcpy(&rows, block, 4);
         memcpy(&bytes, block + 4, 4);
@@ -50,7 +50,7 @@ static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
                 "table %s: expected a block of rows of %zu bytes, at most %d bytes, got %" PRIu32
                 " rows in %" PRIu32 " bytes",
                 reader->schema.name, row_bytes, STREAM_BLOCK_MOST, rows, bytes);
-        err = input_peek(in, HEAD + (size_t)bytes, &block, &got);
+        err = file_input_peek(in, HEAD + (size_t)bytes, &block, &got);
     }
     if (err)
         return err;
@@ -60,7 +60,7 @@ static struct error *open_block(struct stream_reader *reader, size_t row_bytes)
     checksum_update(reader->checksum, block + HEAD, bytes);
     if (checksum_take(reader->checksum) != stated)
         return error_new("table %s: block checksum does not match", reader->schema.name);
-    input_consume(in, HEAD);
+    file_input_consume(in, HEAD);
     reader->block_rows = rows;
     reader->table_ended = rows == 0;
     return NULL;
@@ -90,7 +90,7 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
     if (err)
         return reader_place(reader, err);
     reader->block_rows -= count;
-    input_consume(&reader->in, count * row_bytes);
+    file_input_consume(&reader->in, count * row_bytes);
     table->rows += count;
     *got = count;
     return NULL;
@@ -99,10 +99,10 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
 struct error *binary_write_block(struct stream_writer *writer, const struct table *table,
                                  size_t first, size_t count)
 {
-    struct stream_output *out = &writer->out;
+    struct file_output *out = &writer->out;
     const size_t row_bytes = table_row_bytes(table), bytes = count * row_bytes;
     char *room;
-    struct error *err = output_room(out, HEAD + bytes, &room);
+    struct error *err = file_output_room(out, HEAD + bytes, &room);
     if (err)
         return err;
     const uint32_t counts[2] = {(uint32_t)count, (uint32_t)bytes};
@@ -120,5 +120,5 @@ struct error *binary_write_block(struct stream_writer *writer, const struct tabl
     const uint64_t checksum = checksum_take(writer->checksum);
     memcpy(room + COUNTS, &checksum, sizeof checksum);
     out->count += HEAD + bytes;
-    return output_flush(out, false);
+    return file_output_flush(out, false);
 }

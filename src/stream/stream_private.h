@@ -4,16 +4,18 @@
  *     stream_text.c     rows as lines
  *     stream_binary.c   rows as checked blocks
  *     stream_valid.c    what every stream must satisfy
- *     stream_file.c     bytes in and out of files
+ *     stream_checksum.c what proves a binary stream
  *     table.c           tables and headers in memory
  */
 #ifndef STREAM_PRIVATE_H
 #define STREAM_PRIVATE_H
 
+#include "base/file.h"
 #include "stream/stream.h"
 
+struct hash;
+
 enum {
-    STREAM_LINE_MOST = 16 << 20,  /* bytes of a line */
     STREAM_ROW_MOST = 1 << 20,    /* bytes of a row */
     STREAM_BLOCK_MOST = 16 << 20, /* bytes of the rows of a block that a reader accepts */
     /* that a writer puts into one: they stay in the second-level cache */
@@ -39,71 +41,15 @@ bool stream_name_valid(const char *name);
 bool line_is_table(const char *line, size_t length);
 bool line_is_end(const char *line, size_t length);
 
-/* -- checksums (stream_file.c) ----------------------------------------------------------------- */
+/* -- checksums (stream_checksum.c)
+ * ----------------------------------------------------------------- */
 
 /* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each
  * proves all that came before. */
-struct error *checksum_create(void **checksum);
-void checksum_destroy(void *checksum); /* NULL is legal */
-void checksum_update(void *checksum, const void *bytes, size_t count);
-uint64_t checksum_take(void *checksum); /* hands it out; the next one starts */
-
-/* -- bytes in (stream_file.c) ------------------------------------------------------------------ */
-
-struct stream_input {
-    int fd;
-    char *name;          /* for messages: the path, or "stdin" */
-    unsigned char *data; /* bytes start .. end-1 are read and not yet consumed; owned */
-    size_t start, end, capacity;
-    uint64_t offset; /* of the next byte to be consumed */
-    size_t line;     /* number of the last line that was consumed, from 1 */
-    bool ended;      /* no more bytes to read */
-};
-
-struct error *input_open(struct stream_input *in, const char *path);
-void input_close(struct stream_input *in);
-
-/* Makes `count` bytes available at *bytes; *got is how many there are: fewer only when the input
- * ends. Memory grows with what arrives. */
-struct error *input_peek(struct stream_input *in, size_t count, const unsigned char **bytes,
-                         size_t *got);
-
-/* Consumes bytes that are available. */
-void input_consume(struct stream_input *in, size_t count);
-
-/* The next line, not consumed: *line without its newline (NULL at the end of input), *bytes what it
- * takes with it. */
-struct error *input_line(struct stream_input *in, const char **line, size_t *length, size_t *bytes);
-
-/* -- bytes out (stream_file.c) ----------------------------------------------------------------- */
-
-struct stream_output {
-    int fd;
-    char *name;      /* for messages: the path, or "stdout" */
-    char *target;    /* the file that appears at the end; NULL: written directly */
-    char *temporary; /* its name until then; NULL: it has none yet (O_TMPFILE) */
-    char *data;      /* bytes to be written; owned */
-    size_t count, capacity;
-};
-
-/* binary: refused when the output is a terminal. */
-struct error *output_open(struct stream_output *out, const char *path, bool binary);
-
-/* Room for `count` bytes behind those not yet written; the caller fills them and adds to
- * out->count. */
-struct error *output_room(struct stream_output *out, size_t count, char **room);
-
-/* Writes what is in memory when it is more than a block (always: all of it). */
-struct error *output_flush(struct stream_output *out, bool always);
-
-/* Writes bytes that lie elsewhere, behind those in memory. */
-struct error *output_write(struct stream_output *out, const void *bytes, size_t count);
-
-/* Flushes, closes, and gives the file its name. Clears, on error too. */
-struct error *output_finish(struct stream_output *out);
-
-/* Closes without a name for the file. Clears. */
-void output_abandon(struct stream_output *out);
+struct error *checksum_create(struct hash **checksum);
+void checksum_destroy(struct hash *checksum); /* NULL is legal */
+void checksum_update(struct hash *checksum, const void *bytes, size_t count);
+uint64_t checksum_take(struct hash *checksum); /* hands it out; the next one starts */
 
 /* -- validity (stream_valid.c) ----------------------------------------------------------------- */
 
@@ -133,10 +79,10 @@ struct error *validity_end(const struct stream_validity *validity);
 /* -- rows (stream_text.c, stream_binary.c) ----------------------------------------------------- */
 
 struct stream_reader {
-    struct stream_input in;
+    struct file_input in;
     struct stream_header header;
     enum stream_encoding encoding;
-    void *checksum; /* binary */
+    struct hash *checksum; /* binary */
     struct stream_validity validity;
     /* of the current table, no rows; its name is NULL before the first and after the last */
     struct table schema;
@@ -162,10 +108,10 @@ struct error *binary_read_rows(struct stream_reader *reader, struct table *table
                                size_t *got);
 
 struct stream_writer {
-    struct stream_output out;
+    struct file_output out;
     struct stream_header header;
     bool binary;
-    void *checksum; /* binary */
+    struct hash *checksum; /* binary */
     struct stream_validity validity;
     struct table schema; /* of the started table */
     size_t row;

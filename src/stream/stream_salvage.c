@@ -39,7 +39,7 @@ static struct error *read_table(struct stream_reader *reader, struct stream *str
 /* Whether the last line that was taken is the text's last and lacks its newline. */
 static bool took_cut_line(const struct stream_reader *reader)
 {
-    const struct stream_input *in = &reader->in;
+    const struct file_input *in = &reader->in;
     return reader->encoding == STREAM_TEXT && in->ended && in->start > 0 &&
            in->data[in->start - 1] != '\n';
 }

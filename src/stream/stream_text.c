@@ -91,13 +91,13 @@ static struct error *read_line(struct stream_reader *reader, struct table *table
 struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most,
                              size_t *got)
 {
-    struct stream_input *in = &reader->in;
+    struct file_input *in = &reader->in;
     *got = 0;
     while (*got < most) {
         const char *line;
         size_t length, bytes;
         bool is_row;
-        struct error *err = input_line(in, &line, &length, &bytes);
+        struct error *err = file_input_line(in, &line, &length, &bytes);
         if (err)
             return err;
         if (!line)
@@ -112,7 +112,7 @@ struct error *text_read_rows(struct stream_reader *reader, struct table *table, 
             return reader_place(reader, err);
         table->rows += is_row;
         *got += is_row;
-        input_consume(in, bytes);
+        file_input_consume(in, bytes);
     }
     return NULL;
 }
@@ -120,14 +120,14 @@ struct error *text_read_rows(struct stream_reader *reader, struct table *table, 
 struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first,
                               size_t count)
 {
-    struct stream_output *out = &writer->out;
+    struct file_output *out = &writer->out;
     size_t values = 0;
     for (size_t i = 0; i < table->column_count; i++)
         values += table->columns[i].width;
     struct error *err = NULL;
     for (size_t row = first; row < first + count && !err; row++) {
         char *room;
-        err = output_room(out, values * (NUMBER_ROOM + 1) + 1, &room);
+        err = file_output_room(out, values * (NUMBER_ROOM + 1) + 1, &room);
         if (err)
             break;
         char *at = room;
@@ -142,7 +142,7 @@ struct error *text_write_rows(struct stream_writer *writer, const struct table *
         }
         at[-1] = '\n';
         out->count += (size_t)(at - room);
-        err = output_flush(out, false);
+        err = file_output_flush(out, false);
     }
     return err;
 }

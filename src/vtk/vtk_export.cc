@@ -2,7 +2,7 @@
 
 extern "C" {
 #include "base/error.h"
-#include "stream/stream_private.h"
+#include "base/file.h"
 }
 
 #include <cerrno>
@@ -172,8 +172,8 @@ void add_quality(vtkUnstructuredGrid *grid, const char *name, int corners, int m
 class output
 {
   public:
-    ~output() { output_abandon(&out); }
-    struct stream_output out = {};
+    ~output() { file_output_abandon(&out); }
+    struct file_output out = {};
 };
 
 // A file that never fails in the eyes of its writer, as VTK's writers crash on a full disk: what
@@ -276,7 +276,7 @@ struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encodi
                     const message_catcher &messages)
 {
     output file;
-    struct error *err = output_open(&file.out, path, false);
+    struct error *err = file_output_open(&file.out, path, false);
     if (err)
         return err;
     if (!file.out.target) {
@@ -285,13 +285,13 @@ struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encodi
         char *room;
         const auto count = static_cast<size_t>(memory.pubseekoff(0, std::ios::end, std::ios::out));
         if (!err)
-            err = output_room(&file.out, count, &room);
+            err = file_output_room(&file.out, count, &room);
         if (err)
             return err;
         memory.pubseekpos(0, std::ios::in);
         memory.sgetn(room, static_cast<std::streamsize>(count));
         file.out.count += count;
-        return output_finish(&file.out);
+        return file_output_finish(&file.out);
     }
     const std::string name = file.out.temporary ? file.out.temporary
                                                 : "/proc/self/fd/" + std::to_string(file.out.fd);
@@ -303,7 +303,7 @@ struct error *write(vtkDataSet *data, const char *path, enum vtk_encoding encodi
     disk.finish();
     if (!err && disk.number)
         err = error_system(disk.number, "%s", path);
-    return err ? err : output_finish(&file.out);
+    return err ? err : file_output_finish(&file.out);
 }
 
 // Runs f with VTK's messages taken in, and turns exceptions into errors.
