@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/number.h"
 #include "math/random.h"
+#include "stream/header_number.h"
 #include "stream/stream.h"
 #include "support/tap.h"
 
@@ -534,6 +535,86 @@ static void test_writing(void)
     header_clear(&h);
 }
 
+/* Whether the error is this, word for word. */
+static bool says(struct error *err, const char *message)
+{
+    const bool same = err && !strcmp(error_message(err), message);
+    if (!same)
+        printf("# %s\n", err ? error_message(err) : "no error");
+    error_destroy(err);
+    return same;
+}
+
+/* Numbers in header keys: back to the bit, and what is none or out of range is refused and changes
+ * nothing. */
+static void test_header_numbers(void)
+{
+    static const char *const names[] = {"all", "direct", "indirect", NULL};
+    const double written[3] = {0.1, -1e300, 4.9406564584124654e-324};
+    double read[3] = {7, 7, 7};
+    int64_t whole = 7;
+    int number = 7, choice = 7;
+    struct stream_header h = {0};
+    must(header_set_reals(&h, "three", 3, written));
+    must(header_get_reals(&h, "three", 3, -DBL_MAX, DBL_MAX, read));
+    ok(!memcmp(read, written, sizeof read), "numbers of a key come back to the bit");
+    must(header_set_whole(&h, "whole", (int64_t)1 << 53));
+    must(header_get_whole(&h, "whole", 0, INT64_MAX, &whole));
+    ok(whole == (int64_t)1 << 53, "so does a whole number");
+    must(header_set_key(&h, "light", "indirect"));
+    must(header_get_choice(&h, "light", names, &choice));
+    ok(choice == 2, "and a choice");
+    must(header_get_whole(&h, "none", 0, 1, &whole));
+    must(header_get_reals(&h, "none", 3, 0, 1, read));
+    must(header_get_choice(&h, "none", names, &choice));
+    ok(whole == (int64_t)1 << 53 && read[0] == written[0] && choice == 2,
+       "a key that is not there changes nothing");
+    ok(says(header_require(&h, "none"), "header key none is expected, there is none"),
+       "unless it is required");
+
+    static const struct {
+        const char *value, *of_int, *of_real;
+    } wrong[] = {{"", "expected a whole number from 1 to 9, got ''",
+                  "expected a number from 0 to 1, got ''"},
+                 {"10", "expected a whole number from 1 to 9, got '10'",
+                  "expected a number from 0 to 1, got '10'"},
+                 {"-1", "expected a whole number from 1 to 9, got '-1'",
+                  "expected a number from 0 to 1, got '-1'"},
+                 {"99999999999999999999",
+                  "expected a whole number from 1 to 9, got '99999999999999999999'",
+                  "expected a number from 0 to 1, got '99999999999999999999'"},
+                 {"1x", "expected a whole number from 1 to 9, got '1x'",
+                  "expected a number from 0 to 1, got '1x'"},
+                 {"1,1", "expected a whole number from 1 to 9, got '1,1'",
+                  "expected a number from 0 to 1, got '1,1'"},
+                 {"nan", "expected a whole number from 1 to 9, got 'nan'",
+                  "expected a number from 0 to 1, got 'nan'"}};
+    bool refused = true;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        char of_int[100], of_real[100];
+        snprintf(of_int, sizeof of_int, "header key wrong: %s", wrong[i].of_int);
+        snprintf(of_real, sizeof of_real, "header key wrong: %s", wrong[i].of_real);
+        must(header_set_key(&h, "wrong", wrong[i].value));
+        refused = says(header_get_int(&h, "wrong", 1, 9, &number), of_int) && refused;
+        refused = says(header_get_real(&h, "wrong", 0, 1, &read[0]), of_real) && refused;
+    }
+    ok(refused && number == 7 && read[0] == written[0], "what is no number, or out of range, is "
+                                                        "refused and changes nothing");
+    must(header_set_key(&h, "wrong", "1,2"));
+    ok(says(header_get_reals(&h, "wrong", 3, -DBL_MAX, DBL_MAX, read),
+            "header key wrong: expected 3 numbers separated by commas, got '1,2'") &&
+           !memcmp(read, written, sizeof read),
+       "so are too few");
+    must(header_set_key(&h, "wrong", "-1"));
+    ok(says(header_get_real(&h, "wrong", 0, DBL_MAX, read),
+            "header key wrong: expected a number from 0, got '-1'"),
+       "a limit that there is not is not told");
+    ok(says(header_get_choice(&h, "wrong", names, &choice),
+            "header key wrong: expected all, direct or indirect, got '-1'"),
+       "a choice names what there is");
+    header_clear(&h);
+}
+
 int main(void)
 {
     if (!mkdtemp(directory))
@@ -549,6 +630,7 @@ int main(void)
     test_text_accepted();
     test_format();
     test_writing();
+    test_header_numbers();
     unlink(path_a);
     unlink(path_b);
     rmdir(directory);

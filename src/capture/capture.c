@@ -2,14 +2,15 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/interrupt.h"
-#include "base/number.h"
 #include "base/progress.h"
 #include "base/threads.h"
 #include "light/basis.h"
 #include "light/content.h"
 #include "scene/scene.h"
+#include "stream/header_number.h"
 #include "stream/stream.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stddef.h>
@@ -18,8 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const light_names[] = {
-    [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect"};
+const char *const capture_light_names[] = {
+    [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
 
 struct capture_settings capture_settings_default(void)
 {
@@ -34,20 +35,6 @@ struct capture_settings capture_settings_default(void)
 
 /* -- header ----------------------------------------------------------------------------------- */
 
-static struct error *set_number(struct stream_header *header, const char *key, uint64_t value)
-{
-    char text[32];
-    snprintf(text, sizeof text, "%" PRIu64, value);
-    return header_set_key(header, key, text);
-}
-
-static struct error *set_real(struct stream_header *header, const char *key, double value)
-{
-    char text[32];
-    *number_write_f64(text, value) = '\0';
-    return header_set_key(header, key, text);
-}
-
 struct error *capture_settings_to_header(const struct capture_settings *settings,
                                          struct stream_header *header)
 {
@@ -56,113 +43,69 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
                                            "capture-decimate"};
     for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)
         header_remove_key(header, optional[i]);
-    struct error *err = set_number(header, "sh-order", (uint64_t)settings->order);
+    struct error *err = header_set_whole(header, "sh-order", settings->order);
     if (!err)
         err = content_to_header(header, settings->convolved);
     if (!err)
         err = dering_to_header(&settings->dering, header);
     if (!err)
-        err = header_set_key(header, "capture-light", light_names[settings->light]);
+        err = header_set_key(header, "capture-light", capture_light_names[settings->light]);
     if (!err)
-        err = set_number(header, "capture-rays", (uint64_t)settings->rays);
+        err = header_set_whole(header, "capture-rays", settings->rays);
     if (!err && settings->error > 0) {
-        err = set_real(header, "capture-error", settings->error);
+        err = header_set_real(header, "capture-error", settings->error);
         if (!err)
-            err = set_real(header, "capture-error-floor", settings->error_floor);
+            err = header_set_real(header, "capture-error-floor", settings->error_floor);
         if (!err)
-            err = set_number(header, "capture-max-rays", (uint64_t)settings->rays_most);
+            err = header_set_whole(header, "capture-max-rays", settings->rays_most);
     }
     if (!err && settings->ao_distance < (double)INFINITY)
-        err = set_real(header, "capture-ao-distance", settings->ao_distance);
+        err = header_set_real(header, "capture-ao-distance", settings->ao_distance);
     if (!err && settings->decimate < 1)
-        err = set_real(header, "capture-decimate", settings->decimate);
+        err = header_set_real(header, "capture-decimate", settings->decimate);
     if (!err)
-        err = set_number(header, "capture-bounces", (uint64_t)settings->bounces);
+        err = header_set_whole(header, "capture-bounces", settings->bounces);
     if (!err)
-        err = set_number(header, "capture-seed", settings->seed);
+        err = header_set_whole(header, "capture-seed", (int64_t)settings->seed);
     return err;
-}
-
-static struct error *get_number(const struct stream_header *header, const char *key, uint64_t least,
-                                uint64_t most, uint64_t *value)
-{
-    const char *text = header_key(header, key);
-    if (!text)
-        return NULL;
-    char *end;
-    const unsigned long long number = strtoull(text, &end, 10);
-    if (*text < '0' || *text > '9' || *end || number < least || number > most)
-        return error_new("header key %s: expected a whole number from %" PRIu64 " to %" PRIu64
-                         ", got '%s'",
-                         key, least, most, text);
-    *value = number;
-    return NULL;
-}
-
-static struct error *get_real(const struct stream_header *header, const char *key, double *value)
-{
-    const char *text = header_key(header, key);
-    if (!text)
-        return NULL;
-    const char *end = text + strlen(text);
-    double number;
-    if (number_read_f64(text, end, &number) != end || !(number >= 0 && number < (double)INFINITY))
-        return error_new("header key %s: expected a number from 0, got '%s'", key, text);
-    *value = number;
-    return NULL;
-}
-
-static struct error *get_light(const struct stream_header *header, enum capture_light *light)
-{
-    const char *text = header_key(header, "capture-light");
-    for (int i = 0; text && i < 3; i++) {
-        if (!strcmp(text, light_names[i])) {
-            *light = (enum capture_light)i;
-            return NULL;
-        }
-    }
-    return text ? error_new("header key capture-light: expected all, direct or indirect, got '%s'",
-                            text)
-                : NULL;
 }
 
 struct error *capture_settings_from_header(struct capture_settings *settings,
                                            const struct stream_header *header)
 {
-    uint64_t order = (uint64_t)settings->order, rays = (uint64_t)settings->rays,
-             bounces = (uint64_t)settings->bounces;
-    uint64_t rays_most = (uint64_t)settings->rays_most;
-    struct error *err = get_number(header, "sh-order", 1, SH_ORDER_MAX, &order);
+    int light = settings->light;
+    int64_t seed = (int64_t)settings->seed;
+    struct error *err = header_get_int(header, "sh-order", 1, SH_ORDER_MAX, &settings->order);
     if (!err)
-        err = get_number(header, "capture-rays", 1, CAPTURE_RAYS_MOST, &rays);
+        err = header_get_int(header, "capture-rays", 1, CAPTURE_RAYS_MOST, &settings->rays);
     if (!err)
-        err = get_number(header, "capture-max-rays", 1, CAPTURE_RAYS_MOST, &rays_most);
+        err =
+            header_get_int(header, "capture-max-rays", 1, CAPTURE_RAYS_MOST, &settings->rays_most);
     if (!err)
-        err = get_number(header, "capture-bounces", 0, CAPTURE_BOUNCES_MOST, &bounces);
+        err =
+            header_get_int(header, "capture-bounces", 0, CAPTURE_BOUNCES_MOST, &settings->bounces);
     if (!err)
-        err = get_number(header, "capture-seed", 0, (uint64_t)1 << 53, &settings->seed);
+        err = header_get_whole(header, "capture-seed", 0, (int64_t)1 << 53, &seed);
     if (!err)
-        err = get_real(header, "capture-error", &settings->error);
+        err = header_get_real(header, "capture-error", 0, DBL_MAX, &settings->error);
     if (!err)
-        err = get_real(header, "capture-error-floor", &settings->error_floor);
+        err = header_get_real(header, "capture-error-floor", 0, DBL_MAX, &settings->error_floor);
     if (!err)
-        err = get_real(header, "capture-ao-distance", &settings->ao_distance);
+        err = header_get_real(header, "capture-ao-distance", 0, DBL_MAX, &settings->ao_distance);
     if (!err)
-        err = get_real(header, "capture-decimate", &settings->decimate);
+        err = header_get_real(header, "capture-decimate", 0, DBL_MAX, &settings->decimate);
     if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
         err = error_new(
             "header key capture-decimate: expected a share above 0 and at most 1, got '%s'",
             header_key(header, "capture-decimate"));
     if (!err)
-        err = get_light(header, &settings->light);
+        err = header_get_choice(header, "capture-light", capture_light_names, &light);
     if (!err)
         err = content_from_header(header, &settings->convolved);
     if (!err)
         err = dering_from_header(&settings->dering, header);
-    settings->order = (int)order;
-    settings->rays = (int)rays;
-    settings->rays_most = (int)rays_most;
-    settings->bounces = (int)bounces;
+    settings->light = (enum capture_light)light;
+    settings->seed = (uint64_t)seed;
     return err;
 }
 

@@ -42,6 +42,7 @@ struct table;
 /* What light is captured. ALL = DIRECT + INDIRECT; emitters and sky seen straight from the probe
  * count as direct, and so do point, spot and sun light. */
 enum capture_light { CAPTURE_ALL, CAPTURE_DIRECT, CAPTURE_INDIRECT };
+extern const char *const capture_light_names[]; /* NULL behind the last */
 
 enum { CAPTURE_RAYS_MOST = 1 << 24, CAPTURE_BOUNCES_MOST = 1 << 16 };
 

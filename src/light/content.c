@@ -1,24 +1,25 @@
 #include "light/content.h"
 #include "base/error.h"
 #include "libprobe-query/sh.h"
+#include "stream/header_number.h"
 #include "stream/stream.h"
 
 #include <math.h>
 #include <string.h>
 
+static const char *const names[] = {"radiance", "irradiance", NULL};
+
 struct error *content_from_header(const struct stream_header *header, bool *convolved)
 {
-    const char *content = header_key(header, "sh-content");
-    *convolved = content && !strcmp(content, "irradiance");
-    if (content && !*convolved && strcmp(content, "radiance"))
-        return error_new("header key sh-content: expected radiance or irradiance, got '%s'",
-                         content);
-    return NULL;
+    int content = 0;
+    struct error *err = header_get_choice(header, "sh-content", names, &content);
+    *convolved = content;
+    return err;
 }
 
 struct error *content_to_header(struct stream_header *header, bool convolved)
 {
-    return header_set_key(header, "sh-content", convolved ? "irradiance" : "radiance");
+    return header_set_key(header, "sh-content", names[convolved]);
 }
 
 /* A standard error has no sign, and a gradient three parts. */

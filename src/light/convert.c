@@ -4,6 +4,7 @@
 #include "libprobe-query/sh.h"
 #include "light/content.h"
 #include "light/order.h"
+#include "stream/header_number.h"
 #include "stream/stream.h"
 
 bool convert_is_asked(const struct convert_settings *settings)
@@ -22,9 +23,7 @@ static struct error *change_order(struct stream *stream, int order)
     if (order > was)
         return error_new("the probes have order %d: it cannot be raised to %d", was, order);
     struct error *err = order_reduce(probes, order);
-    return err ? err
-               : header_set_key(&stream->header, "sh-order",
-                                (const char[2]){(char)('0' + order), 0});
+    return err ? err : header_set_whole(&stream->header, "sh-order", order);
 }
 
 /* Other light: what was made of the old one goes. */

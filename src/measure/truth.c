@@ -1,7 +1,6 @@
 #include "measure/truth.h"
 #include "base/array.h"
 #include "base/error.h"
-#include "base/number.h"
 #include "base/progress.h"
 #include "base/threads.h"
 #include "base/warning.h"
@@ -11,10 +10,11 @@
 #include "math/vec.h"
 #include "place/place.h"
 #include "place/place_inside.h"
+#include "stream/header_number.h"
 #include "stream/stream.h"
 #include "trace/trace.h"
 
-#include <inttypes.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -41,26 +41,6 @@ struct truth_settings truth_settings_default(void)
 
 /* -- header ----------------------------------------------------------------------------------- */
 
-static struct error *set_whole(struct stream_header *header, const char *key, int64_t value)
-{
-    char text[32];
-    snprintf(text, sizeof text, "%" PRId64, value);
-    return header_set_key(header, key, text);
-}
-
-static struct error *set_reals(struct stream_header *header, const char *key, int count,
-                               const double *value)
-{
-    char text[6 * (NUMBER_ROOM + 1)], *at = text;
-    for (int i = 0; i < count; i++) {
-        if (i)
-            *at++ = ',';
-        at = number_write_f64(at, value[i]);
-    }
-    *at = '\0';
-    return header_set_key(header, key, text);
-}
-
 static int64_t bounces_of(const struct stage *stage, const struct truth_settings *settings)
 {
     return settings->bounces >= 0 ? settings->bounces : stage->capture_settings.bounces;
@@ -70,26 +50,26 @@ static int64_t bounces_of(const struct stage *stage, const struct truth_settings
 static struct error *describe(struct stream_header *header, const struct stage *stage,
                               const struct truth_settings *s, const double bounds[6], double step)
 {
-    static const char *const lights[] = {"all", "direct", "indirect"};
     struct error *err = header_set_key(header, "scene-key", stage->key);
     if (!err)
-        err = header_set_key(header, "truth-light", lights[stage->capture_settings.light]);
+        err = header_set_key(header, "truth-light",
+                             capture_light_names[stage->capture_settings.light]);
     if (!err)
-        err = set_whole(header, "truth-bounces", bounces_of(stage, s));
+        err = header_set_whole(header, "truth-bounces", bounces_of(stage, s));
     if (!err)
-        err = set_whole(header, "truth-rays", s->rays);
+        err = header_set_whole(header, "truth-rays", s->rays);
     if (!err)
-        err = set_reals(header, "truth-error", 1, &s->error);
+        err = header_set_real(header, "truth-error", s->error);
     if (!err)
-        err = set_whole(header, "truth-points", s->points_file ? 0 : s->points);
+        err = header_set_whole(header, "truth-points", s->points_file ? 0 : s->points);
     if (!err)
-        err = set_whole(header, "truth-paths", s->path_file ? 0 : s->paths);
+        err = header_set_whole(header, "truth-paths", s->path_file ? 0 : s->paths);
     if (!err)
-        err = set_whole(header, "truth-seed", s->seed);
+        err = header_set_whole(header, "truth-seed", s->seed);
     if (!err)
-        err = set_reals(header, "truth-bounds", 6, bounds);
+        err = header_set_reals(header, "truth-bounds", 6, bounds);
     if (!err)
-        err = set_reals(header, "truth-step", 1, &step);
+        err = header_set_real(header, "truth-step", step);
     return err;
 }
 
@@ -448,23 +428,6 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job)
 
 /* -- reading ---------------------------------------------------------------------------------- */
 
-/* Comma-separated numbers of a key. */
-static struct error *get_reals(const struct stream_header *header, const char *key, int count,
-                               double *value)
-{
-    const char *at = header_key(header, key), *text = at;
-    for (int i = 0; at && i < count; i++) {
-        at = number_read_f64(at, text + strlen(text), &value[i]);
-        if (at && *at == ',' && i + 1 < count)
-            at++;
-        else if (at && (*at || i + 1 < count))
-            at = NULL;
-    }
-    return at ? NULL
-              : error_new("header key %s: expected %d numbers, got '%s'", key, count,
-                          text ? text : "");
-}
-
 /* Whether the rows from `first` on are at these positions, all of them. */
 static bool same_positions(const struct truth *t, size_t first, size_t count,
                            const struct place *place)
@@ -491,17 +454,22 @@ static struct error *check_positions(const struct truth *t, const struct truth_s
 static struct error *check_read(struct truth *t, const struct stage *stage,
                                 const struct truth_settings *s)
 {
+    const struct stream_header *is = &t->stream->header;
     struct stream_header wanted = {0};
     double bounds[6];
     struct error *err = describe(&wanted, stage, s, s->bounds, s->step);
     if (!err)
-        err = check_described(&t->stream->header, &wanted, s);
+        err = check_described(is, &wanted, s);
     if (!err)
         err = find_columns(t);
     if (!err)
-        err = get_reals(&t->stream->header, "truth-bounds", 6, bounds);
+        err = header_require(is, "truth-bounds");
     if (!err)
-        err = get_reals(&t->stream->header, "truth-step", 1, &t->step);
+        err = header_get_reals(is, "truth-bounds", 6, -DBL_MAX, DBL_MAX, bounds);
+    if (!err)
+        err = header_require(is, "truth-step");
+    if (!err)
+        err = header_get_real(is, "truth-step", 0, DBL_MAX, &t->step);
     if (!err) {
         memcpy(t->low, bounds, sizeof t->low);
         memcpy(t->high, bounds + 3, sizeof t->high);

@@ -1,10 +1,10 @@
 /* The light that a file cannot hold: options, and the keys that carry them through the stream. */
 #include "base/array.h"
 #include "base/error.h"
-#include "base/number.h"
 #include "base/options.h"
 #include "math/angle.h"
 #include "scene/scene.h"
+#include "stream/header_number.h"
 #include "stream/stream.h"
 
 #include <float.h>
@@ -127,6 +127,8 @@ static struct error *parse_spot(void *value, const char *text)
     return err ? err : give_light(value, &light);
 }
 
+static const char *const emit_names[] = {"both", "front", NULL}; /* by emit_front_only */
+
 static struct error *parse_emit(void *value, const char *text)
 {
     struct scene_settings *settings = value;
@@ -207,7 +209,7 @@ static const struct light_form {
     int count;
 } light_forms[] = {{"sun", SCENE_SUN, 6}, {"point", SCENE_POINT, 6}, {"spot", SCENE_SPOT, 11}};
 
-enum { NUMBERS_MOST = 11, FORM_COUNT = sizeof light_forms / sizeof *light_forms };
+enum { FORM_COUNT = sizeof light_forms / sizeof *light_forms };
 
 static void light_to_numbers(const struct scene_light *light, double *n)
 {
@@ -245,18 +247,6 @@ static struct scene_light light_from_numbers(enum scene_light_kind kind, const d
     return light;
 }
 
-static struct error *set_numbers(struct stream_header *header, const char *name,
-                                 const double *numbers, int count)
-{
-    char text[NUMBERS_MOST * (NUMBER_ROOM + 1)], *to = text;
-    for (int i = 0; i < count; i++) {
-        to = number_write_f64(to, numbers[i]);
-        *to++ = ',';
-    }
-    to[-1] = 0;
-    return header_set_key(header, name, text);
-}
-
 /* The form of the light that a key like "spot-3" holds, or NULL. */
 static const struct light_form *form_of_key(const char *key)
 {
@@ -282,11 +272,11 @@ static struct error *set_light(struct stream_header *header, const struct scene_
                                size_t number)
 {
     const struct light_form *form = form_of_kind(light->kind);
-    double numbers[NUMBERS_MOST];
+    double numbers[HEADER_REALS_MOST];
     char name[32];
     snprintf(name, sizeof name, "%s-%zu", form->name, number);
     light_to_numbers(light, numbers);
-    return set_numbers(header, name, numbers, form->count);
+    return header_set_reals(header, name, form->count, numbers);
 }
 
 struct error *scene_settings_to_header(const struct scene_settings *settings,
@@ -296,24 +286,23 @@ struct error *scene_settings_to_header(const struct scene_settings *settings,
         if (form_of_key(header->keys[k].name))
             header_remove_key(header, header->keys[k].name);
     header_remove_key(header, "sky-file");
-    struct error *err = set_numbers(header, "sky", settings->sky, 3);
+    struct error *err = header_set_reals(header, "sky", 3, settings->sky);
     if (!err && settings->sky_file)
         err = header_set_key(header, "sky-file", settings->sky_file);
     for (size_t i = 0; i < settings->light_count && !err; i++)
         err = set_light(header, &settings->lights[i], i + 1);
     if (!err)
-        err = header_set_key(header, "emit", settings->emit_front_only ? "front" : "both");
+        err = header_set_key(header, "emit", emit_names[settings->emit_front_only]);
     if (!err)
-        err = set_numbers(header, "albedo-scale", &settings->albedo_scale, 1);
+        err = header_set_real(header, "albedo-scale", settings->albedo_scale);
     if (!err)
-        err = set_numbers(header, "max-albedo", &settings->max_albedo, 1);
+        err = header_set_real(header, "max-albedo", settings->max_albedo);
     if (!err)
-        err = set_numbers(header, "light-scale", &settings->light_scale, 1);
+        err = header_set_real(header, "light-scale", settings->light_scale);
     return err;
 }
 
-/* What a key holds, read as an option's argument is; a wrong value is bad data here, not a wrong
- * command line. */
+/* A wrong value is bad data here, not a wrong command line. */
 static struct error *as_data(struct error *err)
 {
     if (!err || err == error_memory())
@@ -323,62 +312,46 @@ static struct error *as_data(struct error *err)
     return data;
 }
 
-static struct error *get_numbers(const char *name, const char *text, double *numbers, int count,
-                                 double least, double most)
+static struct error *get_light(struct scene_settings *settings, const struct stream_header *header,
+                               const char *key, const struct light_form *form)
 {
-    double read[NUMBERS_MOST];
-    struct error *err = as_data(options_reals(name, text, count, read));
-    for (int i = 0; i < count && !err; i++)
-        if (read[i] < least || read[i] > most)
-            err = error_new("%s: the number %.15g is out of range", name, read[i]);
-    if (!err)
-        memcpy(numbers, read, (size_t)count * sizeof *read);
-    return err;
-}
-
-static struct error *get_light(struct scene_settings *settings, const struct key *key,
-                               const struct light_form *form)
-{
-    double numbers[NUMBERS_MOST];
-    struct error *err = get_numbers(key->name, key->value, numbers, form->count, -DBL_MAX, DBL_MAX);
+    double numbers[HEADER_REALS_MOST];
+    struct error *err = header_get_reals(header, key, form->count, -DBL_MAX, DBL_MAX, numbers);
     if (err)
         return err;
     const struct scene_light light = light_from_numbers(form->kind, numbers);
     if (form->kind != SCENE_POINT && !(fabs(vec3_dot(light.direction, light.direction) - 1) < 1e-9))
-        return error_new("%s: expected a direction of length 1", key->name);
+        return error_new("header key %s: expected a direction of length 1", key);
     if (!(light.cos_outer <= light.cos_inner && light.cos_inner <= 1 && light.cos_outer >= -1))
-        return error_new("%s: expected cosines -1 <= OUTER <= INNER <= 1", key->name);
-    return error_wrap(as_data(add_light(settings, &light)), "%s", key->name);
-}
-
-static struct error *get_key(struct scene_settings *settings, const struct key *key)
-{
-    const struct light_form *form = form_of_key(key->name);
-    if (form)
-        return get_light(settings, key, form);
-    if (!strcmp(key->name, "sky"))
-        return get_numbers(key->name, key->value, settings->sky, 3, 0, DBL_MAX);
-    if (!strcmp(key->name, "emit"))
-        return error_wrap(as_data(parse_emit(settings, key->value)), "emit");
-    if (!strcmp(key->name, "albedo-scale"))
-        return get_numbers(key->name, key->value, &settings->albedo_scale, 1, 0, DBL_MAX);
-    if (!strcmp(key->name, "max-albedo"))
-        return get_numbers(key->name, key->value, &settings->max_albedo, 1, 0, 1);
-    if (!strcmp(key->name, "light-scale"))
-        return get_numbers(key->name, key->value, &settings->light_scale, 1, 0, DBL_MAX);
-    if (strcmp(key->name, "sky-file") != 0)
-        return NULL;
-    free(settings->sky_file);
-    settings->sky_file = strdup(key->value);
-    return settings->sky_file ? NULL : error_memory();
+        return error_new("header key %s: expected cosines -1 <= OUTER <= INNER <= 1", key);
+    return error_wrap(as_data(add_light(settings, &light)), "header key %s", key);
 }
 
 struct error *scene_settings_from_header(struct scene_settings *settings,
                                          const struct stream_header *header)
 {
-    struct error *err = NULL;
-    for (size_t k = 0; k < header->key_count && !err; k++)
-        err = get_key(settings, &header->keys[k]);
+    int front = settings->emit_front_only;
+    const char *sky_file = header_key(header, "sky-file");
+    struct error *err = header_get_reals(header, "sky", 3, 0, DBL_MAX, settings->sky);
+    if (!err)
+        err = header_get_choice(header, "emit", emit_names, &front);
+    if (!err)
+        err = header_get_real(header, "albedo-scale", 0, DBL_MAX, &settings->albedo_scale);
+    if (!err)
+        err = header_get_real(header, "max-albedo", 0, 1, &settings->max_albedo);
+    if (!err)
+        err = header_get_real(header, "light-scale", 0, DBL_MAX, &settings->light_scale);
+    for (size_t k = 0; k < header->key_count && !err; k++) {
+        const struct light_form *form = form_of_key(header->keys[k].name);
+        if (form)
+            err = get_light(settings, header, header->keys[k].name, form);
+    }
+    if (!err && sky_file) {
+        free(settings->sky_file);
+        settings->sky_file = strdup(sky_file);
+        err = settings->sky_file ? NULL : error_memory();
+    }
+    settings->emit_front_only = front;
     settings->inherited = settings->light_count;
-    return error_wrap(err, "header");
+    return err;
 }

@@ -1,6 +1,7 @@
 # the probe stream, its editing, points and cells
 stream_sources = \
 	%D%/cells.c %D%/cells.h \
+	%D%/header_number.c %D%/header_number.h \
 	%D%/points.c %D%/points.h \
 	%D%/stream.c %D%/stream.h \
 	%D%/stream_binary.c \
