@@ -7,6 +7,7 @@
 #include "base/progress.h"
 #include "base/warning.h"
 #include "capture/stage.h"
+#include "leak/cells_make.h"
 #include "leak/leak.h"
 #include "place/place.h"
 #include "place/place_inside.h"

@@ -90,7 +90,7 @@ static struct error *volume_of(const struct tetra *t, size_t n, const double *p,
                                     .cells = t->cell_count,
                                     .vertex = t->vertex,
                                     .neighbour = t->neighbour};
-    return mesh_volume(&mesh, PROBE_NEAREST, volume);
+    return cells_volume_create(&mesh, PROBE_NEAREST, volume);
 }
 
 static double linear(const double *p)

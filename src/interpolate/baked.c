@@ -5,6 +5,7 @@
 #include "light/content.h"
 #include "math/angle.h"
 #include "math/luminance.h"
+#include "stream/cells.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -45,10 +46,11 @@ struct error *baked_open_probes(struct baked *b, const struct stream *stream)
 static struct error *open_cells(struct baked *b, const struct stream *stream)
 {
     b->cells = b->in->volume;
-    if (!mesh_exists(stream))
+    if (!cells_exist(stream))
         return NULL;
-    struct error *err = mesh_find(stream, &b->mesh);
-    return err || b->cells ? err : mesh_volume(&b->mesh, b->in->settings.outside, &b->cells);
+    struct error *err = cells_volume_mesh(stream, &b->mesh);
+    return err || b->cells ? err
+                           : cells_volume_create(&b->mesh, b->in->settings.outside, &b->cells);
 }
 
 struct error *baked_open(struct baked *b, const struct stream *stream,

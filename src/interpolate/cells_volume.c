@@ -1,57 +1,39 @@
 #include "interpolate/cells_volume.h"
 #include "base/error.h"
+#include "stream/cells.h"
 #include "stream/stream.h"
 
-bool mesh_exists(const struct stream *stream)
+struct error *cells_volume_mesh(const struct stream *stream, struct probe_mesh *mesh)
 {
-    bool there = false;
-    for (int i = 0; i < STREAM_CORNERS_MOST; i++)
-        there = there || stream_table(stream, stream_cell_table[i]);
-    return there;
-}
-
-struct error *mesh_find(const struct stream *stream, struct probe_mesh *mesh)
-{
-    const struct table *probes = stream_table(stream, "probe"), *cells = NULL;
-    struct column *vertex = NULL, *neighbour = NULL;
-    int corners = 0;
+    const struct table *probes = stream_table(stream, "probe");
+    struct column *neighbour;
+    struct cells cells;
     *mesh = (struct probe_mesh){0};
     if (!probes)
         return error_new("there is no table probe");
-    for (int i = 0; i < STREAM_CORNERS_MOST; i++) {
-        const struct table *t = stream_table(stream, stream_cell_table[i]);
-        if (t && cells)
-            return error_new("there are two tables of cells, %s and %s: run probe-tet", cells->name,
-                             t->name);
-        if (t) {
-            cells = t;
-            corners = i + 1;
-        }
-    }
-    if (!cells)
-        return error_new("there are no cells: run probe-tet");
-    struct error *err = table_require(cells, "vertex", COLUMN_I32, (size_t)corners, &vertex);
+    struct error *err = cells_find(stream, &cells);
     if (!err)
-        err = table_require(cells, "neighbour", COLUMN_I32, (size_t)corners, &neighbour);
+        err =
+            table_require(cells.table, "neighbour", COLUMN_I32, (size_t)cells.corners, &neighbour);
     if (!err)
         *mesh = (struct probe_mesh){.probes = probes->rows,
                                     .position = column_f64(table_column(probes, "position")),
-                                    .corners = corners,
-                                    .cells = cells->rows,
-                                    .vertex = column_i32(vertex),
-                                    .neighbour = column_i32(neighbour)};
+                                    .corners = cells.corners,
+                                    .cells = cells.table->rows,
+                                    .vertex = cells.vertex,
+                                    .neighbour = cells.neighbour};
     return err;
 }
 
-struct error *mesh_volume(const struct probe_mesh *mesh, unsigned flags,
-                          struct probe_volume **volume)
+struct error *cells_volume_create(const struct probe_mesh *mesh, unsigned flags,
+                                  struct probe_volume **volume)
 {
     size_t row;
     const enum probe_status status = probe_volume_create(volume, mesh, flags, &row);
-    return mesh_error(status, row);
+    return cells_volume_error(status, row);
 }
 
-struct error *mesh_error(enum probe_status status, size_t row)
+struct error *cells_volume_error(enum probe_status status, size_t row)
 {
     switch (status) {
     case PROBE_OK: return NULL;

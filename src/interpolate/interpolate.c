@@ -109,7 +109,7 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
     if (kind->needs_gradients)
         err = open_gradient(in, stream);
     if (!err && kind->needs_cells)
-        err = mesh_volume(mesh, in->settings.outside, &in->volume);
+        err = cells_volume_create(mesh, in->settings.outside, &in->volume);
     if (!err && kind->open)
         err = kind->open(in, stream_table(stream, "probe")->rows);
     return err;
@@ -128,7 +128,7 @@ struct error *interpolate_open(struct interpolate **interpolate, const struct st
     if (!settings->kind)
         in->settings.kind = &interpolate_barycentric;
     if (in->settings.kind->needs_cells)
-        err = mesh_find(stream, &mesh);
+        err = cells_volume_mesh(stream, &mesh);
     if (!err)
         err = open_column(in, stream);
     if (!err)
@@ -200,7 +200,7 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     if (!err) {
         const enum probe_status status =
             probe_volume_open(&in->volume, in->image, in->image_bytes, settings->outside, &row);
-        err = error_wrap(mesh_error(status, row), "%s", path);
+        err = error_wrap(cells_volume_error(status, row), "%s", path);
     }
     if (!err) {
         const struct probe_image_facts facts = probe_volume_image(in->volume);

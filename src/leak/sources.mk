@@ -1,3 +1,4 @@
 # edges through walls, and their mending
 leak_sources = \
+	%D%/cells_make.c %D%/cells_make.h \
 	%D%/leak.c %D%/leak.h

@@ -9,6 +9,7 @@
 #include "math/power.h"
 #include "math/sort.h"
 #include "scene/scene.h"
+#include "stream/cells.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -204,7 +205,7 @@ static struct error *find_edges(const struct stream *stream, uint64_t **edge, si
     struct probe_mesh mesh;
     *edge = NULL;
     *count = 0;
-    struct error *err = mesh_find(stream, &mesh);
+    struct error *err = cells_volume_mesh(stream, &mesh);
     if (err)
         return err;
     const size_t corners = (size_t)mesh.corners, most = mesh.cells * (corners * (corners - 1) / 2);
@@ -423,7 +424,7 @@ struct error *overlay_spacing(const struct stream *stream, double *spacing)
         return error_new("there are no probes");
     const double *p = column_f64(table_column(probes, "position"));
     struct error *err = NULL;
-    if (mesh_exists(stream))
+    if (cells_exist(stream))
         err = find_edges(stream, &edge, &count);
     if (!err)
         err = array_create(&length, count, sizeof *length);

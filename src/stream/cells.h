@@ -1,10 +1,7 @@
-/* cells: the cells of a stream's probes: found, and made by running probe-tet.
+/* cells: the cells of a stream's probes.
  *
  * A stream holds at most one table of cells, named after what they are: tetrahedra (tet), triangles
  * of probes in a plane (tri), segments of probes on a line (segment), or a single point (point).
- *
- * TetGen is AGPL-3, so probe-tet alone links it; whoever needs cells runs that program. It is
- * looked for beside the running program, then on the PATH.
  */
 #ifndef CELLS_H
 #define CELLS_H
@@ -25,17 +22,12 @@ struct cells {
 /* Whether there is a table of cells. */
 bool cells_exist(const struct stream *stream);
 
-/* Errors: there are no cells, or they lack their column vertex. Without its column neighbour that
- * is NULL. */
+/* Errors: there are no cells (says to run probe-tet), or two tables of them, or they lack their
+ * column vertex. Without its column neighbour that is NULL. */
 struct error *cells_find(const struct stream *stream, struct cells *cells);
 
 /* Removes what speaks of cells: their table, and of table probe the columns hull_normal and
  * merged. */
 void cells_remove(struct stream *stream);
-
-/* Makes the table of cells, and columns hull_normal and perhaps merged of table probe, anew from
- * the probes' positions and light. The child's own messages go to standard error. Errors: it is not
- * to be found, or failed. */
-struct error *cells_make(struct stream *stream);
 
 #endif

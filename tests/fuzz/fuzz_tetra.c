@@ -111,7 +111,7 @@ static struct error *look_up(const struct set *set, const struct tetra *t)
                                     .vertex = t->vertex,
                                     .neighbour = t->neighbour};
     struct probe_volume *volume = NULL;
-    struct error *err = mesh_volume(&mesh, 0, &volume);
+    struct error *err = cells_volume_create(&mesh, 0, &volume);
     struct probe_place place = {.cell = PROBE_COLD};
     for (size_t i = 0; i < set->count && !err; i++) {
         double own = 0;

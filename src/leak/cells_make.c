@@ -1,0 +1,142 @@
+#include "leak/cells_make.h"
+#include "base/error.h"
+#include "stream/cells.h"
+#include "stream/stream.h"
+
+#include <errno.h>
+#include <libgen.h>
+#include <limits.h>
+#include <spawn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
+
+/* Where probe-tet is: beside this program, or to be found on the PATH. */
+static void find_program(char path[PATH_MAX])
+{
+    char self[PATH_MAX];
+    const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    if (length > 0) {
+        self[length] = 0;
+        if (snprintf(path, PATH_MAX, "%s/probe-tet", dirname(self)) < PATH_MAX &&
+            !access(path, X_OK))
+            return;
+    }
+    strcpy(path, "probe-tet");
+}
+
+static struct error *run(const char *input, const char *output)
+{
+    char program[PATH_MAX], name[] = "probe-tet", quiet[] = "--quiet", to[] = "--output";
+    find_program(program);
+    char *in = strdup(input), *out = strdup(output);
+    if (!in || !out) {
+        free(in);
+        free(out);
+        return error_memory();
+    }
+    char *arguments[] = {name, quiet, to, out, in, NULL};
+    pid_t pid;
+    int status = 0;
+    const int number = posix_spawnp(&pid, program, NULL, NULL, arguments, environ);
+    struct error *err = number ? error_system(number, "%s", program) : NULL;
+    while (!err && waitpid(pid, &status, 0) < 0)
+        if (errno != EINTR)
+            err = error_system(errno, "waiting for probe-tet");
+    if (!err && WIFSIGNALED(status))
+        err = error_new("probe-tet died: %s", strsignal(WTERMSIG(status)));
+    else if (!err && WEXITSTATUS(status))
+        err = error_new("probe-tet failed with status %d", WEXITSTATUS(status));
+    free(in);
+    free(out);
+    return err;
+}
+
+/* A stream of the positions, and of the light that tells which of merged probes represents the
+ * others: probe-tet needs no more. */
+static struct error *write_positions(const struct table *probes, const char *path)
+{
+    struct stream *stream = NULL;
+    struct table *table = NULL;
+    const struct column *sh = table_column(probes, "sh");
+    struct error *err = stream_create(&stream);
+    if (!err)
+        err = stream_add_table(stream, "probe", &table);
+    if (!err)
+        err = table_resize(table, probes->rows);
+    if (!err)
+        err = table_add_column(table, "position", COLUMN_F64, 3, NULL);
+    if (!err && sh)
+        err = table_add_column(table, "sh", sh->type, sh->width, NULL);
+    if (!err) {
+        table_copy_rows(table, 0, probes, 0, probes->rows);
+        err = stream_write(stream, path, STREAM_BINARY);
+    }
+    stream_destroy(stream);
+    return err;
+}
+
+static struct error *take_columns(struct table *to, const struct table *from,
+                                  const char *const *names, size_t count)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < count && !err; i++) {
+        const struct column *theirs = table_column(from, names[i]);
+        struct column *ours = NULL;
+        if (!theirs)
+            continue;
+        err = table_add_column(to, names[i], theirs->type, theirs->width, &ours);
+        if (!err)
+            memcpy(ours->data, theirs->data,
+                   from->rows * theirs->width * column_type_size(theirs->type));
+    }
+    return err;
+}
+
+static struct error *take_cells(struct stream *stream, const struct stream *made)
+{
+    static const char *const of_cells[] = {"vertex", "neighbour"}, *const of_probes[] = {
+                                                                       "hull_normal", "merged"};
+    struct cells cells;
+    struct table *to = NULL;
+    struct error *err = cells_find(made, &cells);
+    cells_remove(stream);
+    if (!err)
+        err = stream_add_table(stream, cells.table->name, &to);
+    if (!err)
+        err = table_resize(to, cells.table->rows);
+    if (!err)
+        err = take_columns(to, cells.table, of_cells, 2);
+    return err ? err
+               : take_columns(stream_table(stream, "probe"), stream_table(made, "probe"), of_probes,
+                              2);
+}
+
+struct error *cells_make(struct stream *stream)
+{
+    const char *parent = getenv("TMPDIR");
+    char directory[PATH_MAX], input[PATH_MAX + 16], output[PATH_MAX + 16];
+    snprintf(directory, sizeof directory, "%s/probe-cells-XXXXXX",
+             parent && *parent ? parent : "/tmp");
+    if (!mkdtemp(directory))
+        return error_system(errno, "%s", directory);
+    snprintf(input, sizeof input, "%s/probes", directory);
+    snprintf(output, sizeof output, "%s/cells", directory);
+    struct stream *made = NULL;
+    struct error *err = write_positions(stream_table(stream, "probe"), input);
+    if (!err)
+        err = run(input, output);
+    if (!err)
+        err = stream_read(&made, output);
+    unlink(input);
+    unlink(output);
+    rmdir(directory);
+    if (!err)
+        err = take_cells(stream, made);
+    stream_destroy(made);
+    return err;
+}

@@ -1,0 +1,17 @@
+/* cells_make: cells for a stream's probes, made by running probe-tet.
+ *
+ * TetGen is AGPL-3, so probe-tet alone links it; whoever needs cells runs that program. It is
+ * looked for beside the running program, then on the PATH.
+ */
+#ifndef CELLS_MAKE_H
+#define CELLS_MAKE_H
+
+struct error;
+struct stream;
+
+/* Makes the table of cells, and columns hull_normal and perhaps merged of table probe, anew from
+ * the probes' positions and light. The child's own messages go to standard error. Errors: it is not
+ * to be found, or failed. */
+struct error *cells_make(struct stream *stream);
+
+#endif
