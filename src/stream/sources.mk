@@ -3,13 +3,17 @@ stream_sources = \
 	%D%/cells.c %D%/cells.h \
 	%D%/header_number.c %D%/header_number.h \
 	%D%/points.c %D%/points.h \
-	%D%/stream.c %D%/stream.h \
+	%D%/stream.h \
 	%D%/stream_binary.c \
 	%D%/stream_checksum.c \
 	%D%/stream_edit.c %D%/stream_edit.h \
 	%D%/stream_fill.c %D%/stream_fill.h \
+	%D%/stream_format.c \
 	%D%/stream_private.h \
+	%D%/stream_reader.c \
 	%D%/stream_salvage.c %D%/stream_salvage.h \
 	%D%/stream_text.c \
 	%D%/stream_valid.c \
-	%D%/table.c
+	%D%/stream_whole.c \
+	%D%/stream_writer.c \
+	%D%/table.c %D%/table.h

@@ -1,10 +1,13 @@
 /* stream_private: what the parts of stream share.
  *
- *     stream.c          readers, writers and whole streams: what is the same in both encodings
+ *     stream_reader.c   reading: what is the same in both encodings
+ *     stream_writer.c   writing, likewise
+ *     stream_whole.c    whole streams
+ *     stream_format.c   what text and binary share
  *     stream_text.c     rows as lines
  *     stream_binary.c   rows as checked blocks
- *     stream_valid.c    what every stream must satisfy
  *     stream_checksum.c what proves a binary stream
+ *     stream_valid.c    what every stream must satisfy
  *     table.c           tables and headers in memory
  */
 #ifndef STREAM_PRIVATE_H
@@ -37,12 +40,7 @@ size_t table_block_rows(const struct table *table);
  * bytes. */
 bool stream_name_valid(const char *name);
 
-/* Whether a line starts a table, or ends the stream. */
-bool line_is_table(const char *line, size_t length);
-bool line_is_end(const char *line, size_t length);
-
-/* -- checksums (stream_checksum.c)
- * ----------------------------------------------------------------- */
+/* -- checksums (stream_checksum.c) ------------------------------------------------------------ */
 
 /* XXH3-64 of the bytes since the last checksum, with that checksum as its seed (0 at first): each
  * proves all that came before. */
@@ -76,7 +74,7 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
 /* Checks what only the end can tell: that indices are in range. */
 struct error *validity_end(const struct stream_validity *validity);
 
-/* -- rows (stream_text.c, stream_binary.c) ----------------------------------------------------- */
+/* -- readers and writers --------------------------------------------------------------------- */
 
 struct stream_reader {
     struct file_input in;
@@ -93,20 +91,6 @@ struct stream_reader {
     size_t block_rows; /* binary: rows left in the current block */
 };
 
-/* Puts file and line, or file and byte, before the message. */
-struct error *reader_place(const struct stream_reader *reader, struct error *err);
-
-/* The error of a stream that stops within the current table, `further` rows behind reader->row. */
-struct error *ended_within(const struct stream_reader *reader, size_t further);
-
-/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to
- * the table, whose first columns are those of reader->schema and which has room for them, and
- * checks them. */
-struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most,
-                             size_t *got);
-struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most,
-                               size_t *got);
-
 struct stream_writer {
     struct file_output out;
     struct stream_header header;
@@ -118,6 +102,30 @@ struct stream_writer {
     struct table pending; /* rows that do not fill a block yet */
     size_t block_rows;    /* rows of a full block */
 };
+
+/* -- what text and binary share (stream_format.c) ---------------------------------------------- */
+
+extern const char stream_magic_text[10], stream_magic_binary[17]; /* the first line */
+
+/* Whether a line starts a table, or ends the stream. */
+bool line_is_table(const char *line, size_t length);
+bool line_is_end(const char *line, size_t length);
+
+/* Puts file and line, or file and byte, before the message. */
+struct error *reader_place(const struct stream_reader *reader, struct error *err);
+
+/* The error of a stream that stops within the current table, `further` rows behind reader->row. */
+struct error *ended_within(const struct stream_reader *reader, size_t further);
+
+/* -- rows (stream_text.c, stream_binary.c) ----------------------------------------------------- */
+
+/* Appends up to `most` rows (at least one, or none at the table's end, which sets table_ended) to
+ * the table, whose first columns are those of reader->schema and which has room for them, and
+ * checks them. */
+struct error *text_read_rows(struct stream_reader *reader, struct table *table, size_t most,
+                             size_t *got);
+struct error *binary_read_rows(struct stream_reader *reader, struct table *table, size_t most,
+                               size_t *got);
 
 /* Writes rows as lines. */
 struct error *text_write_rows(struct stream_writer *writer, const struct table *table, size_t first,

@@ -46,36 +46,6 @@ static const struct known {
     {"point", "neighbour", COLUMN_I32, 1, 0},
 };
 
-const char *const stream_cell_table[STREAM_CORNERS_MOST] = {"point", "segment", "tri", "tet"};
-
-int stream_cell_corners(const char *table)
-{
-    for (int i = 0; i < STREAM_CORNERS_MOST; i++)
-        if (!strcmp(table, stream_cell_table[i]))
-            return i + 1;
-    return 0;
-}
-
-bool stream_name_valid(const char *name)
-{
-    const size_t valid = strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789_-");
-    return *name >= 'a' && *name <= 'z' && !name[valid] && valid <= STREAM_NAME_MOST;
-}
-
-size_t table_row_bytes(const struct table *table)
-{
-    size_t bytes = 0;
-    for (size_t i = 0; i < table->column_count; i++)
-        bytes += table->columns[i].width * column_type_size(table->columns[i].type);
-    return bytes;
-}
-
-size_t table_block_rows(const struct table *table)
-{
-    const size_t bytes = table_row_bytes(table);
-    return bytes && bytes < STREAM_BLOCK_BYTES ? STREAM_BLOCK_BYTES / bytes : 1;
-}
-
 struct stream_validity validity_start(void)
 {
     return (struct stream_validity){

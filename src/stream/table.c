@@ -19,6 +19,22 @@ const char *column_type_name(enum column_type type)
     return names[type];
 }
 
+const char *const stream_cell_table[STREAM_CORNERS_MOST] = {"point", "segment", "tri", "tet"};
+
+int stream_cell_corners(const char *table)
+{
+    for (int i = 0; i < STREAM_CORNERS_MOST; i++)
+        if (!strcmp(table, stream_cell_table[i]))
+            return i + 1;
+    return 0;
+}
+
+bool stream_name_valid(const char *name)
+{
+    const size_t valid = strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789_-");
+    return *name >= 'a' && *name <= 'z' && !name[valid] && valid <= STREAM_NAME_MOST;
+}
+
 static struct error *copy_text(char **to, const char *from)
 {
     *to = strdup(from);
@@ -184,6 +200,20 @@ struct error *table_require(const struct table *table, const char *name, enum co
     return NULL;
 }
 
+size_t table_row_bytes(const struct table *table)
+{
+    size_t bytes = 0;
+    for (size_t i = 0; i < table->column_count; i++)
+        bytes += table->columns[i].width * column_type_size(table->columns[i].type);
+    return bytes;
+}
+
+size_t table_block_rows(const struct table *table)
+{
+    const size_t bytes = table_row_bytes(table);
+    return bytes && bytes < STREAM_BLOCK_BYTES ? STREAM_BLOCK_BYTES / bytes : 1;
+}
+
 /* Rows first .. first+count-1 become missing values. */
 static void fill_missing(struct column *column, size_t first, size_t count)
 {
@@ -299,66 +329,4 @@ void table_copy_rows(struct table *to, size_t to_first, const struct table *from
         memcpy((char *)target->data + to_first * bytes,
                (const char *)source->data + from_first * bytes, count * bytes);
     }
-}
-
-/* -- streams --------------------------------------------------------------------------------- */
-
-struct error *stream_create(struct stream **stream)
-{
-    struct error *err = array_create(stream, 1, sizeof **stream);
-    if (!err)
-        (*stream)->encoding = STREAM_BINARY;
-    return err;
-}
-
-void stream_destroy(struct stream *stream)
-{
-    if (!stream)
-        return;
-    for (size_t i = 0; i < stream->table_count; i++)
-        table_clear(&stream->tables[i]);
-    free(stream->tables);
-    header_clear(&stream->header);
-    free(stream);
-}
-
-struct table *stream_table(const struct stream *stream, const char *name)
-{
-    for (size_t i = 0; i < stream->table_count; i++)
-        if (!strcmp(stream->tables[i].name, name))
-            return &stream->tables[i];
-    return NULL;
-}
-
-struct error *stream_add_table(struct stream *stream, const char *name, struct table **table)
-{
-    struct table fresh;
-    struct error *err = table_init(&fresh, name);
-    if (err)
-        return err;
-    struct table *place = stream_table(stream, name);
-    if (place) {
-        table_clear(place);
-    } else {
-        struct table *grown = realloc(stream->tables, (stream->table_count + 1) * sizeof *grown);
-        if (!grown) {
-            table_clear(&fresh);
-            return error_memory();
-        }
-        stream->tables = grown;
-        place = &stream->tables[stream->table_count++];
-    }
-    *place = fresh;
-    *table = place;
-    return NULL;
-}
-
-void stream_remove_table(struct stream *stream, const char *name)
-{
-    struct table *table = stream_table(stream, name);
-    if (!table)
-        return;
-    table_clear(table);
-    const size_t index = (size_t)(table - stream->tables);
-    memmove(table, table + 1, (--stream->table_count - index) * sizeof *table);
 }

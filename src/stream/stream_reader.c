@@ -1,47 +1,13 @@
-/* Readers and writers: the header, the order of tables, the end; rows are stream_text.c's and
+/* Reading: the header, the order of tables, the end; rows are stream_text.c's and
  * stream_binary.c's. */
-#include "stream/stream.h"
 #include "base/array.h"
 #include "base/error.h"
 #include "stream/stream_private.h"
 
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char magic_text[] = "#?probe 1", magic_binary[] = "#?probe 1 binary";
-
-/* -- reading --------------------------------------------------------------------------------- */
-
-struct error *reader_place(const struct stream_reader *reader, struct error *err)
-{
-    if (reader->encoding == STREAM_BINARY)
-        return error_wrap(err, "%s: byte %" PRIu64, reader->in.name, reader->in.offset);
-    return error_wrap(err, "%s:%zu", reader->in.name, reader->in.line);
-}
-
-struct error *ended_within(const struct stream_reader *reader, size_t further)
-{
-    return error_new("the stream ends within table %s, after %zu rows: it is not whole",
-                     reader->schema.name, reader->row + further);
-}
-
-static bool is_blank(char c)
-{
-    return c == ' ' || c == '\t' || c == '\r';
-}
-
-bool line_is_table(const char *line, size_t length)
-{
-    return length > 5 && !memcmp(line, "table", 5) && is_blank(line[5]);
-}
-
-bool line_is_end(const char *line, size_t length)
-{
-    return length >= 3 && !memcmp(line, "end", 3) && (length == 3 || is_blank(line[3]));
-}
 
 /* A line of the header, or one between tables, as a string of its own, to be freed by the caller;
  * NULL when the input has ended. */
@@ -79,32 +45,34 @@ static struct error *read_magic(struct stream_reader *reader)
     struct file_input *in = &reader->in;
     const unsigned char *bytes;
     size_t got;
-    struct error *err = file_input_peek(in, sizeof magic_binary, &bytes, &got);
+    struct error *err = file_input_peek(in, sizeof stream_magic_binary, &bytes, &got);
     if (err)
         return err;
     if (!got)
         return error_new("%s: expected a probe stream, got nothing", in->name);
-    const size_t common = sizeof magic_text - 1;
-    if (got < common || memcmp(bytes, magic_text, common)) {
+    const size_t common = sizeof stream_magic_text - 1;
+    if (got < common || memcmp(bytes, stream_magic_text, common)) {
         char shown[33];
         size_t n = 0;
         for (; n < got && n < sizeof shown - 1 && bytes[n] != '\n'; n++)
             shown[n] = bytes[n] < ' ' || bytes[n] >= 0x7f ? '?' : (char)bytes[n];
         shown[n] = 0;
         return error_new("%s:1: expected a probe stream, which begins with '%s', got '%s'",
-                         in->name, magic_text, shown);
+                         in->name, stream_magic_text, shown);
     }
-    if (got == sizeof magic_binary && !memcmp(bytes, magic_binary, sizeof magic_binary - 1) &&
-        bytes[sizeof magic_binary - 1] == '\n') {
+    if (got == sizeof stream_magic_binary &&
+        !memcmp(bytes, stream_magic_binary, sizeof stream_magic_binary - 1) &&
+        bytes[sizeof stream_magic_binary - 1] == '\n') {
         reader->encoding = STREAM_BINARY;
         err = checksum_create(&reader->checksum);
     }
     char *line = NULL;
     if (!err)
         err = take_line(reader, &line);
-    if (!err && strcmp(line, reader->encoding == STREAM_BINARY ? magic_binary : magic_text))
-        err = error_new("%s:1: expected '%s' or '%s', got '%.40s'", in->name, magic_text,
-                        magic_binary, line);
+    if (!err &&
+        strcmp(line, reader->encoding == STREAM_BINARY ? stream_magic_binary : stream_magic_text))
+        err = error_new("%s:1: expected '%s' or '%s', got '%.40s'", in->name, stream_magic_text,
+                        stream_magic_binary, line);
     free(line);
     return err;
 }
@@ -356,272 +324,5 @@ struct error *stream_reader_next_table(struct stream_reader *reader, struct tabl
         err = table_copy_schema(schema, &reader->schema);
         *more = !err;
     }
-    return err;
-}
-
-struct error *stream_read(struct stream **stream, const char *path)
-{
-    struct stream_reader *reader = NULL;
-    struct stream *s = NULL;
-    *stream = NULL;
-    struct error *err = stream_reader_open(&reader, path);
-    if (!err)
-        err = stream_create(&s);
-    if (!err)
-        err = header_copy(&s->header, &reader->header);
-    for (bool more = true; !err && more;) {
-        struct table schema, *table = NULL;
-        err = stream_reader_next_table(reader, &schema, &more);
-        if (err || !more)
-            break;
-        err = stream_add_table(s, schema.name, &table);
-        if (err) {
-            table_clear(&schema);
-            break;
-        }
-        table_clear(table);
-        *table = schema;
-        size_t got;
-        err = stream_reader_rows(reader, table, SIZE_MAX, &got);
-    }
-    if (!err) {
-        s->encoding = reader->encoding;
-        *stream = s;
-        s = NULL;
-    }
-    stream_destroy(s);
-    stream_reader_close(reader);
-    return err;
-}
-
-/* -- writing --------------------------------------------------------------------------------- */
-
-__attribute__((format(printf, 2, 3))) static struct error *write_text(struct stream_writer *writer,
-                                                                      const char *format, ...)
-{
-    struct file_output *out = &writer->out;
-    va_list args;
-    va_start(args, format);
-    char *text = NULL;
-    const int length = vasprintf(&text, format, args);
-    va_end(args);
-    if (length < 0)
-        return error_memory();
-    char *room;
-    struct error *err = file_output_room(out, (size_t)length, &room);
-    if (!err) {
-        memcpy(room, text, (size_t)length);
-        out->count += (size_t)length;
-        if (writer->checksum)
-            checksum_update(writer->checksum, text, (size_t)length);
-        err = file_output_flush(out, false);
-    }
-    free(text);
-    return err;
-}
-
-static struct error *write_header(struct stream_writer *writer)
-{
-    const struct stream_header *header = &writer->header;
-    struct error *err = write_text(writer, "%s\n", writer->binary ? magic_binary : magic_text);
-    for (size_t i = 0; i < header->provenance_count && !err; i++)
-        err = write_text(writer, "# %s\n", header->provenance[i]);
-    for (size_t i = 0; i < header->key_count && !err; i++)
-        err = write_text(writer, "%s %s\n", header->keys[i].name, header->keys[i].value);
-    return err;
-}
-
-struct error *stream_writer_open(struct stream_writer **writer, const char *path,
-                                 enum stream_encoding encoding, const struct stream_header *header)
-{
-    struct stream_writer *w = NULL;
-    *writer = NULL;
-    struct error *err = array_create(&w, 1, sizeof *w);
-    if (err)
-        return err;
-    w->binary = encoding == STREAM_BINARY;
-    w->validity = validity_start();
-    w->out.fd = -1;
-    err = header_copy(&w->header, header);
-    if (!err)
-        err = file_output_open(&w->out, path, w->binary);
-    if (!err && w->binary)
-        err = checksum_create(&w->checksum);
-    if (!err)
-        err = write_header(w);
-    if (err)
-        stream_writer_abandon(w);
-    else
-        *writer = w;
-    return err;
-}
-
-/* Ends the started table, if there is one. */
-static struct error *end_table(struct stream_writer *writer)
-{
-    struct error *err = NULL;
-    if (writer->binary && writer->schema.name) {
-        if (writer->pending.rows)
-            err = binary_write_block(writer, &writer->pending, 0, writer->pending.rows);
-        if (!err)
-            err = binary_write_block(writer, &writer->pending, 0, 0);
-    }
-    table_clear(&writer->schema);
-    table_clear(&writer->pending);
-    return err;
-}
-
-struct error *stream_writer_table(struct stream_writer *writer, const struct table *schema)
-{
-    struct error *err = end_table(writer);
-    if (!err)
-        err = validity_schema(&writer->header, schema);
-    if (!err)
-        err = table_copy_schema(&writer->schema, schema);
-    if (!err)
-        err = table_copy_schema(&writer->pending, schema);
-    if (!err)
-        err = write_text(writer, "table %s", schema->name);
-    for (size_t i = 0; i < schema->column_count && !err; i++)
-        err = write_text(writer, " %s:%s:%zu", schema->columns[i].name,
-                         column_type_name(schema->columns[i].type), schema->columns[i].width);
-    if (!err)
-        err = write_text(writer, "\n");
-    writer->row = 0;
-    writer->block_rows = table_block_rows(schema);
-    return err;
-}
-
-static struct error *check_columns(const struct table *expected, const struct table *got)
-{
-    bool same = expected->column_count == got->column_count;
-    for (size_t i = 0; same && i < got->column_count; i++)
-        same = !strcmp(expected->columns[i].name, got->columns[i].name) &&
-               expected->columns[i].type == got->columns[i].type &&
-               expected->columns[i].width == got->columns[i].width;
-    return same ? NULL
-                : error_new("table %s: rows have other columns than the table was started with",
-                            expected->name);
-}
-
-/* Keeps rows until they fill a block, so that the bytes do not depend on how many came at a
- * time. */
-static struct error *keep_pending(struct stream_writer *writer, const struct table *table,
-                                  size_t first, size_t count)
-{
-    struct table *pending = &writer->pending;
-    struct error *err = table_reserve(pending, pending->rows + count);
-    for (size_t i = 0; i < table->column_count && !err; i++) {
-        const size_t bytes = table->columns[i].width * column_type_size(table->columns[i].type);
-        memcpy((char *)pending->columns[i].data + pending->rows * bytes,
-               (const char *)table->columns[i].data + first * bytes, count * bytes);
-    }
-    if (!err)
-        pending->rows += count;
-    return err;
-}
-
-static struct error *write_blocks(struct stream_writer *writer, const struct table *table,
-                                  size_t first, size_t count)
-{
-    struct error *err = NULL;
-    while (count && !err) {
-        size_t some = writer->block_rows;
-        if (!writer->pending.rows && count >= some) {
-            err = binary_write_block(writer, table, first, some);
-        } else {
-            some = writer->block_rows - writer->pending.rows;
-            some = count < some ? count : some;
-            err = keep_pending(writer, table, first, some);
-            if (!err && writer->pending.rows == writer->block_rows) {
-                err = binary_write_block(writer, &writer->pending, 0, writer->pending.rows);
-                writer->pending.rows = 0;
-            }
-        }
-        first += some;
-        count -= some;
-    }
-    return err;
-}
-
-struct error *stream_writer_rows(struct stream_writer *writer, const struct table *table,
-                                 size_t first, size_t count)
-{
-    struct error *err = check_columns(&writer->schema, table);
-    /* a block's worth at a time: checked and written while it is in the cache */
-    while (count && !err) {
-        const size_t some = count < writer->block_rows ? count : writer->block_rows;
-        err = validity_rows(&writer->validity, table, first, some, writer->row);
-        if (!err)
-            err = writer->binary ? write_blocks(writer, table, first, some)
-                                 : text_write_rows(writer, table, first, some);
-        writer->row += some;
-        first += some;
-        count -= some;
-    }
-    return err;
-}
-
-struct error *stream_copy_table(struct stream_reader *reader, struct stream_writer *writer,
-                                const struct table *schema)
-{
-    struct table rows = {0};
-    struct error *err = table_copy_schema(&rows, schema);
-    if (!err)
-        err = stream_writer_table(writer, schema);
-    for (size_t got = 1; !err && got;) {
-        rows.rows = 0;
-        err = stream_reader_rows(reader, &rows, table_block_rows(&rows), &got);
-        if (!err)
-            err = stream_writer_rows(writer, &rows, 0, got);
-    }
-    table_clear(&rows);
-    return err;
-}
-
-struct error *stream_writer_finish(struct stream_writer *writer)
-{
-    struct error *err = end_table(writer);
-    if (!err)
-        err = validity_end(&writer->validity);
-    if (!err)
-        err = write_text(writer, writer->binary ? "end " : "end\n");
-    if (!err && writer->binary)
-        err = write_text(writer, "%016" PRIx64 "\n", checksum_take(writer->checksum));
-    if (!err)
-        err = file_output_finish(&writer->out);
-    stream_writer_abandon(writer);
-    return err;
-}
-
-void stream_writer_abandon(struct stream_writer *writer)
-{
-    if (!writer)
-        return;
-    file_output_abandon(&writer->out);
-    checksum_destroy(writer->checksum);
-    header_clear(&writer->header);
-    table_clear(&writer->schema);
-    table_clear(&writer->pending);
-    free(writer);
-}
-
-struct error *stream_write(const struct stream *stream, const char *path,
-                           enum stream_encoding encoding)
-{
-    struct stream_writer *writer = NULL;
-    struct error *err = stream_check(stream); /* before a byte is written */
-    if (err)
-        return err;
-    err = stream_writer_open(
-        &writer, path, encoding == STREAM_AS_READ ? stream->encoding : encoding, &stream->header);
-    for (size_t i = 0; i < stream->table_count && !err; i++) {
-        err = stream_writer_table(writer, &stream->tables[i]);
-        if (!err)
-            err = stream_writer_rows(writer, &stream->tables[i], 0, stream->tables[i].rows);
-    }
-    if (!err)
-        return stream_writer_finish(writer);
-    stream_writer_abandon(writer);
     return err;
 }
