@@ -25,7 +25,7 @@ def save(path, value):
     os.replace(f"{path}.{os.getpid()}", path)
 
 
-# -- one job, as GNU parallel starts it -------------------------------------------------------------
+# -- one job, as GNU parallel starts it ------------------------------------------------------------
 
 def run(words, stdin, stdout, directory):
     """Runs one command: its status, message, CPU seconds and peak memory. GNU time reads the peak,
@@ -85,7 +85,7 @@ def do_job(path):
     save(job["result"], result)
 
 
-# -- all jobs ---------------------------------------------------------------------------------------
+# -- all jobs --------------------------------------------------------------------------------------
 
 class Work:
     """The directory of finished work, and the jobs that are to be done."""
