@@ -1,7 +1,7 @@
 /* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees
  * with its formula summed over all probes. */
 #include "base/error.h"
-#include "interpolate/interpolate.h"
+#include "interpolate/interpolate_kind.h"
 #include "math/random.h"
 #include "stream/stream.h"
 #include "support/tap.h"
@@ -332,11 +332,69 @@ static void test_refused(void)
     stream_destroy(g);
 }
 
+/* What a kind fails with on a stream; "" for nothing. */
+static void why_not(const struct stream *s, const struct interpolate_kind *kind, char text[512])
+{
+    struct interpolate *in;
+    struct error *err =
+        interpolate_open(&in, s, &(struct interpolate_settings){.kind = kind, .column = "sh"});
+    snprintf(text, 512, "%s", err ? error_message(err) : "");
+    error_destroy(err);
+    interpolate_close(in);
+}
+
+/* Whether a manual has it as a word that is typed. */
+static bool in_manual(const char *program, const char *name)
+{
+    char path[4096], line[512];
+    const char *source = getenv("SRC");
+    snprintf(path, sizeof path, "%s/man/%s.1", source ? source : ".", program);
+    FILE *f = fopen(path, "r");
+    if (!f)
+        bail("%s cannot be read", path);
+    bool found = false;
+    while (fgets(line, sizeof line, f)) {
+        bool typed = false; /* after Cm */
+        for (char *rest, *at = strtok_r(line, " .\n", &rest); at;
+             at = strtok_r(NULL, " .\n", &rest)) {
+            found = found || (typed && !strcmp(at, name));
+            typed = typed || !strcmp(at, "Cm");
+        }
+    }
+    fclose(f);
+    return found;
+}
+
+/* Of every kind of the table. */
+static void test_table(void)
+{
+    struct stream *s = make(true, 1, false), *flat = make(true, 1, false);
+    table_remove_column(stream_table(flat, "probe"), "sh_gradient");
+    stream_remove_table(s, "tet");
+    for (int i = 0; interpolate_kinds[i]; i++) {
+        const struct interpolate_kind *kind = interpolate_kinds[i];
+        char cells[512], gradients[512];
+        why_not(s, kind, cells);
+        why_not(flat, kind, gradients);
+        ok(interpolate_kind_find(kind->name) == kind, "%s is found by its name", kind->name);
+        ok(kind->needs_cells ? strstr(cells, "run probe-tet") != NULL : !*cells, "%s: %s cells",
+           kind->name, kind->needs_cells ? "refused without" : "needs no");
+        ok(kind->needs_gradients ? strstr(gradients, "sh_gradient") != NULL : !*gradients,
+           "%s: %s gradients", kind->name, kind->needs_gradients ? "refused without" : "needs no");
+        ok(in_manual("probe-query", kind->name) && in_manual("probe-error", kind->name) &&
+               in_manual("probe-render", kind->name),
+           "%s is in the manuals", kind->name);
+    }
+    stream_destroy(s);
+    stream_destroy(flat);
+}
+
 int main(void)
 {
     test_reproduced();
     test_smooth();
     test_scattered();
     test_refused();
+    test_table();
     return tap_done();
 }
