@@ -11,6 +11,25 @@ else
     skip "mandoc is not installed: pages are not linted"
 fi
 
+# letters COMMAND...: letters and digits of a page's text, without its first and last line, which
+# say "BSD" in some; words may be cut in others' places
+letters() {
+    "$@" 2>said | sed '1d; $d; s/\x1b\[[0-9;]*m//g; s/.\x08//g' | tr -cd 'A-Za-z0-9' | fold -w 60
+}
+
+# What `man` shows, on most systems groff's, is what mandoc does: a title that begins with the name
+# of a macro (An, It) ends the page there if it is not escaped.
+if command -v groff >/dev/null && command -v mandoc >/dev/null; then
+    for page in "$SRC"/man/*.[1357]; do
+        letters mandoc -T utf8 "$page" >by-mandoc
+        letters groff -K utf8 -mdoc -Tutf8 -ww -rcR=1 "$page" >by-groff
+        check "groff has no warning about ${page##*/}" empty said
+        check "it shows all of ${page##*/}" test -s by-groff and diff by-mandoc by-groff
+    done
+else
+    skip "groff or mandoc is not installed: pages are not compared"
+fi
+
 for page in "$SRC"/man/probe-*.1; do
     program=${page##*/}
     program=${program%.1}
