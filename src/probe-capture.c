@@ -45,7 +45,7 @@ static struct error *open_writer(struct run *run)
     struct error *err =
         capture_make_header(&run->header, stream_reader_header(run->reader), &record);
     const enum stream_encoding read = stream_reader_encoding(run->reader),
-                               asked = (enum stream_encoding)o->common.encoding;
+                               asked = o->common.encoding;
     return err ? err
                : stream_writer_open(&run->writer, o->common.output,
                                     asked == STREAM_AS_READ ? read : asked, &run->header);
@@ -58,7 +58,7 @@ static struct capture_job make_job(const struct run *run)
                                 .settings = &o->capture,
                                 .again = o->again,
                                 .slice = &o->slice,
-                                .threads = (int)o->common.threads,
+                                .threads = o->common.threads,
                                 .progress = run->progress};
 }
 

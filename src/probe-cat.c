@@ -6,6 +6,8 @@
 #include "base/warning.h"
 #include "libprobe-query/sh.h"
 #include "light/convert.h"
+#include "light/light_options.h"
+#include "stream/common_options.h"
 #include "stream/stream.h"
 #include "stream/stream_edit.h"
 #include "stream/stream_fill.h"
@@ -49,8 +51,6 @@ static struct error *parse_condition(void *value, const char *text)
 struct arguments {
     struct stream_selection selection;
     struct convert_settings convert;
-    int64_t order; /* 0: as it is */
-    int content, dering;
     const char **fills; /* files to fill from; point into argv */
     size_t fill_count, fill_capacity;
     bool info, salvage, no_provenance;
@@ -86,7 +86,7 @@ static struct error *describe(const char *path)
 
 static enum stream_encoding encoding_for(const struct common *common, enum stream_encoding read)
 {
-    return common->encoding == STREAM_AS_READ ? read : (enum stream_encoding)common->encoding;
+    return common->encoding == STREAM_AS_READ ? read : common->encoding;
 }
 
 static struct error *change_provenance(struct stream_header *header, const struct arguments *a,
@@ -149,8 +149,7 @@ static struct error *convert(struct stream *all, const struct arguments *a, cons
                              struct warnings *warnings)
 {
     struct convert_outcome outcome;
-    struct error *err =
-        convert_stream(all, &a->convert, (int)a->common.threads, &outcome, warnings);
+    struct error *err = convert_stream(all, &a->convert, a->common.threads, &outcome, warnings);
     if (!err && !a->common.quiet)
         convert_report(&a->convert, &outcome, program, stderr);
     return err;
@@ -187,30 +186,28 @@ static struct error *gather(const char **paths, int count, const struct argument
     return err;
 }
 
-/* What the options on light mean together. */
-static struct error *settle_conversion(struct arguments *a)
+/* What excludes each other. */
+static struct error *check_conversion(const struct arguments *a)
 {
-    struct convert_settings *c = &a->convert;
+    const struct convert_settings *c = &a->convert;
+    struct error *err = light_dering_check(&c->dering);
     bool basis = false;
     for (int i = 0; i < BASIS_COUNT; i++)
         basis = basis || c->basis[i];
-    c->order = (int)a->order;
-    c->content = (enum convert_content)a->content;
-    c->dering.target = (enum dering_target)a->dering;
-    if (c->dering.floor > 0 && !a->dering)
-        return error_usage("--dering-floor needs --dering");
-    if (c->report && !basis)
-        return error_usage("--report is of --basis");
-    if (a->info && (a->salvage || a->fill_count || convert_is_asked(c)))
-        return error_usage("--info describes streams as they are: without --fill and --salvage, "
-                           "and without conversions");
-    return NULL;
+    if (!err && c->report && !basis)
+        err = error_usage("--report is of --basis");
+    if (!err && a->info && (a->salvage || a->fill_count || convert_is_asked(c)))
+        err = error_usage("--info describes streams as they are: without --fill and --salvage, "
+                          "and without conversions");
+    return err;
 }
 
 int main(int argc, char **argv)
 {
-    static const char *const contents[] = {"as-is", "radiance", "irradiance", NULL};
-    static const char *const targets[] = {"none", "irradiance", "radiance", NULL};
+    static const char *const contents[] = {[CONVERT_AS_IS] = "as-is",
+                                           [CONVERT_RADIANCE] = "radiance",
+                                           [CONVERT_IRRADIANCE] = "irradiance",
+                                           NULL};
     struct arguments a = {.selection = {.step = 1, .end = -1}, .common = common_default()};
     struct stream_selection *s = &a.selection;
     const struct option_row rows[] = {
@@ -244,12 +241,12 @@ int main(int argc, char **argv)
         {.name = "captured",
          .kind = OPTION_SET,
          .count = ROWS_CAPTURED,
-         .value = &s->captured,
+         .value = OPTION_ENUM(s->captured),
          .help = "keep the probes that have light"},
         {.name = "uncaptured",
          .kind = OPTION_SET,
          .count = ROWS_UNCAPTURED,
-         .value = &s->captured,
+         .value = OPTION_ENUM(s->captured),
          .help = "keep the probes that have no light yet"},
         {.name = "where",
          .argument = "CONDITION",
@@ -273,30 +270,19 @@ int main(int argc, char **argv)
          .help = "of streams that were cut short, keep the probes up to the damage"},
         {.name = "order",
          .argument = "N",
-         .kind = OPTION_INTEGER,
-         .value = &a.order,
+         .kind = OPTION_INT,
+         .value = &a.convert.order,
          .least = 1,
          .most = SH_ORDER_MAX,
          .shown = "as it is",
          .help = "cut SH to this order"},
-        {.name = "dering",
-         .argument = "WHAT",
-         .kind = OPTION_CHOICE,
-         .choices = targets,
-         .value = &a.dering,
-         .help = "window each probe as little as keeps its irradiance, or its radiance,\n"
-                 "above --dering-floor in all directions"},
-        {.name = "dering-floor",
-         .argument = "SHARE",
-         .kind = OPTION_REAL,
-         .value = &a.convert.dering.floor,
-         .most = DERING_FLOOR_MOST,
-         .help = "of its mean over directions"},
+        {0}};
+    const struct option_row more[] = {
         {.name = "content",
          .argument = "WHAT",
          .kind = OPTION_CHOICE,
          .choices = contents,
-         .value = &a.content,
+         .value = OPTION_ENUM(a.convert.content),
          .help = "turn SH into those of radiance or irradiance"},
         {.name = "basis",
          .argument = "LIST",
@@ -314,7 +300,13 @@ int main(int argc, char **argv)
          .value = &a.no_provenance,
          .help = "leave out the command lines that made the stream"},
         {0}};
-    struct option_row shared[COMMON_ROWS];
+    struct option_row dering[LIGHT_DERING_ROWS], shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        rows, light_dering_rows(&a.convert.dering, dering), more,
+        common_rows(&a.common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
+    option_row(dering, "dering")->help = /* as wide as the rest of this program's */
+        "window each probe as little as keeps its irradiance, or its radiance,\n"
+        "above --dering-floor in all directions";
     struct program program = {
         .name = "probe-cat",
         .usage = "[OPTION]... [STREAM]...",
@@ -323,15 +315,14 @@ int main(int argc, char **argv)
                    "others, salvages what was cut short, converts light, selects tables, columns "
                    "and probes,\n"
                    "or describes streams. Without STREAM reads standard input.",
-        .groups = {rows, common_rows(&a.common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_most = -1};
     struct warnings warnings = {0};
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     static const char *standard[] = {"-"};
     const char **paths = program.operand_count ? program.operands : standard;
     const int count = program.operand_count ? program.operand_count : 1;
     if (!err)
-        err = settle_conversion(&a);
+        err = check_conversion(&a);
     if (!err && a.info) {
         for (int i = 0; i < count && !err; i++) {
             if (count > 1)

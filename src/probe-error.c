@@ -13,6 +13,7 @@
 #include "measure/report.h"
 #include "measure/truth.h"
 #include "measure/unseen.h"
+#include "stream/common_options.h"
 #include "stream/stream.h"
 
 #include <errno.h>
@@ -27,8 +28,8 @@ struct arguments {
     struct measure_settings measure;
     struct interpolate_options how;
     const char *truth_file, *map_file; /* NULL: none */
-    int64_t leak_samples;
-    int format;
+    int leak_samples;
+    enum report_format format;
     bool any_scene;
     struct common common;
 };
@@ -43,7 +44,6 @@ static double now(void)
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
     struct truth_settings *t = &a->truth;
-    bool seed_given = false;
     const struct option_row points[] = {
         {.name = "points",
          .letter = 'n',
@@ -152,7 +152,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "points with less than this share of the mean irradiance are\ndark"},
         {.name = "leak-samples",
          .argument = "N",
-         .kind = OPTION_INTEGER,
+         .kind = OPTION_INT,
          .value = &a->leak_samples,
          .most = 65536,
          .help = "points in each cell that look for their probes; 0: none"},
@@ -166,39 +166,35 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "tsv",
          .kind = OPTION_SET,
          .count = REPORT_TSV,
-         .value = &a->format,
+         .value = OPTION_ENUM(a->format),
          .unrecorded = true,
          .help = "print a line for each figure: measure, of what, value, and the\n"
                  "ends of its interval"},
         {.name = "json",
          .kind = OPTION_SET,
          .count = REPORT_JSON,
-         .value = &a->format,
+         .value = OPTION_ENUM(a->format),
          .unrecorded = true,
          .help = "the same as JSON"},
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], shared[COMMON_ROWS];
-    program->groups[0] = points;
-    program->groups[1] = truth;
-    program->groups[2] = interpolate_options_rows(&a->how, how);
-    program->groups[3] = figures;
-    program->groups[4] = common_rows(
-        &a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
-    for (struct option_row *row = shared; row->name; row++) {
-        if (!strcmp(row->name, "seed"))
-            row->given = &seed_given;
-        if (!strcmp(row->name, "output")) {
-            row->shown = "none";
-            row->help = "write the stream, its cells with columns leak, leak_light\n"
-                        "and leak_free, to FILE; - is standard output";
-        }
-    }
-    struct error *err = options_parse(program, argc, argv);
-    memset(program->groups, 0, sizeof program->groups); /* they end with this function */
+    const struct option_row *const groups[] = {
+        points,
+        truth,
+        interpolate_options_rows(&a->how, how),
+        figures,
+        common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS,
+                    shared),
+        NULL};
+    struct option_row *output = option_row(shared, "output");
+    output->shown = "none";
+    output->help = "write the stream, its cells with columns leak, leak_light\n"
+                   "and leak_free, to FILE; - is standard output";
+    option_row(shared, "seed")->given = &t->seed_given;
+    struct error *err = options_parse(program, groups, argc, argv);
     t->seed = a->common.seed;
-    t->seed_given = seed_given;
     a->measure.seed = (uint64_t)a->common.seed;
-    a->measure.threads = (int)a->common.threads;
+    a->measure.threads = a->common.threads;
     for (int k = 0; k < 3 && !err && t->bounds_given; k++)
         if (!(t->bounds[k] <= t->bounds[3 + k]))
             err = error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
@@ -242,7 +238,7 @@ static struct error *get_truth(struct truth *truth, const struct arguments *a,
                                   .settings = &a->truth,
                                   .box = &box,
                                   .command_line = program->recorded,
-                                  .threads = (int)a->common.threads,
+                                  .threads = a->common.threads,
                                   .progress = progress,
                                   .warnings = warnings};
     struct error *err = truth_trace(truth, &job);
@@ -273,8 +269,7 @@ static struct error *write_marked(struct stream *stream, const struct unseen_cel
         err = store_column(stream, "leak_free", cells->cell_free);
     if (!err)
         err = header_add_provenance(&stream->header, recorded);
-    return err ? err
-               : stream_write(stream, a->common.output, (enum stream_encoding)a->common.encoding);
+    return err ? err : stream_write(stream, a->common.output, a->common.encoding);
 }
 
 /* Measures the error, and writes the map of it where one is wanted. */
@@ -296,7 +291,7 @@ static struct error *measure_points(struct report *report, const struct argument
     if (!err)
         err = measure_error(report, truth, baked, stage->tracer, &a->measure, map);
     if (!err)
-        err = stream_write(stream, a->map_file, (enum stream_encoding)a->common.encoding);
+        err = stream_write(stream, a->map_file, a->common.encoding);
     stream_destroy(stream);
     return err;
 }
@@ -349,7 +344,7 @@ static struct error *measure_all(struct report *report, const struct arguments *
         err = measure_change(report, &truth, baked);
     seconds->error = now();
     if (!err && leaks)
-        err = unseen_cells(cells, stage->tracer, baked, (int)a->leak_samples, a->measure.seed,
+        err = unseen_cells(cells, stage->tracer, baked, a->leak_samples, a->measure.seed,
                            a->measure.threads);
     seconds->leak = now();
     if (!err && leaks)
@@ -424,7 +419,7 @@ int main(int argc, char **argv)
     if (!err && a.common.output)
         err = write_marked(stream, &cells, &a, program.recorded);
     if (!err)
-        err = report_print(&report, (enum report_format)a.format, to_stdout ? stderr : stdout);
+        err = report_print(&report, a.format, to_stdout ? stderr : stdout);
     unseen_cells_clear(&cells);
     report_clear(&report);
     baked_close(&baked);

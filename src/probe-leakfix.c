@@ -12,6 +12,7 @@
 #include "place/place.h"
 #include "place/place_inside.h"
 #include "stream/cells.h"
+#include "stream/common_options.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -188,7 +189,7 @@ static struct error *capture_new(struct stream *stream, struct stage *stage, siz
         progress_start(common->progress && !common->quiet, program, "probes", count);
     struct capture_job job = {.path = &stage->path,
                               .settings = &stage->capture_settings,
-                              .threads = (int)common->threads,
+                              .threads = common->threads,
                               .progress = progress};
     err = capture_rows(&job, probes, first, count);
     progress_end(progress);
@@ -253,6 +254,8 @@ int main(int argc, char **argv)
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared), NULL};
     struct program program = {
         .name = "probe-leakfix",
         .usage = "[OPTION]... SCENE [STREAM]",
@@ -261,8 +264,6 @@ int main(int argc, char **argv)
             "SCENE,\n"
             "puts a probe on each side of the wall, captures it as the others were, and makes the\n"
             "tetrahedra again, until no edge leaks.",
-        .groups = {rows,
-                   common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared)},
         .operands_least = 1,
         .operands_most = 2};
     struct warnings warnings = {0};
@@ -270,7 +271,7 @@ int main(int argc, char **argv)
     struct stage stage = {0};
     struct leak_settings settings;
     size_t before = 0;
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     if (!err)
         err = options_record(&program, program.operands[0]);
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
@@ -286,7 +287,7 @@ int main(int argc, char **argv)
             "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)",
             program.operands[0], stage.key, stage.captured_key);
     if (!err)
-        err = choose_settings(&a, stream, (int)common.threads, &settings);
+        err = choose_settings(&a, stream, common.threads, &settings);
     if (!err) {
         before = stream_table(stream, "probe")->rows;
         err = fix(stream, &stage, &settings, &a, common.quiet ? NULL : program.name, &warnings);
@@ -296,7 +297,7 @@ int main(int argc, char **argv)
     if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err)
-        err = stream_write(stream, common.output, (enum stream_encoding)common.encoding);
+        err = stream_write(stream, common.output, common.encoding);
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);

@@ -6,6 +6,7 @@
 #include "place/place_inside.h"
 #include "place/place_method.h"
 #include "scene/scene.h"
+#include "stream/common_options.h"
 #include "stream/stream.h"
 #include "trace/trace.h"
 
@@ -17,9 +18,9 @@ enum inside { INSIDE_DROP, INSIDE_KEEP, INSIDE_MARK };
 struct arguments {
     struct place_options options;
     double max_probes;
-    int inside;
+    enum inside inside;
     bool inside_given;
-    int64_t inside_rays;
+    int inside_rays;
     double backface_share;
 };
 
@@ -33,7 +34,7 @@ static struct error *find_inside(const struct arguments *a, const struct scene *
     if (!scene || a->inside == INSIDE_KEEP)
         return NULL;
     const struct place_inside_settings settings = {
-        .rays = (int)a->inside_rays, .backface_share = a->backface_share, .threads = threads};
+        .rays = a->inside_rays, .backface_share = a->backface_share, .threads = threads};
     struct tracer *tracer = NULL;
     struct error *err = trace_create(&tracer, scene);
     if (!err)
@@ -86,7 +87,8 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
 
 int main(int argc, char **argv)
 {
-    static const char *const insides[] = {"drop", "keep", "mark", NULL};
+    static const char *const insides[] = {
+        [INSIDE_DROP] = "drop", [INSIDE_KEEP] = "keep", [INSIDE_MARK] = "mark", NULL};
     const struct place_inside_settings inside_default = place_inside_default();
     struct arguments a = {.options = place_options_default(),
                           .max_probes = 1e6,
@@ -105,13 +107,13 @@ int main(int argc, char **argv)
          .argument = "HOW",
          .kind = OPTION_CHOICE,
          .choices = insides,
-         .value = &a.inside,
+         .value = OPTION_ENUM(a.inside),
          .given = &a.inside_given,
          .shown = "drop; at vertices keep",
          .help = "probes inside solids: drop, keep, or mark in a column `inside`"},
         {.name = "inside-rays",
          .argument = "N",
-         .kind = OPTION_INTEGER,
+         .kind = OPTION_INT,
          .value = &a.inside_rays,
          .least = 8,
          .most = 65536,
@@ -127,6 +129,9 @@ int main(int argc, char **argv)
     struct common common = common_default();
     common.encoding = STREAM_BINARY;
     struct option_row of_methods[PLACE_OPTION_ROWS], shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        place_option_rows(&a.options, of_methods), of_all,
+        common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
     char usage[256];
     struct program program = {
         .name = "probe-place",
@@ -134,8 +139,6 @@ int main(int argc, char **argv)
         .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line), "
                    "along the\n"
                    "path through them, or at its vertices. Probes inside solids are dropped.",
-        .groups = {place_option_rows(&a.options, of_methods), of_all,
-                   common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};
@@ -148,7 +151,7 @@ int main(int argc, char **argv)
     struct place_world world = {0};
     const char *scene_path = NULL;
     place_usage(usage, sizeof usage);
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     if (!err)
         err = place_operands(program.operand_count, program.operands, &method, &world.file,
                              &scene_path);
@@ -167,7 +170,7 @@ int main(int argc, char **argv)
     if (!err)
         err = method->place(&place, &a.options, &world);
     if (!err)
-        err = find_inside(&a, scene, &place, (int)common.threads, &inside, &warnings);
+        err = find_inside(&a, scene, &place, common.threads, &inside, &warnings);
     if (!err)
         err = stream_create(&stream);
     if (!err)
@@ -175,7 +178,7 @@ int main(int argc, char **argv)
     if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err)
-        err = stream_write(stream, common.output, (enum stream_encoding)common.encoding);
+        err = stream_write(stream, common.output, common.encoding);
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);

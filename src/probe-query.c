@@ -7,6 +7,7 @@
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
 #include "interpolate/query.h"
+#include "stream/common_options.h"
 #include "stream/points.h"
 #include "stream/stream.h"
 
@@ -15,7 +16,9 @@
 
 struct arguments {
     struct interpolate_options how; /* outside: an enum query_outside */
-    int from, to, pack;
+    enum points_format from;
+    enum query_format to;
+    enum probe_packing pack;
     bool normals, explain;
     const char *column;
 };
@@ -71,10 +74,10 @@ static struct error *answer(const struct interpolate *in, const struct arguments
                             const char *input, const struct common *common,
                             const struct program *program)
 {
-    const struct query_settings settings = {.format = (enum query_format)a->to,
+    const struct query_settings settings = {.format = a->to,
                                             .outside = (enum query_outside)a->how.outside,
                                             .explain = a->explain,
-                                            .threads = (int)common->threads,
+                                            .threads = common->threads,
                                             .output = common->output,
                                             .recorded = program->recorded};
     struct query *query = NULL;
@@ -82,7 +85,7 @@ static struct error *answer(const struct interpolate *in, const struct arguments
     struct warnings warnings = {0};
     struct error *err = query_open(&query, in, &settings);
     if (!err)
-        err = points_open(&points, input, (enum points_format)a->from, a->normals);
+        err = points_open(&points, input, a->from, a->normals);
     if (!err)
         err = query_run(query, points);
     if (!err && query_outside(query))
@@ -100,10 +103,15 @@ static struct error *answer(const struct interpolate *in, const struct arguments
 
 int main(int argc, char **argv)
 {
-    static const char *const from_formats[] = {"text", "binary", NULL};
-    static const char *const to_formats[] = {"text", "binary", "stream", NULL};
-    static const char *const outsides[] = {"auto", "extend", "nearest", "zero", "error", NULL};
-    static const char *const packings[] = {"float", "half", NULL};
+    static const char *const from_formats[] = {
+        [POINTS_TEXT] = "text", [POINTS_BINARY] = "binary", NULL};
+    static const char *const to_formats[] = {
+        [QUERY_TEXT] = "text", [QUERY_BINARY] = "binary", [QUERY_STREAM] = "stream", NULL};
+    static const char *const outsides[] = {
+        [QUERY_AUTO] = "auto", [QUERY_EXTEND] = "extend", [QUERY_NEAREST] = "nearest",
+        [QUERY_ZERO] = "zero", [QUERY_ERROR] = "error",   NULL};
+    static const char *const packings[] = {
+        [PROBE_PACK_FLOAT] = "float", [PROBE_PACK_HALF] = "half", NULL};
     struct arguments a = {.from = POINTS_TEXT, .to = QUERY_TEXT, .column = "sh"};
     bool pack = false;
     const struct option_row rows[] = {
@@ -111,7 +119,7 @@ int main(int argc, char **argv)
          .argument = "FORMAT",
          .kind = OPTION_CHOICE,
          .choices = from_formats,
-         .value = &a.from,
+         .value = OPTION_ENUM(a.from),
          .help = "points come as text, one a line, or binary: little-endian doubles,\n"
                  "3 a point",
          .unrecorded = true},
@@ -124,7 +132,7 @@ int main(int argc, char **argv)
          .argument = "FORMAT",
          .kind = OPTION_CHOICE,
          .choices = to_formats,
-         .value = &a.to,
+         .value = OPTION_ENUM(a.to),
          .help = "light goes out as text, binary (little-endian floats), or a probe\n"
                  "stream of the points",
          .unrecorded = true},
@@ -140,7 +148,7 @@ int main(int argc, char **argv)
          .argument = "PRECISION",
          .kind = OPTION_CHOICE,
          .choices = packings,
-         .value = &a.pack,
+         .value = OPTION_ENUM(a.pack),
          .given = &pack,
          .shown = "no",
          .help = "answer no points: write BAKED as a packed file for libprobe-query, its\n"
@@ -154,6 +162,9 @@ int main(int argc, char **argv)
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        rows, interpolate_options_rows(&a.how, how), more,
+        common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared), NULL};
     struct program program = {
         .name = "probe-query",
         .usage = "[OPTION]... BAKED [POINTS]",
@@ -161,22 +172,17 @@ int main(int argc, char **argv)
             "Reads points (x y z, or x y z nx ny nz) and writes the light there, interpolated "
             "between\n"
             "the probes of BAKED: the SH coefficients, or for a normal the irradiance (R G B).",
-        .groups = {rows, interpolate_options_rows(&a.how, how), more,
-                   common_rows(&common, COMMON_OUTPUT | COMMON_THREADS, shared)},
         .operands_least = 1,
         .operands_most = 2};
     struct stream *stream = NULL;
     struct interpolate *in = NULL;
-    for (struct option_row *row = how; row->name; row++) {
-        if (strcmp(row->name, "outside"))
-            continue;
-        row->choices = outsides;
-        row->help = "outside of the hull of the probes: the light of its nearest point\n"
+    struct option_row *outside = option_row(how, "outside");
+    outside->choices = outsides;
+    outside->help = "outside of the hull of the probes: the light of its nearest point\n"
                     "(nearest), light that goes on from it along rays (extend), one of these\n"
                     "as the hull is (auto: see the manual), none (zero), or the point is\n"
                     "refused (error)";
-    }
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
     if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))
@@ -197,7 +203,7 @@ int main(int argc, char **argv)
     if (!err)
         err = open_baked(&in, &stream, baked, &a);
     if (!err)
-        err = pack ? write_packed(in, (enum probe_packing)a.pack, common.output)
+        err = pack ? write_packed(in, a.pack, common.output)
                    : answer(in, &a, input, &common, &program);
     interpolate_close(in);
     stream_destroy(stream);

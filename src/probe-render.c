@@ -13,6 +13,7 @@
 #include "render/shot.h"
 #include "render/view.h"
 #include "scene/scene.h"
+#include "stream/common_options.h"
 #include "stream/stream.h"
 
 #include <inttypes.h>
@@ -23,13 +24,12 @@
 
 struct arguments {
     struct shot_settings shot;
-    int mode, tone;
     const char *output, *pfm, *truth, *object, *path;
     bool compare;
     double eye[3], look_at[3], up[3], fov;
     bool eye_given, look_at_given;
     size_t width, height;
-    int64_t samples, max_samples, bounces;
+    int samples, max_samples, bounces;
     double error, offset, object_radius, draw_probes; /* draw_probes: NAN none, 0 automatic */
     bool offset_given, bounces_given, draw_cells, per_pixel;
     struct interpolate_options how;
@@ -39,7 +39,7 @@ struct arguments {
 
 static struct arguments arguments_default(void)
 {
-    return (struct arguments){.mode = SHOT_PROBES,
+    return (struct arguments){.shot = {.mode = SHOT_PROBES},
                               .up = {0, 1, 0},
                               .fov = 60,
                               .width = 960,
@@ -85,9 +85,16 @@ static struct error *parse_auto(void *value, const char *text)
 
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
-    static const char *const modes[] = {"truth", "probes",     "mixed", "none", "split",
-                                        "pair",  "difference", "flip",  NULL};
-    static const char *const tones[] = {"clip", "filmic", NULL};
+    static const char *const modes[] = {[SHOT_TRUTH] = "truth",
+                                        [SHOT_PROBES] = "probes",
+                                        [SHOT_MIXED] = "mixed",
+                                        [SHOT_NONE] = "none",
+                                        [SHOT_SPLIT] = "split",
+                                        [SHOT_PAIR] = "pair",
+                                        [SHOT_DIFFERENCE] = "difference",
+                                        [SHOT_FLIP] = "flip",
+                                        NULL};
+    static const char *const tones[] = {[DISPLAY_CLIP] = "clip", [DISPLAY_FILMIC] = "filmic", NULL};
     const struct option_row rows[] = {
         {.name = "output",
          .letter = 'o',
@@ -108,7 +115,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .argument = "MODE",
          .kind = OPTION_CHOICE,
          .choices = modes,
-         .value = &a->mode,
+         .value = OPTION_ENUM(a->shot.mode),
          .help = "what is shown: the truth; light of the probes alone; mixed:\n"
                  "direct light traced, the rest of the probes; none: direct\n"
                  "light, without the probes; split or pair: truth and probes;\n"
@@ -155,7 +162,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "pixels"},
         {.name = "samples",
          .argument = "N",
-         .kind = OPTION_INTEGER,
+         .kind = OPTION_INT,
          .value = &a->samples,
          .least = 1,
          .most = 1 << 20,
@@ -171,14 +178,14 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
                  "of its luminance is below this share of it"},
         {.name = "max-samples",
          .argument = "N",
-         .kind = OPTION_INTEGER,
+         .kind = OPTION_INT,
          .value = &a->max_samples,
          .least = 1,
          .most = 1 << 24,
          .help = "paths a pixel that --error may spend"},
         {.name = "bounces",
          .argument = "N",
-         .kind = OPTION_INTEGER,
+         .kind = OPTION_INT,
          .value = &a->bounces,
          .most = CAPTURE_BOUNCES_MOST,
          .given = &a->bounces_given,
@@ -209,7 +216,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .argument = "CURVE",
          .kind = OPTION_CHOICE,
          .choices = tones,
-         .value = &a->tone,
+         .value = OPTION_ENUM(a->shot.tone),
          .help = "clip what is brighter than white, or a filmic curve (ACES)"},
         {.name = "scale",
          .argument = "S|auto",
@@ -257,15 +264,10 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], scene[SCENE_SETTINGS_ROWS],
         shared[COMMON_ROWS];
-    program->groups[0] = rows;
-    program->groups[1] = interpolate_options_rows(&a->how, how);
-    program->groups[2] = scene_settings_rows(&a->scene, scene);
-    program->groups[3] =
-        common_rows(&a->common, COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
-    struct error *err = options_parse(program, argc, argv);
-    memset(program->groups, 0, sizeof program->groups); /* they end with this function */
-    a->shot.mode = (enum shot_mode)a->mode;
-    a->shot.tone = (enum display_tone)a->tone;
+    const struct option_row *const groups[] = {
+        rows, interpolate_options_rows(&a->how, how), scene_settings_rows(&a->scene, scene),
+        common_rows(&a->common, COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared), NULL};
+    struct error *err = options_parse(program, groups, argc, argv);
     if (err)
         return err;
     if (a->compare && program->operand_count != 2)
@@ -298,7 +300,7 @@ static struct error *compare_files(const struct arguments *a, const char *truth_
     if (!err)
         err = picture_read(&test, test_path);
     if (!err)
-        err = shot_compose(&shot, &truth, NULL, &test, &settings, (int)a->common.threads);
+        err = shot_compose(&shot, &truth, NULL, &test, &settings, a->common.threads);
     if (!err)
         err = film_write(&shot, a->output, a->pfm);
     if (!err)
@@ -424,12 +426,12 @@ static struct error *film_scene(struct program *program, struct arguments *a,
         const struct render render = {.camera = &camera,
                                       .baked = &baked,
                                       .object = {.first = SIZE_MAX},
-                                      .samples = (int)a->samples,
+                                      .samples = a->samples,
                                       .offset = a->offset_given ? a->offset : 0.15 * spacing,
                                       .error = a->error,
-                                      .samples_most = (int)a->max_samples,
+                                      .samples_most = a->max_samples,
                                       .seed = (uint64_t)a->common.seed,
-                                      .threads = (int)a->common.threads};
+                                      .threads = a->common.threads};
         a->shot.given_truth = a->truth ? &truth : NULL;
         const struct film film = {.render = &render,
                                   .shot = &a->shot,
@@ -437,7 +439,7 @@ static struct error *film_scene(struct program *program, struct arguments *a,
                                   .stream = stream,
                                   .baked = light ? &baked : NULL,
                                   .overlay = {draw_probes ? a->draw_probes : 0, a->draw_cells},
-                                  .bounces = (int)a->bounces,
+                                  .bounces = a->bounces,
                                   .object = a->object ? a->object : "sphere",
                                   .path = a->path,
                                   .object_radius = a->object_radius,

@@ -4,6 +4,7 @@
 #include "base/options.h"
 #include "base/warning.h"
 #include "stream/cells.h"
+#include "stream/common_options.h"
 #include "stream/stream.h"
 #include "tetra/enclose.h"
 #include "tetra/tetra.h"
@@ -64,7 +65,7 @@ static struct error *write_stream(struct stream *stream, const struct tetra *tet
 {
     struct error *err = tetra_lend(tetra, stream);
     if (!err)
-        err = stream_write(stream, common->output, (enum stream_encoding)common->encoding);
+        err = stream_write(stream, common->output, common->encoding);
     tetra_take_back(tetra, stream);
     return err;
 }
@@ -179,6 +180,8 @@ int main(int argc, char **argv)
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
     struct program program = {
         .name = "probe-tet",
         .usage = "[OPTION]... [STREAM]",
@@ -186,12 +189,11 @@ int main(int argc, char **argv)
             "Makes the Delaunay tetrahedra of the probes in STREAM (standard input) and writes\n"
             "the stream with a table of cells and their neighbours: tet of tetrahedra, or tri of\n"
             "triangles, segment, point where the probes lie in a plane, on a line, at one place.",
-        .groups = {rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared)},
         .operands_most = 1};
     struct warnings warnings = {0};
     struct stream *stream = NULL;
     struct tetra tetra = {0}, own = {0};
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     if (!err && enclose.bounds_given && !enclose.wanted)
         err = error_usage("--bounds needs --enclose");
     const char *input = !err && program.operand_count ? program.operands[0] : "-";
@@ -202,7 +204,7 @@ int main(int argc, char **argv)
     if (!err && verify_only)
         err = tetra_of_stream(&own, stream);
     else if (!err)
-        err = build(stream, &enclose, merge, (int)common.threads, &tetra, &warnings);
+        err = build(stream, &enclose, merge, common.threads, &tetra, &warnings);
     if (!err && verify_only)
         err = verify(stream, &own, &program, common.quiet);
     if (stream)

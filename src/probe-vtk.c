@@ -17,7 +17,7 @@
 struct vtk_options {
     const char *output, *scene, *scene_output;
     double exposure;
-    int encoding;
+    enum vtk_encoding encoding;
     bool quiet;
 };
 
@@ -62,7 +62,6 @@ static struct error *check_options(const struct vtk_options *o)
 /* Everything is read and made before anything is written. */
 static struct error *run(const struct vtk_options *o, const char *input, struct warnings *warnings)
 {
-    const enum vtk_encoding encoding = (enum vtk_encoding)o->encoding;
     struct stream *stream = NULL;
     struct scene *scene = NULL;
     struct vtk_probes cells = {0};
@@ -79,9 +78,9 @@ static struct error *run(const struct vtk_options *o, const char *input, struct 
     if (!err && o->scene && !o->scene_output)
         err = scene_name(o->output, &name);
     if (!err)
-        err = vtk_export_grid(o->output, &cells.mesh, encoding);
+        err = vtk_export_grid(o->output, &cells.mesh, o->encoding);
     if (!err && o->scene)
-        err = vtk_export_surface(name ? name : o->scene_output, &surface.mesh, encoding);
+        err = vtk_export_surface(name ? name : o->scene_output, &surface.mesh, o->encoding);
     free(name);
     vtk_scene_clear(&surface);
     scene_destroy(scene);
@@ -125,12 +124,12 @@ int main(int argc, char **argv)
                  "luminance to 0.7"},
         {.name = "compress",
          .kind = OPTION_SET,
-         .value = &options.encoding,
+         .value = OPTION_ENUM(options.encoding),
          .count = VTK_EXPORT_COMPRESSED,
          .help = "compress the arrays with zlib"},
         {.name = "text",
          .kind = OPTION_SET,
-         .value = &options.encoding,
+         .value = OPTION_ENUM(options.encoding),
          .count = VTK_EXPORT_TEXT,
          .help = "write numbers as text"},
         {.name = "quiet",
@@ -139,16 +138,16 @@ int main(int argc, char **argv)
          .value = &options.quiet,
          .help = "no warnings"},
         {0}};
+    const struct option_row *const groups[] = {rows, NULL};
     struct program program = {
         .name = "probe-vtk",
         .usage = "[OPTION]... -o FILE.vtu [STREAM]",
         .summary = "Writes the probes and tetrahedra of STREAM (standard input) for ParaView: "
                    "every column as a\n"
                    "named array, luminance and its gradients, quality and leaks of the cells.",
-        .groups = {rows},
         .operands_most = 1};
     struct warnings warnings = {0};
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     if (!err)
         err = check_options(&options);
     if (!err)

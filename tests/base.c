@@ -6,6 +6,7 @@
 #include "base/options.h"
 #include "base/threads.h"
 #include "base/warning.h"
+#include "stream/common_options.h"
 #include "support/files.h"
 #include "support/tap.h"
 
@@ -263,11 +264,9 @@ static void parse(const char *words, const char *expected)
         {0}};
     struct common common = common_default();
     struct option_row shared[COMMON_ROWS];
-    struct program program = {.name = "probe-x",
-                              .usage = "FILE",
-                              .summary = "",
-                              .groups = {rows, common_rows(&common, ~0u, shared)},
-                              .operands_most = 1};
+    const struct option_row *const groups[] = {rows, common_rows(&common, ~0u, shared), NULL};
+    struct program program = {
+        .name = "probe-x", .usage = "FILE", .summary = "", .operands_most = 1};
     char buffer[256];
     char *argv[16];
     int argc = 0;
@@ -276,10 +275,66 @@ static void parse(const char *words, const char *expected)
          word = strtok_r(NULL, "|", &save))
         argv[argc++] = word;
     argv[argc] = NULL;
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     const char *got = err ? error_message(err) : program.recorded;
     ok(!strcmp(got, expected) && (!err || error_status(err) == EXIT_BAD_USAGE), "%s: %s", words,
        got);
+    error_destroy(err);
+    program_clear(&program);
+}
+
+enum shade { SHADE_PALE, SHADE_GREY, SHADE_DARK };
+
+/* Values arrive where they live, each in its own type, and nothing beside it is touched. */
+static void test_option_values(void)
+{
+    struct {
+        int before, depth, after;
+        enum shade shade, worn;
+        int64_t rays;
+    } v = {.before = -1, .depth = 4, .after = -1, .shade = SHADE_GREY};
+    bool seed_given = false;
+    static const char *const shades[] = {[SHADE_DARK] = "dark",
+                                         [SHADE_PALE] = "pale",
+                                         [SHADE_GREY] = "grey",
+                                         [SHADE_DARK + 1] = NULL};
+    const struct option_row rows[] = {
+        {.name = "depth", .argument = "N", .help = "", .kind = OPTION_INT, .value = &v.depth},
+        {.name = "rays", .argument = "N", .help = "", .kind = OPTION_INTEGER, .value = &v.rays},
+        {.name = "shade",
+         .argument = "WHICH",
+         .help = "",
+         .kind = OPTION_CHOICE,
+         .choices = shades,
+         .value = OPTION_ENUM(v.shade)},
+        {.name = "worn",
+         .help = "",
+         .kind = OPTION_SET,
+         .count = SHADE_PALE + 1,
+         .value = OPTION_ENUM(v.worn)},
+        {0}};
+    struct common common = common_default();
+    struct option_row shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {rows, common_rows(&common, ~0u, shared), NULL};
+    option_row(shared, "seed")->given = &seed_given;
+    char *argv[] = {"probe-x",      "--depth=-7", "--rays=-9876543210",
+                    "--shade=dark", "--worn",     "--seed=5",
+                    "--threads=3",  "--binary",   NULL};
+    struct program program = {.name = "probe-x", .usage = "", .summary = ""};
+    struct error *err = options_parse(&program, groups, 8, argv);
+    ok(!err && v.depth == -7 && v.before == -1 && v.after == -1 && v.rays == -9876543210,
+       "an int and a wide integer arrive, and nothing beside them is written");
+    ok(v.shade == SHADE_DARK && v.worn == SHADE_GREY, "names find their enumerator in any order");
+    ok(common.seed == 5 && common.threads == 3 && common.encoding == STREAM_BINARY,
+       "shared options arrive");
+    ok(seed_given, "a shared row is found by its name and followed");
+    ok(!option_row(shared, "see") && !option_row(shared, "seeds"), "a name is a whole name");
+    program_clear(&program);
+    argv[1] = "--depth=2147483648";
+    err = options_parse(&program, groups, 2, argv);
+    ok(err && !strcmp(error_message(err), "--depth: the number 2147483648 is too large") &&
+           v.depth == -7,
+       "what does not fit an int is refused");
     error_destroy(err);
     program_clear(&program);
 }
@@ -319,5 +374,6 @@ int main(void)
     test_threads();
     test_warnings();
     test_options();
+    test_option_values();
     return tap_done();
 }

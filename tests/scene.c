@@ -487,16 +487,14 @@ static struct error *read_options(const char *line, struct scene_settings *setti
     char buffer[1024], *argv[32];
     int argc = 0;
     struct option_row rows[SCENE_SETTINGS_ROWS];
-    struct program program = {.name = "probe-x",
-                              .usage = "",
-                              .summary = "",
-                              .groups = {scene_settings_rows(settings, rows)}};
+    const struct option_row *const groups[] = {scene_settings_rows(settings, rows), NULL};
+    struct program program = {.name = "probe-x", .usage = "", .summary = ""};
     snprintf(buffer, sizeof buffer, "probe-x %s", line);
     for (char *save = NULL, *word = strtok_r(buffer, " ", &save); word;
          word = strtok_r(NULL, " ", &save))
         argv[argc++] = word;
     argv[argc] = NULL;
-    struct error *err = options_parse(&program, argc, argv);
+    struct error *err = options_parse(&program, groups, argc, argv);
     program_clear(&program);
     return err;
 }

@@ -1,18 +1,24 @@
 #include "base/error.h"
 #include "base/options.h"
-#include "base/threads.h"
 #include "config.h"
 
 #include <ctype.h>
 #include <errno.h>
 #include <getopt.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { ROWS_MOST = 64, LETTERLESS = 256, ID_HELP = LETTERLESS + ROWS_MOST, ID_VERSION };
+
+struct option_row *option_row(struct option_row *rows, const char *name)
+{
+    while (rows->name && strcmp(rows->name, name))
+        rows++;
+    return rows->name ? rows : NULL;
+}
 
 /* -- numbers --------------------------------------------------------------------------------- */
 
@@ -89,10 +95,13 @@ static struct error *parse_integer(const struct option_row *row, const char *wha
     const long long value = strtoll(text, &end, 10);
     if (end == text || *end || isspace((unsigned char)*text))
         return error_usage("%s: expected a whole number, got '%s'", what, text);
-    if (errno == ERANGE)
-        return error_usage("%s: the number %s is too large", what, text);
-    struct error *err = check_range(row, what, (double)value);
-    if (!err)
+    struct error *err = errno == ERANGE ? NULL : check_range(row, what, (double)value);
+    const bool fits = row->kind == OPTION_INTEGER || (value >= INT_MIN && value <= INT_MAX);
+    if (!err && (errno == ERANGE || !fits))
+        err = error_usage("%s: the number %s is too large", what, text);
+    if (!err && row->kind == OPTION_INT)
+        *(int *)row->value = (int)value;
+    else if (!err)
         *(int64_t *)row->value = value;
     return err;
 }
@@ -119,6 +128,7 @@ static struct error *parse_value(const struct option_row *row, const char *text)
     switch (row->kind) {
     case OPTION_FLAG: *(bool *)row->value = true; break;
     case OPTION_SET: *(int *)row->value = row->count; break;
+    case OPTION_INT:
     case OPTION_INTEGER: err = parse_integer(row, what, text); break;
     case OPTION_REAL: {
         double value = 0;
@@ -167,6 +177,7 @@ static void show_default(const struct option_row *row, char *text, size_t size)
         return;
     }
     switch (row->kind) {
+    case OPTION_INT: snprintf(text, size, "%d", *(const int *)row->value); break;
     case OPTION_INTEGER:
         snprintf(text, size, "%lld", (long long)*(const int64_t *)row->value);
         break;
@@ -226,11 +237,11 @@ static void print_row(const struct option_row *row)
     putchar('\n');
 }
 
-static void print_help(const struct program *program)
+static void print_help(const struct program *program, const struct option_row *const groups[])
 {
     printf("Usage: %s %s\n%s\n\nOptions:\n", program->name, program->usage, program->summary);
-    for (int g = 0; g < OPTION_GROUPS && program->groups[g]; g++)
-        for (const struct option_row *row = program->groups[g]; row->name; row++)
+    for (; *groups; groups++)
+        for (const struct option_row *row = *groups; row->name; row++)
             print_row(row);
     printf("  -h, --help                show this help and exit\n"
            "      --version             show the version and exit\n");
@@ -316,14 +327,13 @@ struct getopt_table {
     int count;
 };
 
-static void getopt_table_fill(struct getopt_table *table, const struct program *program)
+static void getopt_table_fill(struct getopt_table *table, const struct option_row *const groups[])
 {
     char *letter = table->letters;
     *letter++ = ':'; /* a missing argument is told apart from an unknown option */
     *letter++ = 'h';
-    for (int g = 0; g < OPTION_GROUPS && program->groups[g]; g++) {
-        for (const struct option_row *row = program->groups[g];
-             row->name && table->count < ROWS_MOST; row++) {
+    for (; *groups; groups++) {
+        for (const struct option_row *row = *groups; row->name && table->count < ROWS_MOST; row++) {
             const int id = table->count++;
             table->rows[id] = row;
             table->longs[id] =
@@ -365,10 +375,11 @@ static struct error *bad_option(const struct getopt_table *table, char **argv, i
     return error_usage("unknown or ambiguous option '%s'", word);
 }
 
-struct error *options_parse(struct program *program, int argc, char **argv)
+struct error *options_parse(struct program *program, const struct option_row *const groups[],
+                            int argc, char **argv)
 {
     struct getopt_table table = {0};
-    getopt_table_fill(&table, program);
+    getopt_table_fill(&table, groups);
     struct error *err = record(program, program->name);
     opterr = 0;
     optind = 0; /* glibc: start anew */
@@ -377,7 +388,7 @@ struct error *options_parse(struct program *program, int argc, char **argv)
         if (id == -1)
             break;
         if (id == 'h' || id == ID_HELP) {
-            print_help(program);
+            print_help(program, groups);
             leave(program);
         }
         if (id == ID_VERSION) {
@@ -405,77 +416,4 @@ void program_clear(struct program *program)
 {
     free(program->recorded);
     program->recorded = NULL;
-}
-
-/* -- shared options -------------------------------------------------------------------------- */
-
-struct common common_default(void)
-{
-    return (struct common){.output = "-",
-                           .encoding = STREAM_AS_READ,
-                           .threads = threads_available(),
-                           .progress = isatty(STDERR_FILENO)};
-}
-
-const struct option_row *common_rows(struct common *common, unsigned which, struct option_row *rows)
-{
-    size_t n = 0;
-    if (which & COMMON_OUTPUT)
-        rows[n++] =
-            (struct option_row){.name = "output",
-                                .letter = 'o',
-                                .argument = "FILE",
-                                .kind = OPTION_TEXT,
-                                .help = "write to FILE, which appears only when it is whole;\n"
-                                        "- is standard output",
-                                .value = &common->output,
-                                .unrecorded = true};
-    if (which & COMMON_ENCODING) {
-        rows[n++] =
-            (struct option_row){.name = "text",
-                                .kind = OPTION_SET,
-                                .count = STREAM_TEXT,
-                                .help = "write the stream as text (default: as it was read)",
-                                .value = &common->encoding,
-                                .unrecorded = true};
-        rows[n++] =
-            (struct option_row){.name = "binary",
-                                .kind = OPTION_SET,
-                                .count = STREAM_BINARY,
-                                .help = "write the stream as binary (default: as it was read)",
-                                .value = &common->encoding,
-                                .unrecorded = true};
-    }
-    if (which & COMMON_SEED)
-        rows[n++] = (struct option_row){.name = "seed",
-                                        .argument = "N",
-                                        .kind = OPTION_INTEGER,
-                                        .most = 0x1p53,
-                                        .help = "another seed gives other random numbers",
-                                        .value = &common->seed};
-    if (which & COMMON_THREADS)
-        rows[n++] = (struct option_row){.name = "threads",
-                                        .letter = 'j',
-                                        .argument = "N",
-                                        .kind = OPTION_INTEGER,
-                                        .least = 1,
-                                        .most = 1024,
-                                        .unrecorded = true,
-                                        .help = "use N threads; the output does not depend on it",
-                                        .value = &common->threads};
-    if (which & COMMON_PROGRESS)
-        rows[n++] = (struct option_row){
-            .name = "progress",
-            .kind = OPTION_FLAG,
-            .unrecorded = true,
-            .help = "show progress (default: when standard error is a terminal)",
-            .value = &common->progress};
-    rows[n++] = (struct option_row){.name = "quiet",
-                                    .letter = 'q',
-                                    .kind = OPTION_FLAG,
-                                    .unrecorded = true,
-                                    .help = "no warnings and no progress",
-                                    .value = &common->quiet};
-    rows[n] = (struct option_row){0};
-    return rows;
 }

@@ -7,16 +7,25 @@
  *
  *     double spacing = 1;
  *     const struct option_row rows[] = {
- *         {.name = "spacing", .letter = 's', .argument = "LENGTH", .help = "distance between
- * probes", .kind = OPTION_REAL, .value = &spacing, .least = 0, .least_open = true, .most =
- * INFINITY}, {0}}; struct common common = common_default(); struct program program = {.name =
- * "probe-place", .usage = "grid [OPTION]... SCENE", ... .groups = {rows, common_rows(&common,
- * COMMON_STREAM)}}; err = options_parse(&program, argc, argv);
+ *         {.name = "spacing",
+ *          .letter = 's',
+ *          .argument = "LENGTH",
+ *          .help = "distance between probes",
+ *          .kind = OPTION_REAL,
+ *          .value = &spacing,
+ *          .least_open = true,
+ *          .most = INFINITY},
+ *         {0}};
+ *     struct option_row shared[COMMON_ROWS];    (stream/common_options.h)
+ *     const struct option_row *const groups[] = {
+ *         rows, common_rows(&common, COMMON_STREAM, shared), NULL};
+ *     struct program program = {.name = "probe-place", .usage = "grid [OPTION]... SCENE", ...};
+ *     err = options_parse(&program, groups, argc, argv);
+ *     ... program.operands, program.recorded ...
+ *     program_clear(&program);
  */
 #ifndef OPTIONS_H
 #define OPTIONS_H
-
-#include "stream/stream.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -26,14 +35,19 @@ struct error;
 
 enum option_kind {
     OPTION_FLAG,    /* bool: present or not, no argument */
+    OPTION_INT,     /* int, within least..most */
     OPTION_INTEGER, /* int64_t, within least..most */
     OPTION_REAL,    /* double, finite, within least..most */
     OPTION_REALS,   /* double[count]: comma-separated, each finite and within least..most */
     OPTION_TEXT,    /* const char *: as it stands; points into argv */
-    OPTION_CHOICE,  /* int: index into choices */
-    OPTION_SET,     /* int: set to `count` when the option is present, no argument */
+    OPTION_CHOICE,  /* OPTION_ENUM: index into choices */
+    OPTION_SET,     /* OPTION_ENUM: set to `count` when the option is present, no argument */
     OPTION_CALL,    /* whatever parse makes of it; may repeat */
 };
+
+/* The value of OPTION_CHOICE and OPTION_SET: the address of an enum (or int). It is written as an
+ * int, as C allows where the enum is compatible with int or unsigned; no other compiles. */
+#define OPTION_ENUM(object) (_Generic(&(object), int * : &(object), unsigned * : &(object)))
 
 struct option_row {
     const char *name;     /* without the dashes; NULL ends the table */
@@ -45,20 +59,21 @@ struct option_row {
     double least, most;         /* the range, ends included; both 0: no limit */
     bool least_open;            /* least itself is not allowed */
     int count;                  /* REALS: how many; SET: the value */
-    const char *const *choices; /* NULL-terminated */
+    const char *const *choices; /* CHOICE: [ENUMERATOR] = "name", ..., NULL at the end */
     struct error *(*parse)(void *value, const char *text);
     const char *shown; /* the default as --help shows it; NULL: made from *value */
     bool *given;       /* set to true when the option is present; may be NULL */
     bool unrecorded;   /* cannot change the output's rows, so stays out of the provenance */
 };
 
-enum { OPTION_GROUPS = 6 };
+/* The row of that name; NULL: it is not among `rows`. For a program that words or follows a shared
+ * option in a way of its own: option_row(shared, "seed")->given = &seed_given. */
+struct option_row *option_row(struct option_row *rows, const char *name);
 
 struct program {
     const char *name;    /* "probe-tet" */
     const char *usage;   /* what follows the name: "[OPTION]... [STREAM]" */
     const char *summary; /* one or a few sentences under the usage */
-    const struct option_row *groups[OPTION_GROUPS]; /* tables, NULL after the last */
     int operands_least, operands_most;
     const char *notes; /* printed below the options: examples, files; may be NULL */
 
@@ -70,10 +85,12 @@ struct program {
     char *recorded;
 };
 
-/* Parses argv by the table. On --help or --version prints to standard output and exits (0, or 1
+/* Parses argv by the tables in groups, NULL after the last, in whose order --help prints them; they
+ * are not needed afterwards. On --help or --version prints to standard output and exits (0, or 1
  * when standard output cannot be written). A wrong command line is an error with exit status 2 that
  * names the option, what was expected and what came. */
-struct error *options_parse(struct program *program, int argc, char **argv);
+struct error *options_parse(struct program *program, const struct option_row *const groups[],
+                            int argc, char **argv);
 
 /* Adds an operand (a scene's name, a method) to program->recorded, quoted where needed. */
 struct error *options_record(struct program *program, const char *operand);
@@ -85,32 +102,5 @@ struct error *options_real(const char *what, const char *text, double *value);
 
 /* `count` comma-separated numbers from the whole of `text`. */
 struct error *options_reals(const char *what, const char *text, int count, double *values);
-
-/* The options that many programs share, with one meaning everywhere. */
-struct common {
-    const char *output; /* -o: a file's path, or "-": standard output */
-    int encoding;       /* an enum stream_encoding; STREAM_AS_READ unless --text or --binary */
-    int64_t threads;    /* 1 or more; default threads_available() */
-    int64_t seed;       /* 0 .. 2^53 */
-    bool quiet;         /* no warnings, no progress */
-    bool progress;      /* default: standard error is a terminal */
-};
-
-enum {
-    COMMON_OUTPUT = 1,   /* --output */
-    COMMON_ENCODING = 2, /* --text, --binary */
-    COMMON_THREADS = 4,
-    COMMON_SEED = 8,
-    COMMON_PROGRESS = 16, /* --progress */
-    COMMON_STREAM = COMMON_OUTPUT | COMMON_ENCODING,
-    COMMON_ROWS = 10, /* room for all of them, --quiet (always there) and the end */
-};
-
-struct common common_default(void);
-
-/* Fills rows (COMMON_ROWS of them) with the options named by `which` (and --quiet) and returns
- * rows. */
-const struct option_row *common_rows(struct common *common, unsigned which,
-                                     struct option_row *rows);
 
 #endif

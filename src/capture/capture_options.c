@@ -1,6 +1,8 @@
 #include "capture/capture_options.h"
 #include "base/error.h"
 #include "base/number.h"
+#include "base/options.h"
+#include "light/light_options.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -8,17 +10,13 @@
 
 struct capture_options capture_options_default(void)
 {
-    const struct capture_settings c = capture_settings_default();
-    return (struct capture_options){.capture = c,
-                                    .order = c.order,
-                                    .order_loss = 0.01,
-                                    .rays = 0,
-                                    .max_rays = c.rays_most,
-                                    .bounces = c.bounces,
-                                    .light = (int)c.light,
-                                    .slice = {.parts = 1},
-                                    .scene = scene_settings_default(),
-                                    .common = common_default()};
+    struct capture_options o = {.capture = capture_settings_default(),
+                                .order_loss = 0.01,
+                                .slice = {.parts = 1},
+                                .scene = scene_settings_default(),
+                                .common = common_default()};
+    o.capture.rays = 0;
+    return o;
 }
 
 void capture_options_clear(struct capture_options *o)
@@ -73,7 +71,17 @@ static struct error *parse_order(void *value, const char *text)
     if (strcmp(text, "auto") && !(text[0] >= '1' && text[0] <= '0' + SH_ORDER_MAX && !text[1]))
         return error_usage("expected a whole number from 1 to %d, or auto, got '%s'", SH_ORDER_MAX,
                            text);
-    *(int *)value = text[0] == 'a' ? 0 : text[0] - '0';
+    struct capture_options *o = value;
+    o->order_auto = text[0] == 'a';
+    o->capture.order = o->order_auto ? SH_ORDER_MAX : text[0] - '0';
+    return NULL;
+}
+
+static struct error *parse_content(void *value, const char *text)
+{
+    if (strcmp(text, "radiance") && strcmp(text, "irradiance"))
+        return error_usage("expected one of radiance, irradiance, got '%s'", text);
+    *(bool *)value = !strcmp(text, "irradiance");
     return NULL;
 }
 
@@ -103,14 +111,13 @@ static int first_round(const struct capture_settings *c)
 struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc,
                                     char **argv)
 {
-    static const char *const lights[] = {"all", "direct", "indirect", NULL};
-    static const char *const contents[] = {"radiance", "irradiance", NULL};
-    static const char *const targets[] = {"none", "irradiance", "radiance", NULL};
+    static const char *const lights[] = {
+        [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
     const struct option_row rows[] = {
         {.name = "order",
          .argument = "N|auto",
          .kind = OPTION_CALL,
-         .value = &o->order,
+         .value = o,
          .parse = parse_order,
          .shown = "3",
          .help = "SH order: N * N coefficients a colour; auto: as few\nas --order-loss allows"},
@@ -123,8 +130,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
         {.name = "rays",
          .letter = 'r',
          .argument = "N",
-         .kind = OPTION_INTEGER,
-         .value = &o->rays,
+         .kind = OPTION_INT,
+         .value = &o->capture.rays,
          .least = 1,
          .most = CAPTURE_RAYS_MOST,
          .shown = "512; with --error 0.1 / SHARE^2, at least 128",
@@ -147,43 +154,33 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "irradiance below which --error is a share of this"},
         {.name = "max-rays",
          .argument = "N",
-         .kind = OPTION_INTEGER,
-         .value = &o->max_rays,
+         .kind = OPTION_INT,
+         .value = &o->capture.rays_most,
          .least = 1,
          .most = CAPTURE_RAYS_MOST,
          .help = "rays a probe that --error may spend"},
         {.name = "bounces",
          .argument = "N",
-         .kind = OPTION_INTEGER,
-         .value = &o->bounces,
+         .kind = OPTION_INT,
+         .value = &o->capture.bounces,
          .most = CAPTURE_BOUNCES_MOST,
          .help = "how often light may scatter on its way"},
         {.name = "light",
          .argument = "WHICH",
          .kind = OPTION_CHOICE,
          .choices = lights,
-         .value = &o->light,
+         .value = OPTION_ENUM(o->capture.light),
          .help = "capture all light, direct or indirect alone"},
         {.name = "content",
          .argument = "WHAT",
-         .kind = OPTION_CHOICE,
-         .choices = contents,
-         .value = &o->content,
+         .kind = OPTION_CALL,
+         .value = &o->capture.convolved,
+         .parse = parse_content,
+         .shown = "radiance",
          .help = "what the SH are of: incident radiance, or irradiance,\n"
                  "which is convolved with the cosine"},
-        {.name = "dering",
-         .argument = "WHAT",
-         .kind = OPTION_CHOICE,
-         .choices = targets,
-         .value = &o->dering,
-         .help = "window each probe as little as keeps its irradiance, or\n"
-                 "its radiance, above --dering-floor in all directions"},
-        {.name = "dering-floor",
-         .argument = "SHARE",
-         .kind = OPTION_REAL,
-         .value = &o->capture.dering.floor,
-         .most = DERING_FLOOR_MOST,
-         .help = "of its mean over directions"},
+        {0}};
+    const struct option_row more[] = {
         {.name = "columns",
          .argument = "LIST",
          .kind = OPTION_CALL,
@@ -221,30 +218,27 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "capture the I-th of N parts of the probes: every N-th from\n"
                  "the I-th on (probe-cat --fill puts slices together)"},
         {0}};
-    struct option_row scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
-    program->groups[0] = rows;
-    program->groups[1] = scene_settings_rows(&o->scene, scene);
-    program->groups[2] = common_rows(
-        &o->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared);
-    struct error *err = options_parse(program, argc, argv);
-    memset(program->groups, 0, sizeof program->groups); /* they end with this function */
-    o->order_auto = !o->order;
-    o->capture.order = o->order ? o->order : SH_ORDER_MAX;
-    o->capture.rays_most = (int)o->max_rays;
-    o->capture.rays = o->rays                ? (int)o->rays
-                      : o->capture.error > 0 ? first_round(&o->capture)
-                                             : capture_settings_default().rays;
-    o->capture.bounces = (int)o->bounces;
-    o->capture.light = (enum capture_light)o->light;
-    o->capture.convolved = o->content;
-    o->capture.dering.target = (enum dering_target)o->dering;
-    o->capture.seed = (uint64_t)o->common.seed;
-    if (!err && !o->order && o->slice.parts > 1)
+    struct option_row dering[LIGHT_DERING_ROWS], scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        rows,
+        light_dering_rows(&o->capture.dering, dering),
+        more,
+        scene_settings_rows(&o->scene, scene),
+        common_rows(&o->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS,
+                    shared),
+        NULL};
+    option_row(shared, "seed")->value = &o->capture.seed; /* below 2^53: signed or not is one */
+    struct error *err = options_parse(program, groups, argc, argv);
+    if (!o->capture.rays)
+        o->capture.rays = o->capture.error > 0 ? first_round(&o->capture)
+                                               : capture_settings_default().rays;
+    if (!err && o->order_auto && o->slice.parts > 1)
         err = error_usage(
             "--slice needs a fixed --order: with auto every slice would choose its own");
-    if (!err && o->capture.dering.floor > 0 && !o->dering)
-        err = error_usage("--dering-floor needs --dering");
-    if (!err && !o->order && o->content && o->dering == DERING_RADIANCE)
+    if (!err)
+        err = light_dering_check(&o->capture.dering);
+    if (!err && o->order_auto && o->capture.convolved &&
+        o->capture.dering.target == DERING_RADIANCE)
         err = error_usage("--order auto de-rings after its choice, when --content irradiance has "
                           "left no radiance: --order N does both");
     return err;
@@ -263,13 +257,5 @@ struct error *capture_options_take_over(struct capture_options *o, struct progra
     if (err || again)
         return err ? err : capture_options_parse(o, program, argc, argv);
     err = capture_settings_from_header(&o->capture, header);
-    o->order = o->capture.order;
-    o->rays = o->capture.rays;
-    o->max_rays = o->capture.rays_most;
-    o->bounces = o->capture.bounces;
-    o->light = (int)o->capture.light;
-    o->content = o->capture.convolved;
-    o->dering = (int)o->capture.dering.target;
-    o->common.seed = (int64_t)o->capture.seed;
     return err ? err : capture_options_parse(o, program, argc, argv);
 }

@@ -2,29 +2,27 @@
  *
  *     struct capture_options o = capture_options_default();
  *     err = capture_options_parse(&o, &program, argc, argv);
- *     err = capture_options_take_over(&o, &program, header, argc, argv);   the header's settings,
- * and the command line over them
- *     ... o.capture, o.scene, o.common ...
+ *     err = capture_options_take_over(&o, &program, header, argc, argv);
+ *     ... o.capture, o.scene, o.common: the header's settings, and the command line over them ...
  *     capture_options_clear(&o);
  */
 #ifndef CAPTURE_OPTIONS_H
 #define CAPTURE_OPTIONS_H
 
-#include "base/options.h"
 #include "capture/capture.h"
 #include "scene/scene.h"
+#include "stream/common_options.h"
+
+struct program;
 
 struct capture_options {
-    struct capture_settings capture;
-    bool order_auto; /* capture.order is the highest; the least is to be found */
+    struct capture_settings capture; /* rays: 0 until parsed; its seed is that of the options */
+    bool order_auto;                 /* capture.order is the highest; the least is to be found */
     double order_loss;
     bool again;
     struct capture_slice slice; /* its number: rows that came before */
     struct scene_settings scene;
-    struct common common;
-    /* As options give them; parsing makes the settings of them. */
-    int64_t rays, max_rays, bounces;
-    int order, light, content, dering; /* order 0: auto */
+    struct common common; /* but for the seed */
 };
 
 struct capture_options capture_options_default(void);

@@ -21,7 +21,10 @@ static struct error *parse_kind(void *value, const char *text)
 const struct option_row *interpolate_options_rows(struct interpolate_options *o,
                                                   struct option_row *rows)
 {
-    static const char *const falloffs[] = {"linear", "quadratic", "cubic", NULL};
+    static const char *const falloffs[] = {[INTERPOLATE_FALL_LINEAR] = "linear",
+                                           [INTERPOLATE_FALL_QUADRATIC] = "quadratic",
+                                           [INTERPOLATE_FALL_CUBIC] = "cubic",
+                                           NULL};
     static const char *const outsides[] = {"auto", "extend", "nearest", NULL};
     if (!o->kind)
         o->kind = interpolate_kinds[0];
@@ -48,13 +51,13 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
          .argument = "SHAPE",
          .kind = OPTION_CHOICE,
          .choices = falloffs,
-         .value = &o->falloff,
+         .value = OPTION_ENUM(o->falloff),
          .help = "shepard: of the weights, towards the radius"},
         {.name = "outside",
          .argument = "WHAT",
          .kind = OPTION_CHOICE,
          .choices = outsides,
-         .value = &o->outside,
+         .value = OPTION_ENUM(o->outside),
          .help = "outside of the hull of the probes: the light of its nearest point\n"
                  "(nearest), light that goes on from it along rays (extend), or one of\n"
                  "these as the hull is (auto: see probe-query's manual)"},
@@ -81,7 +84,7 @@ struct interpolate_settings interpolate_options_settings(const struct interpolat
                                                          const char *column)
 {
     return (struct interpolate_settings){.kind = o->kind,
-                                         .falloff = (enum interpolate_falloff)o->falloff,
+                                         .falloff = o->falloff,
                                          .radius = o->radius,
                                          .column = column,
                                          .outside = outside_flags(o->outside)};

@@ -3,7 +3,7 @@
  *
  *     struct interpolate_options how = {0};
  *     struct option_row rows[INTERPOLATE_OPTIONS_ROWS];
- *     ... .groups = {interpolate_options_rows(&how, rows)} ... options_parse ...
+ *     ... groups[] = {interpolate_options_rows(&how, rows), ...} ... options_parse ...
  *     err = interpolate_options_check(&how);
  *     settings = interpolate_options_settings(&how, "sh");
  */
@@ -18,7 +18,7 @@ struct option_row;
 /* As options give them; {0}: their defaults. */
 struct interpolate_options {
     const struct interpolate_kind *kind; /* NULL before interpolate_options_rows */
-    int falloff;
+    enum interpolate_falloff falloff;
     /* auto, extend, nearest, or what a program makes of its own choices beyond these */
     int outside;
     double radius;

@@ -4,4 +4,5 @@ light_sources = \
 	%D%/content.c %D%/content.h \
 	%D%/convert.c %D%/convert.h \
 	%D%/dering.c %D%/dering.h \
+	%D%/light_options.c %D%/light_options.h \
 	%D%/order.c %D%/order.h

@@ -6,7 +6,7 @@
  *
  *     struct place_options options = place_options_default();
  *     struct option_row rows[PLACE_OPTION_ROWS];
- *     ... .groups = {place_option_rows(&options, rows)} ... options_parse ...
+ *     ... groups[] = {place_option_rows(&options, rows), NULL} ... options_parse ...
  *     err = place_operands(count, operands, &method, &world.file, &scene_path);
  *     if (!err) err = place_options_check(&options, method, scene_path != NULL);
  *     if (!err) err = method->place(&place, &options, &world);

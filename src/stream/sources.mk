@@ -1,6 +1,7 @@
 # the probe stream, its editing, points and cells
 stream_sources = \
 	%D%/cells.c %D%/cells.h \
+	%D%/common_options.c %D%/common_options.h \
 	%D%/header_number.c %D%/header_number.h \
 	%D%/points.c %D%/points.h \
 	%D%/stream.h \
