@@ -66,6 +66,8 @@ $(head -n 20 check.out)"
 #   lacks FILE PATTERN...     none is
 #   has_lines COUNT FILE
 #   empty FILE                (test -s FILE: it is not)
+#   differ A B                both are there, and not the same
+#   same_stream A B           but for their history
 #   not COMMAND...
 #   every CONDITION FILE...   awk's condition holds for each line, and there are lines; it may use
 #                             near(A, B, EPS), and N of N=VALUE among the files
@@ -139,6 +141,17 @@ into() {
     "$@" >"$into_file"
 }
 
+differ() {
+    cmp -s "$1" "$2"
+    [ $? -eq 1 ]
+}
+
+same_stream() {
+    probe-cat --text --no-provenance "$1" >same_stream.a || return
+    probe-cat --text --no-provenance "$2" >same_stream.b || return
+    cmp same_stream.a same_stream.b
+}
+
 # plain_libm COMMAND...: a program, without the faster instructions that libm takes where it can
 plain_libm() {
     env GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-AVX512F "$@"
@@ -152,6 +165,12 @@ as_text() {
 
 # numbers: the rows of a stream in text on standard input that begin with a number
 numbers() { grep '^[0-9-]'; }
+
+# rows_of COLUMNS STREAM: these of its probes, position among them and first
+rows_of() { probe-cat --text --no-provenance --tables probe --columns "$1" "$2" | numbers; }
+
+# row_count TABLE STREAM
+row_count() { probe-cat --info "$2" | sed -n "s/^table $1: \([0-9]*\) rows.*/\1/p"; }
 
 # stream_of LINE...: a stream of these lines and of the rows on standard input
 stream_of() {
