@@ -7,9 +7,11 @@
 #include "base/warning.h"
 #include "capture/capture.h"
 #include "capture/capture_options.h"
+#include "import/import_scene.h"
 #include "light/convert.h"
 #include "scene/scene.h"
 #include "stream/stream.h"
+#include "topology/decimate.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -9,9 +9,11 @@
 #include "base/threads.h"
 #include "base/warning.h"
 #include "capture/capture.h"
+#include "import/import_scene.h"
 #include "libprobe-query/sh.h"
 #include "math/random.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "support/tap.h"
 #include "trace/trace.h"
 

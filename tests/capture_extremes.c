@@ -6,6 +6,7 @@
  *
  * with the error along the truth (a closed form), its standard error, and the largest deviation of
  * a coefficient in units of sh_error; capture_runs.h says what is asked of them. */
+#include "scene/scene_build.h"
 #include "stream/stream.h"
 #include "support/capture_runs.h"
 

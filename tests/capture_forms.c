@@ -2,6 +2,8 @@
  * scene is changed in a way that light does not notice. Each case is the mean of many seeds;
  * capture_runs.h says what is asked of it, and how seldom luck fails it. */
 #include "math/random.h"
+#include "scene/scene_build.h"
+#include "scene/scene_shade.h"
 #include "support/capture_runs.h"
 #include "support/files.h"
 

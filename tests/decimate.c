@@ -2,8 +2,12 @@
  * and volume, textures stay where they were, materials and lamps keep their shape, what was closed
  * stays closed, and whatever a file may hold is survived. */
 #include "base/warning.h"
+#include "import/import_scene.h"
 #include "math/random.h"
+#include "scene/scene_build.h"
 #include "support/capture_bench.h"
+#include "topology/decimate.h"
+#include "topology/solids.h"
 
 static double mesh_area(const struct scene *s, int32_t material)
 {

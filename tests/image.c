@@ -34,7 +34,7 @@ static struct bytes png(int width, int height, int channels, const uint8_t *texe
 static void expect(const char *name, struct bytes file, enum image_use use, uint32_t width,
                    uint32_t height, unsigned channels, const uint8_t *codes)
 {
-    struct scene_texture t = {0};
+    struct image t = {0};
     struct error *err = image_decode(&t, file.data, file.size, use);
     const bool right = !err && t.bytes && t.width == width && t.height == height &&
                        t.channels == channels &&
@@ -101,7 +101,7 @@ static void test_lossy(void)
     webp.size = WebPEncodeRGB(smooth, 64, 64, 192, 95, &webp.data);
     const struct bytes files[] = {jpeg, webp};
     for (int f = 0; f < 2; f++) {
-        struct scene_texture t = {0};
+        struct image t = {0};
         struct error *err = image_decode(&t, files[f].data, files[f].size, IMAGE_COLOUR);
         double sum = 0;
         for (int i = 0; !err && i < 64 * 64 * 3; i++)
@@ -120,7 +120,7 @@ static void test_radiance(void)
     const float rgb[12] = {0, 0, 0, 1, 2, 3, 1e-6f, 1e-6f, 1e-6f, 65536, 1024, 512};
     struct bytes f = {0};
     stbi_write_hdr_to_func(append, &f, 2, 2, 3, rgb);
-    struct scene_texture t = {0};
+    struct image t = {0};
     struct error *err = image_decode(&t, f.data, f.size, IMAGE_COLOUR);
     double worst = 0;
     for (int i = 0; !err && i < 12; i++)
@@ -141,7 +141,7 @@ static void test_radiance(void)
 
 static void refuse(const char *name, const void *data, size_t size)
 {
-    struct scene_texture t = {0};
+    struct image t = {0};
     struct error *err = image_decode(&t, data, size, IMAGE_COLOUR);
     ok(err && !t.texels, "refused, %s: %s", name, err ? error_message(err) : "");
     error_destroy(err);
@@ -157,7 +157,7 @@ static void test_cut_radiance(void)
     stbi_write_hdr_to_func(append, &f, 16, 4, 3, rgb);
     size_t accepted = 0;
     for (size_t size = 1; size <= f.size; size++) {
-        struct scene_texture t = {0};
+        struct image t = {0};
         struct error *err = image_decode(&t, f.data, size, IMAGE_COLOUR);
         accepted += !err;
         error_destroy(err);

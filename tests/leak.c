@@ -4,6 +4,8 @@
 #include "leak/leak.h"
 #include "math/random.h"
 #include "scene/scene.h"
+#include "scene/scene_build.h"
+#include "scene/scene_settings.h"
 #include "support/tap.h"
 #include "trace/trace.h"
 

@@ -1,6 +1,7 @@
 /* What probe-error measures is what there is: against light whose error, leaks and change are known
  * in closed form. Checks of chance are held within 4.5 standard errors (7e-6 by luck) unless they
  * say otherwise; seeds are fixed. */
+#include "import/import_scene.h"
 #include "interpolate/baked.h"
 #include "interpolate/interpolate_kind.h"
 #include "math/affine.h"
@@ -11,6 +12,7 @@
 #include "measure/sphere.h"
 #include "measure/truth.h"
 #include "measure/unseen.h"
+#include "scene/scene_settings.h"
 #include "stream/stream.h"
 #include "support/capture_truth.h"
 

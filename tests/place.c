@@ -8,6 +8,8 @@
 #include "place/place_inside.h"
 #include "place/place_method.h"
 #include "scene/scene.h"
+#include "scene/scene_build.h"
+#include "scene/scene_settings.h"
 #include "support/tap.h"
 #include "trace/trace.h"
 

@@ -12,6 +12,7 @@
 #include "render/render.h"
 #include "render/shot.h"
 #include "render/view.h"
+#include "scene/scene_build.h"
 #include "stream/stream.h"
 #include "support/capture_bench.h"
 

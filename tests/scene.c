@@ -5,11 +5,15 @@
 #include "base/options.h"
 #include "base/warning.h"
 #include "image/image.h"
-#include "import/import.h"
+#include "math/angle.h"
 #include "math/direction.h"
+#include "scene/scene_build.h"
+#include "scene/scene_settings.h"
+#include "scene/scene_shade.h"
 #include "stream/stream.h"
 #include "support/files.h"
 #include "support/tap.h"
+#include "topology/solids.h"
 
 #include <float.h>
 #include <stb_image_write.h>

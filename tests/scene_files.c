@@ -2,6 +2,7 @@
  * that lie, and ends that come too soon, are errors that say where. */
 #include "base/error.h"
 #include "base/warning.h"
+#include "import/import_scene.h"
 #include "scene/scene.h"
 #include "support/files.h"
 #include "support/tap.h"

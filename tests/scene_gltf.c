@@ -8,10 +8,13 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "image/image.h"
+#include "import/import_scene.h"
 #include "math/affine.h"
 #include "scene/scene.h"
+#include "scene/scene_shade.h"
 #include "support/files.h"
 #include "support/tap.h"
+#include "topology/solids.h"
 
 #include <stb_image_write.h>
 #include <stdint.h>

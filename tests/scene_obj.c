@@ -2,7 +2,9 @@
  * warning. */
 #include "base/error.h"
 #include "base/warning.h"
+#include "import/import_scene.h"
 #include "scene/scene.h"
+#include "scene/scene_shade.h"
 #include "support/files.h"
 #include "support/tap.h"
 

@@ -2,9 +2,11 @@
  * without faces that lie upon each other, and read without a warning. */
 #include "base/error.h"
 #include "base/warning.h"
+#include "import/import_scene.h"
 #include "math/affine.h"
 #include "scene/scene.h"
 #include "support/tap.h"
+#include "topology/solids.h"
 
 #include <string.h>
 

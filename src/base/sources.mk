@@ -2,6 +2,7 @@
 base_sources = \
 	%D%/array.c %D%/array.h \
 	%D%/error.c %D%/error.h \
+	%D%/error_guard.h \
 	%D%/file.c %D%/file.h \
 	%D%/interrupt.c %D%/interrupt.h \
 	%D%/number.cc %D%/number.h \

@@ -7,6 +7,7 @@
 #include "light/basis.h"
 #include "light/content.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "stream/header_number.h"
 #include "stream/stream.h"
 

@@ -3,6 +3,7 @@
 #include "base/number.h"
 #include "base/options.h"
 #include "light/light_options.h"
+#include "scene/scene_settings.h"
 #include "stream/stream.h"
 
 #include <math.h>

@@ -11,6 +11,7 @@
 
 #include "capture/capture.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "stream/common_options.h"
 
 struct program;

@@ -7,6 +7,7 @@
 #include "math/angle.h"
 #include "math/luminance.h"
 #include "scene/scene.h"
+#include "scene/scene_shade.h"
 
 #include <stdlib.h>
 #include <string.h>

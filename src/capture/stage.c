@@ -1,6 +1,9 @@
 #include "capture/stage.h"
 #include "base/error.h"
+#include "import/import_scene.h"
+#include "scene/scene_settings.h"
 #include "stream/stream.h"
+#include "topology/decimate.h"
 #include "trace/trace.h"
 
 #include <inttypes.h>

@@ -8,6 +8,7 @@
 
 #include "capture/capture.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 
 #include <stdbool.h>
 

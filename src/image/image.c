@@ -160,7 +160,7 @@ static bool hdr_is_whole(const unsigned char *data, size_t size, size_t width, s
 }
 
 static struct error *decode_floats(const unsigned char *data, size_t size, enum image_use use,
-                                   struct scene_texture *texture)
+                                   struct image *image)
 {
     int width, height, channels;
     if (!stbi_info_from_memory(data, (int)size, &width, &height, &channels))
@@ -176,46 +176,46 @@ static struct error *decode_floats(const unsigned char *data, size_t size, enum 
     const size_t count = (size_t)width * (size_t)height;
     for (size_t i = 0; use == IMAGE_MASK && i < count; i++)
         rgb[i] = luminance_vec3f((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
-    texture->width = (uint32_t)width;
-    texture->height = (uint32_t)height;
-    texture->channels = use == IMAGE_MASK ? 1 : 3;
-    texture->bytes = false;
-    texture->texels = rgb;
+    image->width = (uint32_t)width;
+    image->height = (uint32_t)height;
+    image->channels = use == IMAGE_MASK ? 1 : 3;
+    image->bytes = false;
+    image->texels = rgb;
     return NULL;
 }
 
 /* Gives back what packing freed; a picture that cannot shrink stays as it is. */
-static void shrink(struct scene_texture *texture)
+static void shrink(struct image *image)
 {
-    const size_t texel = texture->channels * (texture->bytes ? sizeof(uint8_t) : sizeof(float));
-    void *smaller = realloc(texture->texels, texture->width * (size_t)texture->height * texel);
+    const size_t texel = image->channels * (image->bytes ? sizeof(uint8_t) : sizeof(float));
+    void *smaller = realloc(image->texels, image->width * (size_t)image->height * texel);
     if (smaller)
-        texture->texels = smaller;
+        image->texels = smaller;
 }
 
-struct error *image_decode(struct scene_texture *texture, const void *data, size_t size,
-                           enum image_use use)
+struct error *image_decode(struct image *image, const void *data, size_t size, enum image_use use)
 {
+    *image = (struct image){0};
     if (size == 0)
         return error_new("an empty picture");
     if (size > INT_MAX)
         return error_new("a picture of %zu bytes, expected less than 2 GiB", size);
     struct error *err = NULL;
     if (stbi_is_hdr_from_memory(data, (int)size)) {
-        err = decode_floats(data, size, use, texture);
+        err = decode_floats(data, size, use, image);
     } else {
         uint8_t *rgba = NULL;
         int width = 0, height = 0;
         err = decode_bytes(data, size, &rgba, &width, &height);
         if (!err) {
-            texture->width = (uint32_t)width;
-            texture->height = (uint32_t)height;
-            texture->channels = pack_bytes(rgba, (size_t)width * (size_t)height, use);
-            texture->bytes = true;
-            texture->texels = rgba;
+            image->width = (uint32_t)width;
+            image->height = (uint32_t)height;
+            image->channels = pack_bytes(rgba, (size_t)width * (size_t)height, use);
+            image->bytes = true;
+            image->texels = rgba;
         }
     }
     if (!err)
-        shrink(texture);
+        shrink(image);
     return err;
 }

@@ -8,11 +8,20 @@
 #ifndef IMAGE_H
 #define IMAGE_H
 
-#include "scene/scene.h"
-
+#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 struct error;
+
+struct image {
+    uint32_t width, height;
+    unsigned channels; /* 1 (alpha alone), 3 or 4 (RGB, alpha) */
+    /* texels are 8-bit codes to be looked up in image_linear (RGB sRGB, alpha linear), else
+     * float */
+    bool bytes;
+    void *texels; /* width * height * channels of uint8_t or float, top row first */
+};
 
 enum image_use {
     IMAGE_COLOUR, /* 3 channels, or 4 where some texel is not opaque */
@@ -25,10 +34,8 @@ enum image_use {
  * they are the same on every machine. */
 extern const float image_linear[256];
 
-/* Decodes the picture in data[0..size): fills width, height, channels, bytes and texels, and leaves
- * the rest of *texture as it is. The caller frees texels. Errors: not a picture, damaged, larger
- * than 16384 texels a side. */
-struct error *image_decode(struct scene_texture *texture, const void *data, size_t size,
-                           enum image_use use);
+/* Decodes the picture in data[0..size). The caller frees image->texels; there are none on error.
+ * Errors: not a picture, damaged, larger than 16384 texels a side. */
+struct error *image_decode(struct image *image, const void *data, size_t size, enum image_use use);
 
 #endif

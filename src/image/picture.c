@@ -163,18 +163,17 @@ static struct error *read_pfm(struct picture *p, const char *data, size_t size)
 
 static struct error *read_image(struct picture *p, const char *data, size_t size)
 {
-    struct scene_texture texture = {0};
-    struct error *err = image_decode(&texture, data, size, IMAGE_COLOUR);
+    struct image image;
+    struct error *err = image_decode(&image, data, size, IMAGE_COLOUR);
     if (!err)
-        err = picture_init(p, texture.width, texture.height);
+        err = picture_init(p, image.width, image.height);
     for (size_t i = 0; !err && i < p->width * p->height; i++)
         for (size_t k = 0; k < 3; k++) {
-            const size_t from = texture.channels * i + k;
-            p->rgb[3 * i + k] = texture.bytes
-                                    ? image_linear[((const uint8_t *)texture.texels)[from]]
-                                    : ((const float *)texture.texels)[from];
+            const size_t from = image.channels * i + k;
+            p->rgb[3 * i + k] = image.bytes ? image_linear[((const uint8_t *)image.texels)[from]]
+                                            : ((const float *)image.texels)[from];
         }
-    free(texture.texels);
+    free(image.texels);
     return err;
 }
 

@@ -1,189 +1,11 @@
-/* Reading a scene: which importer, and the files that the scene's file names. */
+/* Reading a scene: which importer. */
+#include "base/file.h"
 #include "import/import.h"
+#include "import/import_scene.h"
 
-#include <dirent.h>
-#include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
-
-/* -- files ------------------------------------------------------------------------------------ */
-
-/* No pipe and no device, which might never end. */
-static bool is_file(const char *path)
-{
-    struct stat status;
-    return stat(path, &status) == 0 && S_ISREG(status.st_mode);
-}
-
-/* Writes to found[0..length) the entry of a directory that is `name` but for the case of its
- * letters, if any is. */
-static void match_entry(const char *directory, const char *name, size_t length, char *found)
-{
-    DIR *entries = opendir(*directory ? directory : ".");
-    if (!entries)
-        return;
-    for (const struct dirent *entry; (entry = readdir(entries));) {
-        if (strlen(entry->d_name) == length && !strncasecmp(entry->d_name, name, length)) {
-            memcpy(found, entry->d_name, length);
-            break;
-        }
-    }
-    closedir(entries);
-}
-
-/* Brings every part of path[start..] that does not exist into the case that it has on disk. */
-static struct error *match_case(char *path, size_t start)
-{
-    char *const wanted = strdup(path);
-    if (!wanted)
-        return error_memory();
-    for (size_t a = start, b; wanted[a]; a = b + (wanted[b] != 0)) {
-        struct stat status;
-        b = a + strcspn(wanted + a, "/");
-        path[b] = 0;
-        if (stat(path, &status) != 0) {
-            path[a] = 0;
-            match_entry(path, wanted + a, b - a, path + a);
-            path[a] = path[a] ? path[a] : wanted[a];
-        }
-        path[b] = wanted[b];
-    }
-    free(wanted);
-    return NULL;
-}
-
-/* Tries `name` in `directory`, in any case of its letters when `loose`; sets *path when it is
- * there. */
-static struct error *try_name(const char *directory, const char *name, bool loose, char **path)
-{
-    char *whole;
-    if (*path)
-        return NULL;
-    if (asprintf(&whole, "%s%s", *name == '/' ? "" : directory, name) < 0)
-        return error_memory();
-    struct error *err = loose ? match_case(whole, *name == '/' ? 1 : strlen(directory)) : NULL;
-    if (!err && is_file(whole))
-        *path = whole;
-    else
-        free(whole);
-    return err;
-}
-
-struct error *scene_import_find(const struct scene_import *import, const char *name, char **path)
-{
-    *path = NULL;
-    char *slashed = strdup(name);
-    if (!slashed)
-        return error_memory();
-    for (char *c = slashed; (c = strchr(c, '\\'));)
-        *c = '/';
-    const char *last = strrchr(slashed, '/');
-    struct error *err = try_name(import->directory, name, false, path);
-    if (!err)
-        err = try_name(import->directory, slashed, true, path);
-    if (!err && last) /* a path of the machine that wrote the file */
-        err = try_name(import->directory, last + 1, true, path);
-    free(slashed);
-    return err;
-}
-
-/* -- textures --------------------------------------------------------------------------------- */
-
-struct texture_entry {
-    char *name;
-    enum image_use use;
-    struct scene_sampler sampler;
-    int32_t texture;
-};
-
-static const struct texture_entry *find_entry(const struct scene_import *import, const char *name,
-                                              enum image_use use, struct scene_sampler sampler)
-{
-    for (size_t i = 0; i < import->entry_count; i++) {
-        const struct texture_entry *e = &import->entries[i];
-        if (e->use == use && e->sampler.wrap_u == sampler.wrap_u &&
-            e->sampler.wrap_v == sampler.wrap_v && e->sampler.nearest == sampler.nearest &&
-            !strcmp(e->name, name))
-            return e;
-    }
-    return NULL;
-}
-
-static struct error *add_entry(struct scene_import *import, struct texture_entry entry,
-                               const char *name)
-{
-    struct error *err = array_reserve(&import->entries, &import->entry_capacity,
-                                      import->entry_count + 1, sizeof *import->entries);
-    if (err)
-        return err;
-    entry.name = strdup(name);
-    if (!entry.name)
-        return error_memory();
-    import->entries[import->entry_count++] = entry;
-    return NULL;
-}
-
-struct error *scene_import_picture(struct scene_import *import, const char *name, const void *data,
-                                   size_t size, enum image_use use, struct scene_sampler sampler,
-                                   int32_t *texture)
-{
-    const struct texture_entry *known = find_entry(import, name, use, sampler);
-    *texture = known ? known->texture : SCENE_NONE;
-    if (known)
-        return NULL;
-    struct scene_texture picture = {
-        .wrap_u = sampler.wrap_u, .wrap_v = sampler.wrap_v, .nearest = sampler.nearest};
-    struct error *err = image_decode(&picture, data, size, use);
-    if (err == error_memory())
-        return err;
-    if (err) {
-        warnings_add(import->warnings, "texture damaged",
-                     "%s: texture %s: %s: the material's factor alone is used", import->path, name,
-                     error_message(err));
-        error_destroy(err);
-        err = NULL;
-    } else {
-        err = scene_push_texture(import->scene, picture, texture);
-    }
-    if (!err)
-        err = add_entry(import,
-                        (struct texture_entry){.use = use, .sampler = sampler, .texture = *texture},
-                        name);
-    return err;
-}
-
-struct error *scene_import_texture(struct scene_import *import, const char *name,
-                                   enum image_use use, struct scene_sampler sampler,
-                                   int32_t *texture)
-{
-    const struct texture_entry *known = find_entry(import, name, use, sampler);
-    *texture = known ? known->texture : SCENE_NONE;
-    if (known)
-        return NULL;
-    char *path = NULL, *data = NULL;
-    size_t size = 0;
-    struct error *err = scene_import_find(import, name, &path);
-    struct error *unread = err ? NULL : path ? file_read(path, &data, &size) : error_new("missing");
-    if (unread == error_memory()) {
-        err = unread;
-    } else if (!err && !unread) {
-        err = scene_import_picture(import, name, data, size, use, sampler, texture);
-    } else if (!err) {
-        warnings_add(import->warnings, "texture missing",
-                     "%s: texture %s: %s: the material's factor alone is used", import->path, name,
-                     error_message(unread));
-        err = add_entry(
-            import, (struct texture_entry){.use = use, .sampler = sampler, .texture = SCENE_NONE},
-            name);
-    }
-    error_destroy(unread);
-    free(data);
-    free(path);
-    return err;
-}
 
 /* -- formats ---------------------------------------------------------------------------------- */
 
@@ -233,34 +55,24 @@ static const char *guess(const char *data, size_t size)
     return NULL;
 }
 
-static struct error *find_format(const char *path, const struct format **format)
+static const struct format *find_ending(const char *ending)
 {
-    const char *ending = strrchr(path, '.');
-    struct error *err = NULL;
-    char *data = NULL;
-    size_t size = 0;
-    for (int by_content = 0; by_content < 2 && !err; by_content++) {
-        if (by_content) {
-            err = file_read(path, &data, &size);
-            ending = err ? NULL : guess(data, size);
-        }
-        for (size_t i = 0; ending && i < sizeof formats / sizeof *formats; i++) {
-            if (!strcasecmp(ending, formats[i].ending)) {
-                *format = &formats[i];
-                free(data);
-                return NULL;
-            }
-        }
-    }
-    free(data);
-    return err ? err : error_new("not a scene: expected OBJ, glTF, GLB, PLY, OFF or STL");
+    for (size_t i = 0; ending && i < sizeof formats / sizeof *formats; i++)
+        if (!strcasecmp(ending, formats[i].ending))
+            return &formats[i];
+    return NULL;
 }
 
-static void import_clear(struct scene_import *import)
+static struct error *find_format(struct scene_import *import, const struct format **format)
 {
-    for (size_t i = 0; i < import->entry_count; i++)
-        free(import->entries[i].name);
-    free(import->entries);
+    *format = find_ending(strrchr(import->path, '.'));
+    if (*format)
+        return NULL;
+    struct error *err = file_read(import->path, &import->content, &import->content_size);
+    if (err)
+        return err;
+    *format = find_ending(guess(import->content, import->content_size));
+    return *format ? NULL : error_new("not a scene: expected OBJ, glTF, GLB, PLY, OFF or STL");
 }
 
 static struct error *check_empty(const struct scene *scene)
@@ -281,7 +93,7 @@ struct error *scene_read(struct scene **scene, const char *path,
     const char *slash = strrchr(path, '/');
     char *directory = strndup(path, slash ? (size_t)(slash - path) + 1 : 0);
     struct scene_import import = {.path = path, .directory = directory, .warnings = warnings};
-    struct error *err = directory ? error_wrap(find_format(path, &format), "%s", path)
+    struct error *err = directory ? error_wrap(find_format(&import, &format), "%s", path)
                                   : error_memory();
     *scene = NULL;
     if (!err)
@@ -294,7 +106,7 @@ struct error *scene_read(struct scene **scene, const char *path,
         err = scene_finish(import.scene, settings, warnings);
     if (!err && !empty_allowed)
         err = check_empty(import.scene);
-    import_clear(&import);
+    scene_import_clear(&import);
     free(directory);
     if (err)
         scene_destroy(import.scene);

@@ -1,9 +1,10 @@
-/* import: what the importers share.
+/* import: what the importers share (import_scene.h is what programs call).
  *
- * An importer is one function, scene_read_FORMAT(import): it reads import->path and pushes meshes,
- * instances, materials, textures and lights onto import->scene, as the file has them. scene_read
- * then calls scene_finish, which leaves out degenerate triangles, checks every index and number,
- * and applies the settings: importers need not. A half-filled scene is freed by scene_read.
+ * An importer is one function, scene_read_FORMAT(import): it reads what scene_import_content gives
+ * it and pushes meshes, instances, materials, textures and lights onto import->scene, as the file
+ * has them. scene_read then calls scene_finish, which leaves out degenerate triangles, checks every
+ * index and number, and applies the settings: importers need not. A half-filled scene is freed by
+ * scene_read.
  *
  * Errors say what is wrong; scene_read puts the path in front. Includes from C and from C++.
  */
@@ -11,16 +12,14 @@
 #define IMPORT_H
 
 #ifdef __cplusplus
+#include "base/error_guard.h"
+
 #include <cmath>
 #include <cstring>
-#include <exception>
 #include <math.h>
-#include <new>
-#include <stdexcept>
 extern "C" {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic" /* vec.h has compound literals */
-#pragma GCC diagnostic ignored "-Wshadow"   /* C names a struct and a function scene_solids */
 #endif
 
 #include "base/array.h"
@@ -30,6 +29,7 @@ extern "C" {
 #include "image/image.h"
 #include "math/angle.h"
 #include "scene/scene.h"
+#include "scene/scene_build.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -42,7 +42,10 @@ struct scene_import {
     const char *path;      /* the scene's file */
     const char *directory; /* where the files that it names are found: "", or ending with '/' */
     struct warnings *warnings;
-    struct texture_entry *entries; /* owned by import.c */
+    /* the file's content, where its format was guessed from that, until it is taken; owned */
+    char *content;
+    size_t content_size;
+    struct texture_entry *entries; /* owned, import_files.c makes them */
     size_t entry_count, entry_capacity;
 };
 
@@ -54,16 +57,7 @@ struct error *scene_read_ply(struct scene_import *import);
 struct error *scene_read_off(struct scene_import *import);
 struct error *scene_read_stl(struct scene_import *import);
 
-/* -- what they push --------------------------------------------------------------------------- */
-
-/* Each takes over what its argument owns (mesh arrays, a material's name, a texture's texels), on
- * errors too. *index, where it is not NULL, is the place in the scene's list. */
-struct error *scene_push_mesh(struct scene *scene, struct scene_mesh mesh, size_t *index);
-struct error *scene_push_instance(struct scene *scene, size_t mesh, const double transform[12]);
-struct error *scene_push_material(struct scene *scene, struct scene_material material,
-                                  int32_t *index);
-struct error *scene_push_texture(struct scene *scene, struct scene_texture texture, int32_t *index);
-struct error *scene_push_light(struct scene *scene, struct scene_light light);
+/* -- faces ----------------------------------------------------------------------------------- */
 
 /* Faces with any number of corners, for scene_import_polygons. Arrays stay the caller's. */
 struct scene_polygons {
@@ -101,23 +95,11 @@ struct error *scene_faces_corner(struct scene_faces *faces, uint32_t vertex);
 struct error *scene_import_faces(struct scene_import *import, const struct scene_faces *faces);
 void scene_faces_clear(struct scene_faces *faces);
 
-/* The part of scene_finish that is about geometry: what changes meshes later calls it again. */
-struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnings);
-
-/* Frees a mesh that was not pushed. */
-void scene_mesh_clear(struct scene_mesh *mesh);
-
-/* White, opaque (opacity 1, cutoff 0.5), black emission, no maps; name NULL, which push makes
- * "". */
-struct scene_material scene_material_default(void);
-
-/* A map of this texture that leaves (u, v) alone. */
-struct scene_map scene_map_of(int32_t texture);
-
-/* p -> p, for scene_push_instance. */
-extern const double scene_identity[12];
-
 /* -- files and textures ----------------------------------------------------------------------- */
+
+/* The whole of the scene's file, one zero byte behind it; the caller frees it. To be called once.
+ * Errors do not name the file. */
+struct error *scene_import_content(struct scene_import *import, char **data, size_t *size);
 
 /* The path of a file that the scene names: absolute names as they are, others from
  * import->directory; backslashes are slashes where the name as written does not exist; letters may
@@ -144,26 +126,12 @@ struct error *scene_import_picture(struct scene_import *import, const char *name
                                    size_t size, enum image_use use, struct scene_sampler sampler,
                                    int32_t *texture);
 
+/* Frees what the helpers keep in it. */
+void scene_import_clear(struct scene_import *import);
+
 #ifdef __cplusplus
 #pragma GCC diagnostic pop
 } /* extern "C" */
-
-/* Runs f, which returns a struct error *, and turns whatever it throws into an error: no exception
- * crosses into C. */
-template <class Function> struct error *scene_guard(const Function &f) noexcept
-{
-    try {
-        return f();
-    } catch (const std::bad_alloc &) {
-        return error_memory();
-    } catch (const std::length_error &) {
-        return error_memory();
-    } catch (const std::exception &e) {
-        return error_new("%s", e.what());
-    } catch (...) {
-        return error_new("an unknown exception was thrown");
-    }
-}
 #endif
 
 #endif

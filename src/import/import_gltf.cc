@@ -782,5 +782,5 @@ struct error *read(struct scene_import *import)
 
 extern "C" struct error *scene_read_gltf(struct scene_import *import)
 {
-    return scene_guard([import] { return read(import); });
+    return error_guard([import] { return read(import); });
 }

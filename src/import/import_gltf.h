@@ -55,7 +55,7 @@ struct gltf_file {
 
 /* Opens import->path. Throws a gltf_error when a buffer is missing or short, or an unknown
  * extension is required. */
-gltf_file gltf_open(const struct scene_import *import);
+gltf_file gltf_open(struct scene_import *import);
 
 bool gltf_is_data(const std::string &uri); /* whether it is a data: URI */
 /* what that holds; nothing where it is damaged */

@@ -53,11 +53,9 @@ const char *const known_extensions[] = {"EXT_mesh_gpu_instancing",
 
 /* -- files and URIs --------------------------------------------------------------------------- */
 
-gltf_bytes read_file(const char *path)
+/* What a C function gave: bytes to be freed. */
+gltf_bytes keep(char *data, size_t size)
 {
-    char *data = nullptr;
-    size_t size = 0;
-    gltf_check(file_read(path, &data, &size));
     return {std::shared_ptr<const void>(data, std::free),
             reinterpret_cast<const unsigned char *>(data), size};
 }
@@ -67,6 +65,14 @@ int hex_digit(char c)
     const char *const digits = "0123456789abcdef", *const found = std::strchr(
                                                        digits, std::tolower((unsigned char)c));
     return c && found ? static_cast<int>(found - digits) : -1;
+}
+
+gltf_bytes read_file(const char *path)
+{
+    char *data = nullptr;
+    size_t size = 0;
+    gltf_check(file_read(path, &data, &size));
+    return keep(data, size);
 }
 
 /* Percent-encoding undone; a percent sign that encodes nothing stays. */
@@ -281,9 +287,12 @@ string gltf_file_name(const struct scene_import *import, const string &uri)
     return decoded == uri || find(import, decoded) || !find(import, uri) ? decoded : uri;
 }
 
-gltf_file gltf_open(const struct scene_import *import)
+gltf_file gltf_open(struct scene_import *import)
 {
-    const gltf_bytes whole = read_file(import->path);
+    char *data = nullptr;
+    size_t size = 0;
+    gltf_check(scene_import_content(import, &data, &size));
+    const gltf_bytes whole = keep(data, size);
     gltf_bytes text = whole, chunk;
     if (whole.size >= 4 && !std::memcmp(whole.data, "glTF", 4))
         split_glb(whole, text, chunk);

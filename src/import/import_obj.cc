@@ -568,7 +568,7 @@ struct error *read(struct scene_import *import)
         string clean;
         char *text = nullptr;
         size_t size = 0;
-        struct error *err = file_read(import->path, &text, &size);
+        struct error *err = scene_import_content(import, &text, &size);
         const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
         if (!err)
             err = obj_clean(text, size, import, all, clean);
@@ -603,5 +603,5 @@ struct error *read(struct scene_import *import)
 
 struct error *scene_read_obj(struct scene_import *import)
 {
-    return scene_guard([import] { return read(import); });
+    return error_guard([import] { return read(import); });
 }

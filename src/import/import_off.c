@@ -110,7 +110,7 @@ struct error *scene_read_off(struct scene_import *import)
     size_t size = 0;
     uint32_t vertex_count = 0, face_count = 0;
     struct scene_faces faces = {0};
-    struct error *err = file_read(import->path, &data, &size);
+    struct error *err = scene_import_content(import, &data, &size);
     struct off off = {.at = data, .end = data ? data + size : NULL};
     if (!err)
         err = take_header(&off, &vertex_count, &face_count);

@@ -312,7 +312,7 @@ struct error *scene_read_ply(struct scene_import *import)
     size_t size = 0;
     struct ply ply = {0};
     struct scene_faces faces = {0};
-    struct error *err = file_read(import->path, &data, &size);
+    struct error *err = scene_import_content(import, &data, &size);
     if (!err) {
         ply.at = (const unsigned char *)data;
         ply.end = ply.at + size;

@@ -116,7 +116,7 @@ struct error *scene_read_stl(struct scene_import *import)
     char *data = NULL;
     size_t size = 0;
     struct scene_faces faces = {0};
-    struct error *err = file_read(import->path, &data, &size);
+    struct error *err = scene_import_content(import, &data, &size);
     if (!err)
         err = (is_text(data, size) ? read_text : read_binary)(data, size, &faces);
     if (!err)

@@ -2,10 +2,12 @@
 import_sources = \
 	%D%/import.c %D%/import.h \
 	%D%/import_faces.c \
+	%D%/import_files.c \
 	%D%/import_gltf.cc %D%/import_gltf.h \
 	%D%/import_gltf_file.cc \
 	%D%/import_obj.cc \
 	%D%/import_off.c \
 	%D%/import_ply.c \
+	%D%/import_scene.h \
 	%D%/import_stl.c \
 	%D%/polygon.c %D%/polygon.h

@@ -10,6 +10,7 @@
 #include "math/vec.h"
 #include "place/place.h"
 #include "place/place_inside.h"
+#include "scene/scene_settings.h"
 #include "stream/header_number.h"
 #include "stream/stream.h"
 #include "trace/trace.h"

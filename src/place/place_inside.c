@@ -8,6 +8,7 @@
 #include "math/box.h"
 #include "place/place.h"
 #include "scene/scene.h"
+#include "topology/solids.h"
 #include "trace/trace.h"
 
 #include <math.h>

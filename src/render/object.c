@@ -1,7 +1,9 @@
 #include "render/object.h"
 #include "base/array.h"
 #include "base/error.h"
-#include "import/import.h"
+#include "import/import_scene.h"
+#include "scene/scene_build.h"
+#include "scene/scene_settings.h"
 
 #include <math.h>
 #include <stdlib.h>

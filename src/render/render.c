@@ -11,6 +11,7 @@
 #include "math/angle.h"
 #include "math/luminance.h"
 #include "scene/scene.h"
+#include "scene/scene_shade.h"
 
 #include <math.h>
 #include <stdlib.h>

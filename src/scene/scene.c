@@ -1,6 +1,9 @@
 #include "scene/scene.h"
-#include "import/import.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "image/image.h"
 #include "math/hash.h"
+#include "scene/scene_build.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -50,6 +53,15 @@ void scene_destroy(struct scene *scene)
     free(scene->lights);
     free(scene->path);
     free(scene);
+}
+
+struct scene_texture scene_texture_of(const struct image *image)
+{
+    return (struct scene_texture){.width = image->width,
+                                  .height = image->height,
+                                  .channels = image->channels,
+                                  .bytes = image->bytes,
+                                  .texels = image->texels};
 }
 
 struct scene_map scene_map_of(int32_t texture)

@@ -1,8 +1,8 @@
 /* scene: triangles, materials, textures, lights and sky, as read from a file.
  *
- * scene_read imports OBJ (with MTL), glTF and GLB, PLY, OFF and STL. What it makes is plain data:
- * meshes in their own coordinates, instances that place them, materials by index. Positions are
- * double from file to here; nothing is flipped, welded, scaled or clamped. Degenerate triangles
+ * What scene_read (import/import_scene.h) makes of a file, and scene_build.h by hand, is plain
+ * data: meshes in their own coordinates, instances that place them, materials by index. Positions
+ * are double from file to here; nothing is flipped, welded, scaled or clamped. Degenerate triangles
  * (no area beyond the rounding of double, not finite, a corner that is no vertex) are left out,
  * with one warning; their count is kept. So every mesh of a finished scene has triangles, every
  * vertex is used, every instance's matrix can be inverted (what is squeezed flat gets a mesh of its
@@ -13,9 +13,8 @@
  * but for its cut-out, and scatters and emits on both sides (scene_settings.emit_front_only
  * confines emission to the front).
  *
- * Files: scene.c (this data and its key), scene_settings.c (options, header keys), scene_finish.c
- * (what makes a scene legal), scene_shade.c (maps, sky, lights). Reading files is import/, pieces
- * and decimation are topology/.
+ * Beside it: scene_build.h (making one), scene_settings.h (what options change of it),
+ * scene_shade.h (what it looks like); topology/ has its closed pieces and decimation.
  */
 #ifndef SCENE_H
 #define SCENE_H
@@ -25,11 +24,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-
-struct error;
-struct option_row;
-struct stream_header;
-struct warnings;
 
 enum { SCENE_NONE = -1 }; /* no texture, no material */
 
@@ -90,6 +84,11 @@ struct scene_material {
     bool textured; /* some map has a texture; set by scene_finish */
 };
 
+static inline bool scene_emits(const struct scene_material *m)
+{
+    return m->emission.x > 0 || m->emission.y > 0 || m->emission.z > 0;
+}
+
 enum scene_light_kind { SCENE_POINT, SCENE_SPOT, SCENE_SUN };
 
 /* A light without a surface. */
@@ -112,23 +111,6 @@ struct scene_sky {
     /* owned; NULL: uniform. Equirectangular, float RGB; +Y up, the picture's centre column looks
      * along +X, its right quarter along +Z (man probe-tools(7)) */
     struct scene_texture *picture;
-};
-
-/* What the user may change of a scene, the same options in every program that reads one; kept in
- * the stream's header so that a later stage sees the same light. */
-struct scene_settings {
-    double sky[3];
-    char *sky_file;             /* owned; NULL: uniform sky */
-    struct scene_light *lights; /* from --sun, --point, --spot; owned */
-    size_t light_count, light_capacity;
-    /* of the lights, those of a header: the first one of the command line takes the place of them
-     * all */
-    size_t inherited;
-    bool emit_front_only; /* --emit front */
-    double albedo_scale;  /* multiplies every albedo factor */
-    double max_albedo;    /* limits every albedo after that, at most 1 */
-    /* multiplies the file's emission and lights; not the sky, nor lights from options */
-    double light_scale;
 };
 
 struct scene {
@@ -156,64 +138,7 @@ struct scene {
     size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity;
 };
 
-/* -- settings --------------------------------------------------------------------------------- */
-
-/* black sky, no lights, scales 1, max_albedo 1, emit both sides */
-struct scene_settings scene_settings_default(void);
-void scene_settings_clear(struct scene_settings *settings);
-
-enum { SCENE_SETTINGS_ROWS = 9 };
-
-/* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sun, --point, --spot, --emit, --albedo-scale,
- * --max-albedo, --light-scale. */
-const struct option_row *scene_settings_rows(struct scene_settings *settings,
-                                             struct option_row *rows);
-
-/* Writes the settings as header keys, numbers separated by commas as in the options:
- *
- *     sky 0.5,0.6,0.8                     radiance; 0,0,0 beside
- *     sky-file clouds.hdr                 (only when there is one)
- *     sun-1 DX,DY,DZ,R,G,B                lights are numbered in one sequence; directions have
- *                                         length 1
- *     point-2 X,Y,Z,R,G,B
- *     spot-3 X,Y,Z,DX,DY,DZ,COS_INNER,COS_OUTER,R,G,B     cosines where the option has degrees
- *     emit both                           or front
- *     albedo-scale 1
- *     max-albedo 1
- *     light-scale 1
- *
- * and reads them back into default settings: scene_settings_from_header(x) of
- * scene_settings_to_header(x) is x to the bit. Keys that are missing keep their default; lights
- * that the header held before are removed. */
-struct error *scene_settings_to_header(const struct scene_settings *settings,
-                                       struct stream_header *header);
-struct error *scene_settings_from_header(struct scene_settings *settings,
-                                         const struct stream_header *header);
-
-/* -- scenes ----------------------------------------------------------------------------------- */
-
-/* Reads a scene by its file name's ending, or by its content where the ending is unknown, and
- * applies the settings. Errors name the file and what is wrong with it: unreadable, without any
- * triangle (legal only for a caller that passes empty_allowed), cut off, a missing buffer, a
- * required extension that is unknown. Missing textures and whatever is not used are warnings. */
-struct error *scene_read(struct scene **scene, const char *path,
-                         const struct scene_settings *settings, bool empty_allowed,
-                         struct warnings *warnings);
-
-/* A scene without anything, for callers that build one (tests); free with scene_destroy. */
-struct error *scene_create(struct scene **scene);
-
-/* Adds a mesh with one material, placed once as it stands; copies the arrays. */
-struct error *scene_add_mesh(struct scene *scene, size_t vertex_count, const double *position,
-                             size_t triangle_count, const uint32_t *index,
-                             const struct scene_material *material);
-
-/* To be called once after the parts were put together by hand or by an importer: leaves out
- * degenerate triangles, computes the box, applies settings, checks every index and that everything
- * is finite. */
-struct error *scene_finish(struct scene *scene, const struct scene_settings *settings,
-                           struct warnings *warnings);
-
+/* takes NULL */
 void scene_destroy(struct scene *scene);
 
 /* A key of everything that light depends on (geometry, materials, textures, lights, sky): equal
@@ -223,75 +148,5 @@ uint64_t scene_key(const struct scene *scene);
 
 /* with instances counted as often as placed */
 size_t scene_triangle_count(const struct scene *scene);
-
-/* -- shading ---------------------------------------------------------------------------------- */
-
-/* Value of a map at (u, v): linear RGB, and alpha (1 where the texture has none). */
-void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v,
-                      float rgba[4]);
-
-struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u,
-                          float v);
-
-/* The same of one texel, drawn with the weight that it has in the interpolation: the right albedo
- * in the mean, at a quarter of the reads from memory. scene_texel_draw (`bits`: 32 random bits)
- * sends for it, scene_texel_albedo reads it: what is done between the two hides the way to
- * memory. */
-struct scene_texel {
-    const struct scene_material *material;
-    const uint8_t *code; /* NULL: to be interpolated, at: */
-    float u, v;
-};
-struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m,
-                                    float u, float v, uint32_t bits);
-struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_texel *texel);
-
-struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u,
-                            float v);
-/* The share of light that passes through the surface here: 0 opaque, 1 hole. */
-float scene_transparency(const struct scene *scene, const struct scene_material *m, float u,
-                         float v);
-static inline bool scene_emits(const struct scene_material *m)
-{
-    return m->emission.x > 0 || m->emission.y > 0 || m->emission.z > 0;
-}
-
-/* Radiance of the sky from a unit direction (pointing away from the viewer). */
-struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f direction);
-
-/* Irradiance-like strength of a punctual light at p, unoccluded: *to_light is the unit direction
- * towards it, *distance how far (INFINITY for a sun); rgb: what falls on a surface that faces it.
- * At the light itself: distance 0, no direction, black. */
-void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3],
-                    double *distance, double rgb[3]);
-
-/* -- topology (OpenMesh) ---------------------------------------------------------------------- */
-
-/* Connected pieces of the scene's surface: faces that share vertices in their file, or stand at
- * equal positions, across an edge of exactly two faces of consistent orientation. Closed: every
- * edge has a face on each side, so that "inside" has a meaning. Meshes that are placed once are
- * joined with each other; a mesh that is placed often is looked at by itself. */
-struct scene_solids {
-    size_t count, closed_count;
-    /* for triangle t of instance i: piece_of[offset[i] + t]; closed[piece]; volume[piece] signed:
-     * negative when turned inside out, 0 when not closed */
-    size_t *offset;
-    uint32_t *piece_of;
-    bool *closed;
-    double *volume;
-};
-struct error *scene_solids(const struct scene *scene, struct scene_solids *solids,
-                           struct warnings *warnings);
-void scene_solids_clear(struct scene_solids *solids);
-
-/* Takes triangles away until `share` of them is left (above 0; 1 leaves the scene as it is), those
- * first that change the surface least: quadric errors (Garland and Heckbert 1997), one order for
- * all meshes that are placed once, which become one mesh in the scene's coordinates; a mesh that is
- * placed often is decimated by itself, to the same share. Vertices that stay are where they were;
- * closed pieces stay closed. Borders, changes of material and seams of a texture keep their course
- * as the surface does. What stays whatever the share: emissive triangles, branches of borders and
- * seams, and borders along which other surfaces run. When more than the share is left for that, it
- * is a warning that says how much. The same scene gives the same triangles on every machine. */
-struct error *scene_decimate(struct scene *scene, double share, struct warnings *warnings);
 
 #endif

@@ -1,9 +1,14 @@
 /* What makes a legal scene of what an importer read: triangles with an area, numbers in range, the
  * user's settings. */
+#include "base/array.h"
+#include "base/error.h"
 #include "base/file.h"
-#include "import/import.h"
+#include "base/warning.h"
+#include "image/image.h"
 #include "math/affine.h"
 #include "math/box.h"
+#include "scene/scene_build.h"
+#include "scene/scene_settings.h"
 
 #include <float.h>
 #include <math.h>
@@ -423,20 +428,21 @@ static struct error *read_sky(struct scene_texture **picture, const char *path)
 {
     char *data = NULL;
     size_t size = 0;
-    struct scene_texture texture = {.wrap_u = SCENE_REPEAT, .wrap_v = SCENE_CLAMP};
+    struct image image = {0};
     struct error *err = file_read(path, &data, &size);
     if (!err)
-        err = image_decode(&texture, data, size, IMAGE_COLOUR);
+        err = image_decode(&image, data, size, IMAGE_COLOUR);
     free(data);
-    if (!err && texture.bytes)
+    if (!err && image.bytes)
         err = error_new("expected a Radiance .hdr picture: 8-bit pictures hold no radiance");
     if (!err)
         err = array_create(picture, 1, sizeof **picture);
     if (err) {
-        free(texture.texels);
+        free(image.texels);
         return error_wrap(err, "%s", path);
     }
-    **picture = texture;
+    **picture = scene_texture_of(&image);
+    (*picture)->wrap_v = SCENE_CLAMP;
     return NULL;
 }
 

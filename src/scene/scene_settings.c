@@ -3,7 +3,7 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "math/angle.h"
-#include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "stream/header_number.h"
 #include "stream/stream.h"
 

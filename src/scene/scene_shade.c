@@ -1,7 +1,7 @@
 /* What a scene looks like from a point: its maps, materials, sky and lights. */
 #include "image/image.h"
 #include "math/angle.h"
-#include "scene/scene.h"
+#include "scene/scene_shade.h"
 
 #include <math.h>
 

@@ -19,6 +19,9 @@
                   type, a fifth of the time */
 #endif
 
+extern "C" {
+#include "topology/decimate.h"
+}
 #include "topology/surface.h"
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
@@ -538,7 +541,7 @@ struct error *scene_decimate(struct scene *scene, double share, struct warnings 
     scene->decimated = true;
     struct error *err = surface_check_count(scene);
     if (!err)
-        err = scene_guard([=] { return decimate_scene(scene, share); });
+        err = error_guard([=] { return decimate_scene(scene, share); });
     if (!err)
         err = scene_finish_geometry(scene, warnings);
     if (err)

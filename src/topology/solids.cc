@@ -1,10 +1,17 @@
 /* Which pieces of a scene's surface enclose a volume: OpenMesh's half-edges. */
+extern "C" {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wshadow" /* C names a struct and a function scene_solids */
+#include "topology/solids.h"
+#pragma GCC diagnostic pop
+}
 #include "topology/surface.h"
 
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 
 namespace
@@ -183,7 +190,7 @@ struct error *scene_solids(const struct scene *scene, struct scene_solids *solid
     memset(solids, 0, sizeof *solids);
     struct error *err = surface_check_count(scene);
     if (!err)
-        err = scene_guard([=] { return find_solids(scene, solids); });
+        err = error_guard([=] { return find_solids(scene, solids); });
     if (err)
         scene_solids_clear(solids);
     return err;

@@ -1,5 +1,5 @@
 # closed pieces, joined vertices, decimation: hides OpenMesh
 topology_sources = \
-	%D%/decimate.cc \
-	%D%/solids.cc \
+	%D%/decimate.cc %D%/decimate.h \
+	%D%/solids.cc %D%/solids.h \
 	%D%/surface.cc %D%/surface.h

@@ -14,8 +14,17 @@
 #ifndef SURFACE_H
 #define SURFACE_H
 
-#include "import/import.h"
+#include "base/error_guard.h"
+extern "C" {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpedantic" /* vec.h has compound literals */
+#include "base/array.h"
+#include "base/warning.h"
 #include "math/affine.h"
+#include "scene/scene.h"
+#include "scene/scene_build.h"
+#pragma GCC diagnostic pop
+}
 
 #include <OpenMesh/Core/System/omstream.hh>
 

@@ -2,6 +2,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "math/luminance.h"
+#include "scene/scene_shade.h"
 
 #include <stdlib.h>
 #include <string.h>

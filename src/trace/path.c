@@ -8,6 +8,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "math/angle.h"
+#include "scene/scene_shade.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "math/affine.h"
 #include "math/box.h"
+#include "scene/scene_shade.h"
 #include "trace/trace_local.h"
 
 #include <float.h>

@@ -3,6 +3,7 @@
 #include "image/display.h"
 #include "math/affine.h"
 #include "scene/scene.h"
+#include "scene/scene_shade.h"
 
 #include <string.h>
 

@@ -13,12 +13,15 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "capture/capture.h"
+#include "import/import_scene.h"
 #include "math/sort.h"
 #include "render/camera.h"
 #include "render/render.h"
 #include "render/view.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "stream/stream.h"
+#include "topology/decimate.h"
 
 #include <stdio.h>
 #include <stdlib.h>

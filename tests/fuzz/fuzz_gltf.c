@@ -6,6 +6,7 @@
  * fuzz_gltf 1000000
  */
 #include "base/error.h"
+#include "import/import_scene.h"
 #include "scene/scene.h"
 #include "support/files.h"
 #include "support/tap.h"

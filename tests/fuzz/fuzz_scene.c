@@ -10,9 +10,14 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "image/image.h"
+#include "import/import_scene.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
+#include "scene/scene_shade.h"
 #include "support/files.h"
 #include "support/tap.h"
+#include "topology/decimate.h"
+#include "topology/solids.h"
 
 #include <stb_image_write.h>
 #include <stdint.h>

@@ -12,11 +12,13 @@
 #ifndef CAPTURE_BENCH_H
 #define CAPTURE_BENCH_H
 
+#include "base/array.h"
 #include "base/error.h"
 #include "capture/capture.h"
-#include "import/import.h"
 #include "math/angle.h"
 #include "scene/scene.h"
+#include "scene/scene_build.h"
+#include "scene/scene_settings.h"
 #include "support/tap.h"
 #include "trace/trace.h"
 

@@ -1,0 +1,62 @@
+/* scene_settings: what the user may change of a scene and add to it; options, and the keys that
+ * carry them through a stream's header.
+ */
+#ifndef SCENE_SETTINGS_H
+#define SCENE_SETTINGS_H
+
+#include "scene/scene.h"
+
+struct error;
+struct option_row;
+struct stream_header;
+
+/* What the user may change of a scene, the same options in every program that reads one; kept in
+ * the stream's header so that a later stage sees the same light. */
+struct scene_settings {
+    double sky[3];
+    char *sky_file;             /* owned; NULL: uniform sky */
+    struct scene_light *lights; /* from --sun, --point, --spot; owned */
+    size_t light_count, light_capacity;
+    /* of the lights, those of a header: the first one of the command line takes the place of them
+     * all */
+    size_t inherited;
+    bool emit_front_only; /* --emit front */
+    double albedo_scale;  /* multiplies every albedo factor */
+    double max_albedo;    /* limits every albedo after that, at most 1 */
+    /* multiplies the file's emission and lights; not the sky, nor lights from options */
+    double light_scale;
+};
+
+/* black sky, no lights, scales 1, max_albedo 1, emit both sides */
+struct scene_settings scene_settings_default(void);
+void scene_settings_clear(struct scene_settings *settings);
+
+enum { SCENE_SETTINGS_ROWS = 9 };
+
+/* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sun, --point, --spot, --emit, --albedo-scale,
+ * --max-albedo, --light-scale. */
+const struct option_row *scene_settings_rows(struct scene_settings *settings,
+                                             struct option_row *rows);
+
+/* Writes the settings as header keys, numbers separated by commas as in the options:
+ *
+ *     sky 0.5,0.6,0.8                     radiance; 0,0,0 beside
+ *     sky-file clouds.hdr                 (only when there is one)
+ *     sun-1 DX,DY,DZ,R,G,B                lights are numbered in one sequence; directions have
+ *                                         length 1
+ *     point-2 X,Y,Z,R,G,B
+ *     spot-3 X,Y,Z,DX,DY,DZ,COS_INNER,COS_OUTER,R,G,B     cosines where the option has degrees
+ *     emit both                           or front
+ *     albedo-scale 1
+ *     max-albedo 1
+ *     light-scale 1
+ *
+ * and reads them back into default settings: scene_settings_from_header(x) of
+ * scene_settings_to_header(x) is x to the bit. Keys that are missing keep their default; lights
+ * that the header held before are removed. */
+struct error *scene_settings_to_header(const struct scene_settings *settings,
+                                       struct stream_header *header);
+struct error *scene_settings_from_header(struct scene_settings *settings,
+                                         const struct stream_header *header);
+
+#endif

@@ -1,0 +1,42 @@
+/* scene_shade: what a scene looks like from a point: its maps, materials, sky and lights. */
+#ifndef SCENE_SHADE_H
+#define SCENE_SHADE_H
+
+#include "scene/scene.h"
+
+/* Value of a map at (u, v): linear RGB, and alpha (1 where the texture has none). */
+void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v,
+                      float rgba[4]);
+
+struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u,
+                          float v);
+
+/* The same of one texel, drawn with the weight that it has in the interpolation: the right albedo
+ * in the mean, at a quarter of the reads from memory. scene_texel_draw (`bits`: 32 random bits)
+ * sends for it, scene_texel_albedo reads it: what is done between the two hides the way to
+ * memory. */
+struct scene_texel {
+    const struct scene_material *material;
+    const uint8_t *code; /* NULL: to be interpolated, at: */
+    float u, v;
+};
+struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m,
+                                    float u, float v, uint32_t bits);
+struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_texel *texel);
+
+struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u,
+                            float v);
+/* The share of light that passes through the surface here: 0 opaque, 1 hole. */
+float scene_transparency(const struct scene *scene, const struct scene_material *m, float u,
+                         float v);
+
+/* Radiance of the sky from a unit direction (pointing away from the viewer). */
+struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f direction);
+
+/* Irradiance-like strength of a punctual light at p, unoccluded: *to_light is the unit direction
+ * towards it, *distance how far (INFINITY for a sun); rgb: what falls on a surface that faces it.
+ * At the light itself: distance 0, no direction, black. */
+void scene_light_at(const struct scene_light *light, const double p[3], double to_light[3],
+                    double *distance, double rgb[3]);
+
+#endif
