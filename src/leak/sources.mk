@@ -1,4 +1,5 @@
 # edges through walls, and their mending
 leak_sources = \
 	%D%/cells_make.c %D%/cells_make.h \
-	%D%/leak.c %D%/leak.h
+	%D%/leak.c %D%/leak.h \
+	%D%/leak_mend.c %D%/leak_mend.h
