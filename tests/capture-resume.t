@@ -44,88 +44,106 @@ done
 refused 2 "--slice needs a fixed --order" probe-capture --slice 1/2 --order auto "$scene" placed.probe
 
 # -- killed ----------------------------------------------------------------------------------------
-# Enough probes for rows to arrive while others are still to come, and enough rays for that to take a while.
+# Whoever reads a pipe slowly holds up who writes it: after a part of the rows, others are still to
+# come. The pipe holds 64 KiB, and there are five blocks of rows, each larger.
+mkfifo pipe
 probe-place grid -q --count 4500 --inside keep "$scene" >placed.binary
 probe-cat --text placed.binary >placed.text
 probes=$(grep -c '^[0-9-]' placed.text)
-capture --rays 1024 "$scene" placed.binary >whole.binary
+capture --rays 64 "$scene" placed.binary >whole.binary
+half=$(($(wc -c <whole.binary) / 2))
 for encoding in text binary; do
-    : >killed
-    probe-capture $options --rays 1024 "$scene" placed.$encoding >killed &
+    probe-capture $options --rays 64 "$scene" placed.$encoding >pipe &
     program=$!
-    wait_for test -s killed
+    exec 3<pipe
+    head -c $half <&3 >killed
     kill -9 $program
     wait $program 2>/dev/null
-    check "$encoding: a killed capture is in its middle" sh -c "[ -s killed ] && ! probe-cat killed >/dev/null 2>&1"
+    cat <&3 >>killed
+    exec 3<&-
+    check "$encoding: a killed capture is in its middle" test -s killed and not probe-cat killed
     probe-cat --salvage killed >salvaged 2>salvaged.err
     kept=$(lit salvaged)
     check "$encoding: some rows are salvaged" [ "$kept" -gt 0 -a "$kept" -lt "$probes" ]
-    check "$encoding: and it is said how many" grep -q ": $kept rows of table probe are kept" salvaged.err
+    check "$encoding: and it is said how many" \
+        says salvaged.err ": $kept rows of table probe are kept"
     probe-cat --quiet --salvage --fill killed placed.$encoding >resumed
     check "$encoding: they fill what was placed" [ "$(lit resumed)" -eq "$kept" ]
     capture "$scene" resumed >finished
-    check "$encoding: the rest is captured, and all is as in one go" same_rows finished whole.binary
+    check "$encoding: the rest is captured, and all is as in one go" \
+        same_rows finished whole.binary
 done
 
 # -- asked to end ----------------------------------------------------------------------------------
-# ends FILE: after a signal, FILE holds a whole stream with some light, and the status and the message say so
+# ends FILE: after a signal it holds a whole stream with some light, and status and message say so
 ends() {
     ends_lit=$(lit "$1")
+    ends_text="probe-capture: interrupted: $ends_lit of $probes probes captured; given back to"
     [ "$status" -eq 1 ] && [ "$ends_lit" -gt 0 ] && [ "$ends_lit" -lt "$probes" ] &&
-        tr '\r' '\n' <err | grep -q "^probe-capture: interrupted: $ends_lit of $probes probes captured; given back to probe-capture, the rest is captured$"
+        says err "^$ends_text probe-capture, the rest is captured$"
 }
 for signal in TERM INT; do
-    : >ended
-    env --default-signal=INT probe-capture $options --rays 1024 "$scene" placed.binary >ended 2>err &
+    env --default-signal=INT probe-capture $options --rays 64 "$scene" placed.binary >pipe 2>err &
     program=$!
-    wait_for test -s ended
+    exec 3<pipe
+    head -c $half <&3 >ended
     kill -$signal $program
+    cat <&3 >>ended
+    exec 3<&-
     wait $program
     status=$?
     check "SIG$signal: what was captured is written, status 1" ends ended
     capture "$scene" ended >finished
-    check "SIG$signal: given back, the rest is captured, and all is as in one go" same_rows finished whole.binary
+    check "SIG$signal: given back, the rest is captured, and all is as in one go" \
+        same_rows finished whole.binary
 done
 
-# caught PID: whether it is the program by now, no more the shell that starts it, SIGTERM has a handler, and probes are in work: it has
-# computed for a tenth of a second, where the scene takes a hundredth
-caught() {
-    grep -qx probe-capture "/proc/$1/comm" && grep -q '^SigCgt:.*[4-7c-f]...$' "/proc/$1/status" &&
-        [ "$(awk '{ print $14 }' "/proc/$1/stat")" -ge "$(($(getconf CLK_TCK) / 10))" ]
+# What /proc knows of a process. ready: it is the program by now, no more the shell that starts it,
+# and has a handler of SIGTERM, which it gets when the scene is read. took: no signal waits for it.
+# works: it has computed for ten milliseconds since "ticks" was written, and so, behind the reading
+# of the scene, is in its probes.
+ready() { grep -qx probe-capture "/proc/$1/comm" && says "/proc/$1/status" '^SigCgt:.*[4-7c-f]...$'; }
+took() { says "/proc/$1/status" '^ShdPnd:[[:space:]]*0*$'; }
+ticks() { awk '{ print $14 }' "/proc/$1/stat"; }
+works() { [ "$(ticks "$1")" -ge $(($(cat ticks) + 2)) ]; }
+# in_work PID: it has begun its first probes, and will not end by itself
+in_work() {
+    wait_for ready "$1" >waits && ticks "$1" >ticks && wait_for works "$1"
+}
+# goes_on PID: it took the signal, and went on
+goes_on() {
+    wait_for took "$1" && ticks "$1" >ticks && wait_for works "$1"
 }
 if [ -r /proc/self/status ]; then
     echo old >kept
-    probe-cat --rows 0:20 placed.binary >few.probe
-    probes=20
-    probe-capture $options --rays 1000000 --output kept "$scene" few.probe 2>err &
+    probe-capture $options --rays 100000 --output kept "$scene" placed.binary 2>err &
     program=$!
-    wait_for caught $program
+    in_work $program
     kill -TERM $program
     wait $program
     status=$?
-    check "SIGTERM: a file named by --output appears, whole" sh -c "probe-cat kept >/dev/null && [ $status -eq 1 ] &&
-        grep -q 'interrupted: [0-9]* of 20 probes captured' err"
-    check "no probe beyond those in work was captured" [ "$(lit kept)" -lt 20 ]
+    check "SIGTERM: a file named by --output appears, whole" probe-cat kept \
+        and [ $status -eq 1 ] and says err "interrupted: [0-9]* of $probes probes captured"
+    check "no probe beyond those in work was captured" [ "$(lit kept)" -lt "$probes" ]
 
     echo old >kept
+    probe-cat --rows 0:20 placed.binary >few.probe
     probe-capture $options --rays 16777216 --output kept "$scene" few.probe 2>err &
     program=$!
-    wait_for caught $program
+    in_work $program
     kill -TERM $program
-    sleep .1
-    check "a probe that takes long is waited for" kill -0 $program
+    check "a probe that takes long is waited for" goes_on $program
     kill -TERM $program
     wait $program 2>/dev/null
     check "a second signal ends at once" [ $? -eq 143 ]
-    check "and leaves the old file" sh -c "[ \"\$(cat kept)\" = old ] && ! ls -A | grep '^\.probe'"
+    check "and leaves the old file" [ "$(cat kept)" = old ] and not eval "ls -A | grep '^\.probe'"
 
     env --ignore-signal=INT probe-capture $options --rays 16777216 "$scene" few.probe >ended 2>err &
     program=$!
-    wait_for caught $program
+    in_work $program
     kill -INT $program
     kill -INT $program
-    sleep .1
-    check "a signal that is ignored stays ignored" kill -0 $program
+    check "a signal that is ignored stays ignored" goes_on $program
     kill -9 $program
     wait $program 2>/dev/null
 else

@@ -83,10 +83,11 @@ refused 2 "--error" probe-capture --error 0 "$scene" placed.probe
 refused 2 "--ao-distance" probe-capture --ao-distance -1 "$scene" placed.probe
 refused 2 "auto" probe-capture --order most "$scene" placed.probe
 
-# Work starts before the input ends.
+# Work starts before the input ends: the end comes when there is light.
 mkfifo pipe
-capture --text "$scene" pipe >streamed.probe &
-{ probe-cat --text placed.probe | sed '/^end/d'; sleep 1; wc -c <streamed.probe >seen; echo end; } >pipe
+probe-place grid -q --text --count 2500 --inside keep "$scene" >many.probe
+capture --text --rays 4 "$scene" pipe >streamed.probe &
+{ sed '/^end/d' many.probe; wait_for grep -q '^[0-9-]' streamed.probe && echo end; } >pipe
 wait
 check "a stream passes while it comes" grep -q '^end' streamed.probe
 

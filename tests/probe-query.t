@@ -240,12 +240,12 @@ refused 1 "there are no cells" given "0 0 0" probe-query empty.probe
 # -- pipes -----------------------------------------------------------------------------------------
 # A thread that waits for more points does not keep a failed program alive.
 mkfifo held
-{ printf '1 1 1\n1 1\n'; sleep 20; } >held &
-holder=$!
-timeout 10 probe-query --threads 3 baked.probe <held 2>err
+exec 3<>held
+printf '1 1 1\n1 1\n' >&3
+timeout 60 probe-query --threads 3 baked.probe <held 2>err
 status=$?
+exec 3>&-
 check "bad input ends it, though the pipe stays open" [ $status -eq 1 ] and says err 'stdin:2'
-kill $holder 2>/dev/null
 probe-query baked.probe </dev/null >light
 check "no points, no light" empty light
 # An answer comes before the next question.

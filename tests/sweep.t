@@ -58,7 +58,7 @@ check "the figures are probe-error's" [ "$(awk -F '\t' '$1 == "rms_relative" && 
 for stage in place capture tet; do
     column ${stage}_cpu_s whole/sweep.tsv >seconds
     column ${stage}_peak_mb whole/sweep.tsv >peaks
-    check "$stage: seconds and memory of all runs" sh -c "[ \"\$(paste seconds peaks | awk '\$1 > 0 && \$1 < 60 && \$2 > 1 && \$2 < 2000' | wc -l)\" = 4 ]"
+    check "$stage: seconds and memory of all runs" sh -c "[ \"\$(paste seconds peaks | awk '\$1 > 0 && \$2 > 1 && \$1 \$2 !~ /nan|inf/' | wc -l)\" = 4 ]"
 done
 
 # -- killed in its middle --------------------------------------------------------------------------
@@ -94,9 +94,18 @@ $sweep --no-plots --scene moved.obj -o whole four >moved.out 2>moved.err
 check "another material is another scene" grep -q 'capture: 3 to do' moved.err
 
 # -- what it says ----------------------------------------------------------------------------------
-$sweep --no-plots --error 100000% --time 1e9 --size 1e9 -o whole --scene "$SRC/scenes/two-rooms.obj" four >says 2>/dev/null
-least=$(column cpu_s whole/sweep.tsv | sort -g | head -n 1 | awk '{ printf "%.3g", $1 }')
-check "the cheapest under an error is the cheapest of all, if all are" sh -c "grep -A1 'the cheapest under 100000.00% by time' says | grep -q ' $least CPU s'"
+# Times and their order are given: the result of each job, by its name, takes one second more.
+seconds=0
+for result in whole/work/*.json; do
+    seconds=$((seconds + 1))
+    sed -i "s/\"cpu_s\": [^,}]*/\"cpu_s\": $seconds/" "$result"
+done
+$sweep --no-plots --error 100000% --time 1e9 --size 1e9 -o whole \
+    --scene "$SRC/scenes/two-rooms.obj" four >says 2>/dev/null
+least=$(column cpu_s whole/sweep.tsv | sort -g | head -n 1)
+check "the cheapest under an error is the cheapest of all, if all are" sh -c "
+    grep -A1 'the cheapest under 100000.00% by time' says | grep -qF ' $least CPU s'" \
+    and [ "$least" -ge 4 ]
 best=$(column rms_relative whole/sweep.tsv | sort -g | head -n 1 | awk '{ printf "%.2f%%", 100 * $1 }')
 check "the best within any time and size is the best of all" sh -c "[ \"\$(grep -A1 'the best within' says | grep -c \": $best\")\" = 2 ]"
 $sweep --no-plots --error 0.01% --size 10 -o whole four >says 2>/dev/null
