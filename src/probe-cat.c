@@ -72,13 +72,36 @@ static struct error *parse_fill(void *value, const char *text)
     return err;
 }
 
-static struct error *describe(const char *path)
+/* A stream as it is: block by block. */
+static struct error *describe_all(const char *path)
 {
     struct stream_reader *reader = NULL;
     struct error *err = stream_reader_open(&reader, path);
     if (!err)
         err = stream_describe(reader, stdout);
     stream_reader_close(reader);
+    return err;
+}
+
+/* What is chosen of a stream. */
+static struct error *describe_chosen(const char *path, const struct stream_selection *s,
+                                     struct warnings *warnings)
+{
+    struct stream *stream = NULL;
+    struct error *err = stream_read(&stream, path);
+    if (!err)
+        err = stream_select(stream, s, warnings);
+    if (!err)
+        err = stream_describe_whole(stream, stdout);
+    stream_destroy(stream);
+    return err;
+}
+
+static struct error *describe(const char *path, const struct stream_selection *s,
+                              struct warnings *warnings)
+{
+    const bool chosen = s->tables || s->columns || s->drop || stream_selection_is_whole(s);
+    struct error *err = chosen ? describe_chosen(path, s, warnings) : describe_all(path);
     if (!err && (fflush(stdout) || ferror(stdout)))
         err = error_system(errno, "stdout");
     return err;
@@ -155,8 +178,8 @@ static struct error *convert(struct stream *all, const struct arguments *a, cons
     return err;
 }
 
-/* Streams that are merged, filled or salvaged, whose light is converted, or whose rows are chosen:
- * in memory. */
+/* Streams that are merged, filled or salvaged, whose light is converted, whose rows are chosen or
+ * whose tables are put in order: in memory. */
 static struct error *gather(const char **paths, int count, const struct arguments *a,
                             const struct program *program, struct warnings *warnings)
 {
@@ -215,17 +238,18 @@ int main(int argc, char **argv)
          .letter = 'i',
          .kind = OPTION_FLAG,
          .value = &a.info,
-         .help = "print what the streams hold instead: tables, columns, ranges, history"},
+         .help = "print what the streams hold instead (or what is chosen of them): tables,\n"
+                 "columns, ranges, history"},
         {.name = "tables",
          .argument = "LIST",
          .kind = OPTION_TEXT,
          .value = &s->tables,
-         .help = "keep these tables alone (probe, tet)"},
+         .help = "keep these tables alone (probe, tet), in this order"},
         {.name = "columns",
          .argument = "LIST",
          .kind = OPTION_TEXT,
          .value = &s->columns,
-         .help = "keep these columns alone"},
+         .help = "keep these columns alone, in this order"},
         {.name = "drop",
          .argument = "LIST",
          .kind = OPTION_TEXT,
@@ -327,9 +351,9 @@ int main(int argc, char **argv)
         for (int i = 0; i < count && !err; i++) {
             if (count > 1)
                 printf("%s%s:\n", i ? "\n" : "", paths[i]);
-            err = describe(paths[i]);
+            err = describe(paths[i], s, &warnings);
         }
-    } else if (!err && count == 1 && !stream_selects_rows(s) && !a.fill_count && !a.salvage &&
+    } else if (!err && count == 1 && !stream_selection_is_whole(s) && !a.fill_count && !a.salvage &&
                !convert_is_asked(&a.convert)) {
         err = pass(paths[0], &a, program.recorded);
     } else if (!err) {

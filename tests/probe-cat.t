@@ -73,6 +73,41 @@ check "--tables, --columns: only these are left" \
 probe-cat --drop sh,their_column --text small.probe >dropped
 check "--drop: all but these are left" \
     says dropped '^table probe position:f64:3 validity:f32:1$' '^table tet'
+# ordered SCHEMA FIRST OPTIONS: the first table's line and its first row
+ordered() {
+    eval "probe-cat --quiet --text $3 small.probe" | grep -A 1 -m 1 '^table' | paste -s -d '|' - >row
+    check "$3: the order asked for" [ "$(cat row)" = "table $1|$2" ]
+}
+ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--tables probe --columns validity,position'
+ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--columns validity,position'
+ordered 'probe their_column:i32:2 validity:f32:1 position:f64:3' '3 -3 0.5 0 1 0' \
+    "--columns their_column,validity,position --where 'validity = .5'"
+ordered 'probe sh:f32:3 position:f64:3' 'nan nan nan 1 0 0' \
+    '--columns validity,sh,position --drop validity --rows 1:3'
+ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--columns validity,position,validity'
+ordered 'probe position:f64:3 their_column:i32:2' '0 0 0 1 -1' '--drop sh,validity'
+ordered 'tet neighbour:i32:4 vertex:i32:4' '-1 -1 -1 1 0 1 2 3' \
+    '--tables tet,probe --columns neighbour,position,vertex'
+ordered 'their_table thing:f64:1' 42 '--tables their_table,tet,probe'
+probe-cat -q --binary --columns validity,position --tables tet,probe small.probe >turned.binary
+probe-cat -q --text --no-provenance --columns validity,position --tables tet,probe small.probe >wanted
+check "binary: the same order" same wanted probe-cat --text --no-provenance turned.binary
+refused 1 "no column sh" probe-cat --columns sh,position turned.binary
+probe-cat -q --text --columns validity,their_column,position --rows 5:6 turned.binary small.probe >got
+check "merged with columns in another order, each number is in its column" \
+    says got '^table probe validity:f32:1 their_column:i32:2 position:f64:3$' '^1 1 -1 0 0 0$'
+probe-cat --info --tables probe --columns validity,position --where 'validity < .9' small.probe >got
+cat >wanted <<'EOT'
+table probe: 2 rows
+  validity 0.1 0.5
+  position[0] 0 0
+  position[1] 0 1
+  position[2] 0 1.797693e+308
+EOT
+check "--info describes what is chosen, in its order" \
+    [ "$(awk '/^table/ || / f(32|64):/ { print /^table/ ? $0 : "  " $1 " " $3 " " $4 }' got)" = \
+    "$(cat wanted)" ]
+refused 1 "the stream has no column validty" probe-cat --info --columns validty small.probe
 refused 1 "the stream has no column validty" probe-cat --columns position,validty small.probe
 refused 1 "the stream has no table tets" probe-cat --tables probe,tets small.probe
 refused 1 "the stream has no column validty" \

@@ -14,16 +14,23 @@ enum { BLOCK = 4096 };
 
 /* -- selecting -------------------------------------------------------------------------------- */
 
-static bool in_list(const char *list, const char *name)
+/* Where a list names it, counted from 0; SIZE_MAX where it does not. */
+static size_t place_in_list(const char *list, const char *name)
 {
     const size_t length = strlen(name);
-    for (const char *at = list; *at; at += strspn(at, ",")) {
+    size_t place = 0;
+    for (const char *at = list; *at; at += strspn(at, ","), place++) {
         const size_t word = strcspn(at, ",");
         if (word == length && !strncmp(at, name, length))
-            return true;
+            return place;
         at += word;
     }
-    return false;
+    return SIZE_MAX;
+}
+
+static bool in_list(const char *list, const char *name)
+{
+    return place_in_list(list, name) != SIZE_MAX;
 }
 
 static bool keeps_table(const struct stream_selection *s, const char *table)
@@ -164,9 +171,14 @@ void stream_selection_clear(struct stream_selection *s)
     s->condition_count = s->condition_capacity = 0;
 }
 
-bool stream_selects_rows(const struct stream_selection *s)
+static bool selects_rows(const struct stream_selection *s)
 {
     return s->rows_given || s->captured != ROWS_ANY || s->condition_count;
+}
+
+bool stream_selection_is_whole(const struct stream_selection *s)
+{
+    return selects_rows(s) || (s->tables && strchr(s->tables, ','));
 }
 
 static struct error *check_condition(const struct stream_condition *c, const struct table *probes)
@@ -219,11 +231,36 @@ static bool keeps_row(const struct stream_selection *s, const struct table *prob
     return kept;
 }
 
-static void drop_columns(struct table *table, const struct stream_selection *s)
+/* Removes the columns that are not kept, and puts the others into the order that is asked for. */
+static void choose_columns(struct table *table, const struct stream_selection *s)
 {
     for (size_t i = table->column_count; i-- > 0;)
         if (!keeps_column(s, table->columns[i].name))
             table_remove_column(table, table->columns[i].name);
+    for (size_t i = 1; i < table->column_count && s->columns; i++) {
+        const struct column column = table->columns[i];
+        const size_t place = place_in_list(s->columns, column.name);
+        size_t to = i;
+        for (; to && place_in_list(s->columns, table->columns[to - 1].name) > place; to--)
+            table->columns[to] = table->columns[to - 1];
+        table->columns[to] = column;
+    }
+}
+
+/* The same with the tables. */
+static void choose_tables(struct stream *stream, const struct stream_selection *s)
+{
+    for (size_t i = stream->table_count; i-- > 0;)
+        if (!keeps_table(s, stream->tables[i].name))
+            stream_remove_table(stream, stream->tables[i].name);
+    for (size_t i = 1; i < stream->table_count && s->tables; i++) {
+        const struct table table = stream->tables[i];
+        const size_t place = place_in_list(s->tables, table.name);
+        size_t to = i;
+        for (; to && place_in_list(s->tables, stream->tables[to - 1].name) > place; to--)
+            stream->tables[to] = stream->tables[to - 1];
+        stream->tables[to] = table;
+    }
 }
 
 /* Moves the rows that are kept to the front; returns how many. */
@@ -282,13 +319,11 @@ struct error *stream_select(struct stream *stream, const struct stream_selection
     err = check_selection(s, &seen, err);
     if (err)
         return err;
-    for (size_t i = stream->table_count; i-- > 0;)
-        if (!keeps_table(s, stream->tables[i].name))
-            stream_remove_table(stream, stream->tables[i].name);
-    if (stream_selects_rows(s))
+    choose_tables(stream, s);
+    if (selects_rows(s))
         err = select_rows(stream, s, warnings);
     for (size_t i = stream->table_count; i-- > 0 && !err;) {
-        drop_columns(&stream->tables[i], s);
+        choose_columns(&stream->tables[i], s);
         if (!stream->tables[i].column_count)
             stream_remove_table(stream, stream->tables[i].name);
     }
@@ -303,7 +338,7 @@ static struct error *filter_table(struct stream_reader *reader, struct stream_wr
     if (!err)
         err = table_copy_schema(&out, schema);
     if (!err) {
-        drop_columns(&out, s);
+        choose_columns(&out, s);
         if (!out.column_count)
             goto done;
         err = stream_writer_table(writer, &out);
@@ -474,15 +509,20 @@ static void print_column(FILE *out, const struct column *c, const struct range *
     }
 }
 
+/* reader: where the rows come from; NULL: they are there. */
 static struct error *describe_table(struct stream_reader *reader, struct table *table, FILE *out)
 {
     struct range *range = NULL;
     size_t rows = 0;
     struct error *err = array_create(&range, 4 * table->column_count, sizeof *range);
     for (size_t got = 1; !err && got;) {
-        err = table_resize(table, 0);
-        if (!err)
-            err = stream_reader_rows(reader, table, BLOCK, &got);
+        if (reader) {
+            err = table_resize(table, 0);
+            if (!err)
+                err = stream_reader_rows(reader, table, BLOCK, &got);
+        } else {
+            got = rows ? 0 : table->rows;
+        }
         for (size_t i = 0; i < table->column_count && !err; i++)
             widen_column(range + 4 * i, &table->columns[i], got);
         rows += got;
@@ -498,15 +538,19 @@ static struct error *describe_table(struct stream_reader *reader, struct table *
     return err;
 }
 
-struct error *stream_describe(struct stream_reader *reader, FILE *out)
+static void describe_header(const struct stream_header *header, enum stream_encoding encoding,
+                            FILE *out)
 {
-    const struct stream_header *header = stream_reader_header(reader);
-    fprintf(out, "encoding %s\n",
-            stream_reader_encoding(reader) == STREAM_BINARY ? "binary" : "text");
+    fprintf(out, "encoding %s\n", encoding == STREAM_BINARY ? "binary" : "text");
     for (size_t i = 0; i < header->provenance_count; i++)
         fprintf(out, "made by %s\n", header->provenance[i]);
     for (size_t i = 0; i < header->key_count; i++)
         fprintf(out, "key %s %s\n", header->keys[i].name, header->keys[i].value);
+}
+
+struct error *stream_describe(struct stream_reader *reader, FILE *out)
+{
+    describe_header(stream_reader_header(reader), stream_reader_encoding(reader), out);
     struct error *err = NULL;
     for (bool more = true; !err && more;) {
         struct table table = {0};
@@ -515,5 +559,14 @@ struct error *stream_describe(struct stream_reader *reader, FILE *out)
             err = describe_table(reader, &table, out);
         table_clear(&table);
     }
+    return err;
+}
+
+struct error *stream_describe_whole(const struct stream *stream, FILE *out)
+{
+    struct error *err = NULL;
+    describe_header(&stream->header, stream->encoding, out);
+    for (size_t i = 0; i < stream->table_count && !err; i++)
+        err = describe_table(NULL, &stream->tables[i], out);
     return err;
 }

@@ -26,7 +26,8 @@ struct stream_condition {
     double number; /* compared as a value of the column's type */
 };
 
-/* What to keep. Lists are comma-separated names; NULL: everything. */
+/* What to keep. Lists are comma-separated names; NULL: everything. What tables and columns name is
+ * kept in their order. */
 struct stream_selection {
     const char *tables; /* each must be there */
     /* of whatever table, each must be there; a table that keeps none goes as well */
@@ -47,8 +48,9 @@ enum { ROWS_ANY, ROWS_CAPTURED, ROWS_UNCAPTURED };
 /* Adds a condition; the error says what was expected. */
 struct error *stream_selection_add(struct stream_selection *selection, const char *text);
 
-/* Whether the selection chooses among rows, so that it needs the whole stream in memory. */
-bool stream_selects_rows(const struct stream_selection *selection);
+/* Whether the selection needs the whole stream in memory: it chooses among rows, or puts tables in
+ * order. */
+bool stream_selection_is_whole(const struct stream_selection *selection);
 
 void stream_selection_clear(struct stream_selection *selection);
 
@@ -69,5 +71,6 @@ struct error *stream_merge(struct stream *to, struct stream *from, struct warnin
 /* Prints what a stream holds to `out`, block by block: encoding, provenance, keys, tables, and for
  * each column its type, missing values, and range. */
 struct error *stream_describe(struct stream_reader *reader, FILE *out);
+struct error *stream_describe_whole(const struct stream *stream, FILE *out);
 
 #endif
