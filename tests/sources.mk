@@ -1,5 +1,6 @@
-# A C program a module (tests/NAME.c on support/tap.h), a shell script a program (tests/NAME.t on support/setup.sh).
-# A test that is named here compiles tests/NAME.c and links what sees the scene, unless a line below says otherwise.
+# A C program a module (tests/NAME.c on support/tap.h), a shell script a program (tests/NAME.t on
+# support/setup.sh). A test that is named here compiles tests/NAME.c and links what sees the scene,
+# unless a line below says otherwise.
 
 MODULE_TESTS = \
 	tests/base \
@@ -63,7 +64,8 @@ TEST_EXTENSIONS = .t
 T_LOG_DRIVER = env AM_TAP_AWK='$(AWK)' $(SHELL) $(top_srcdir)/build-aux/tap-driver.sh
 LOG_DRIVER = $(T_LOG_DRIVER)
 LOG_COMPILER = $(PROBE_TEST_WRAPPER)
-AM_TESTS_ENVIRONMENT = PATH="$(abs_top_builddir)/src:$$PATH"; SRC="$(abs_top_srcdir)"; BUILD="$(abs_top_builddir)"; \
+AM_TESTS_ENVIRONMENT = PATH="$(abs_top_builddir)/src:$$PATH"; \
+	SRC="$(abs_top_srcdir)"; BUILD="$(abs_top_builddir)"; \
 	CC="$(CC)"; CXX="$(CXX)"; NM="$(NM)"; CFLAGS="$(CFLAGS)"; LDFLAGS="$(LDFLAGS)"; \
 	LIBDIR="$(libdir)"; INCLUDEDIR="$(includedir)"; \
 	export PATH SRC BUILD CC CXX NM CFLAGS LDFLAGS LIBDIR INCLUDEDIR;
@@ -100,7 +102,8 @@ check_DATA = tests/support/failing_io.so
 CLEANFILES = $(check_DATA)
 tests/support/failing_io.so: tests/support/failing_io.c
 	@$(MKDIR_P) tests/support
-	$(AM_V_CCLD)$(CC) $(AM_CPPFLAGS) $(CFLAGS) -Wall -Wextra -shared -fPIC -o $@ $(srcdir)/tests/support/failing_io.c -ldl
+	$(AM_V_CCLD)$(CC) $(AM_CPPFLAGS) $(CFLAGS) -Wall -Wextra -shared -fPIC -o $@ \
+		$(srcdir)/tests/support/failing_io.c -ldl
 
 # what scripts/bench runs
 check_PROGRAMS += \

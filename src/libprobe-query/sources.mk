@@ -1,4 +1,5 @@
-# all that a game links: volume, walk, outside of the hull, blend, packed file, lattice, SH. Nothing but libc and libm
+# all that a game links: volume, walk, outside of the hull, blend, packed file, lattice, SH.
+# Nothing but libc and libm
 libprobe_query_sources = \
 	%D%/lattice.c %D%/lattice.h \
 	%D%/sh.c %D%/sh.h \
