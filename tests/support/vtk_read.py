@@ -1,12 +1,15 @@
 """vtk_read: looks at .vtu, .vtp and .png files with VTK's own readers, for tests/probe-vtk.t.
 
-    vtk_read.py columns FILE.vtu STREAM       every column, key and command line of the text stream is there, unchanged
-    vtk_read.py derived FILE.vtu              derived arrays are what their formulas say, computed here anew
-    vtk_read.py gradient FILE.vtu X,Y,Z       luminance_gradient of points and cells is this vector everywhere
-    vtk_read.py value FILE ARRAY X,..         ARRAY of points or cells is this everywhere
-    vtk_read.py same A.vtu B.vtu              equal geometry, arrays and keys
-    vtk_read.py solid FILE.vtp AREA VOLUME    area, and volume inside of the fronts
-    vtk_read.py picture FILE.png WxH          a picture of this size with something in it
+    vtk_read.py CHECK ARGUMENT...
+
+    columns FILE.vtu STREAM       every column, key and command line of the text stream is there,
+                                  unchanged
+    derived FILE.vtu              derived arrays are what their formulas say, computed here anew
+    gradient FILE.vtu X,Y,Z       luminance_gradient of points and cells is this vector everywhere
+    value FILE ARRAY X,..         ARRAY of points or cells is this everywhere
+    same A.vtu B.vtu              equal geometry, arrays and keys
+    solid FILE.vtp AREA VOLUME    area, and volume inside of the fronts
+    picture FILE.png WxH          a picture of this size with something in it
 """
 import sys
 
@@ -36,11 +39,15 @@ def close(a, b, tolerance, what):
 
 
 def read(path):
-    reader = vtk.vtkXMLPolyDataReader() if path.endswith(".vtp") else vtk.vtkXMLUnstructuredGridReader()
+    if path.endswith(".vtp"):
+        reader = vtk.vtkXMLPolyDataReader()
+    else:
+        reader = vtk.vtkXMLUnstructuredGridReader()
     reader.SetFileName(path)
     reader.Update()
     if reader.GetErrorCode():
-        sys.exit(f"{path}: not readable: {vtk.vtkErrorCode.GetStringFromErrorCode(reader.GetErrorCode())}")
+        why = vtk.vtkErrorCode.GetStringFromErrorCode(reader.GetErrorCode())
+        sys.exit(f"{path}: not readable: {why}")
     return reader.GetOutput()
 
 
@@ -69,7 +76,8 @@ def texts(data):
 def geometry(data):
     cells = data.GetPolys() if isinstance(data, vtk.vtkPolyData) else data.GetCells()
     count = max(cells.GetNumberOfCells(), 1)
-    return vtk_to_numpy(data.GetPoints().GetData()), vtk_to_numpy(cells.GetConnectivityArray()).reshape(count, -1)
+    points = vtk_to_numpy(data.GetPoints().GetData())
+    return points, vtk_to_numpy(cells.GetConnectivityArray()).reshape(count, -1)
 
 
 def read_stream(path):
@@ -82,7 +90,7 @@ def read_stream(path):
         if not words or words[0] == "end":
             continue
         if words[0] == "table":
-            columns = [(c.split(":")[0], c.split(":")[1], int(c.split(":")[2])) for c in words[2:]]
+            columns = [word.split(":") for word in words[2:]]
             tables[words[1]] = (columns, [])
             rows = tables[words[1]][1]
         elif columns:
@@ -96,8 +104,9 @@ def read_stream(path):
     for name, (columns, rows) in tables.items():
         at, result[name] = 0, {}
         for column, kind, width in columns:
-            result[name][column] = np.array([row[at:at + width] for row in rows]).astype(np.float64).astype(types[kind])
-            at += width
+            values = np.array([row[at:at + int(width)] for row in rows])
+            result[name][column] = values.astype(np.float64).astype(types[kind])
+            at += int(width)
     return keys, commands, result
 
 
@@ -112,28 +121,33 @@ def check_columns(path, stream):
                 check(False, f"{table}: there is no array {name}")
                 continue
             check(found[name].dtype == values.dtype, f"{table}: {name} is {found[name].dtype}")
-            check(np.array_equal(found[name], np.nan_to_num(values, nan=0)), f"{table}: {name} has other values")
+            check(np.array_equal(found[name], np.nan_to_num(values, nan=0)),
+                  f"{table}: {name} has other values")
         for name, values in found.items():
             check(np.isfinite(values).all(), f"{table}: {name} is not finite everywhere")
     points, cells = geometry(data)
+    kinds = np.array([data.GetCellType(i) for i in range(len(cells))])
     check(np.array_equal(points, tables["probe"]["position"]), "points are not the positions")
     if cell_table:
         corners = cells.shape[1]
         check(TABLES[corners] == cell_table, f"cells of {cell_table} have {corners} corners")
         check(np.array_equal(cells, tables[cell_table]["vertex"]), "cells are not the vertices")
-        check(np.array([data.GetCellType(i) for i in range(len(cells))]) == KINDS[corners], f"cells are not those of {cell_table}")
+        check(kinds == KINDS[corners], f"cells are not those of {cell_table}")
         if corners == 4:
-            check(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]) > 0, "cells are turned inside out")
+            check(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]) > 0,
+                  "cells are turned inside out")
     else:
         check(np.array_equal(cells[:, 0], np.arange(len(points))), "cells are not the points")
-        check(np.array([data.GetCellType(i) for i in range(len(cells))]) == vtk.VTK_VERTEX, "cells are not vertices")
+        check(kinds == vtk.VTK_VERTEX, "cells are not vertices")
     if "sh" in tables["probe"]:
         width = tables["probe"]["sh"].shape[1]
-        expected = [f"L{l}{m}.{c}" for l in range(6) for m in range(-l, l + 1) for c in "rgb"][:width]
-        check(component_names(data.GetPointData(), "sh") == expected, "names of the components of sh")
+        names = [f"L{l}{m}.{c}" for l in range(6) for m in range(-l, l + 1) for c in "rgb"]
+        check(component_names(data.GetPointData(), "sh") == names[:width],
+              "names of the components of sh")
     if "sh_gradient" in tables["probe"]:
         names = component_names(data.GetPointData(), "sh_gradient")
-        check(names[:4] == ["L00.r.x", "L00.g.x", "L00.b.x", "L1-1.r.x"] and names[-1].endswith(".b.z"),
+        first = ["L00.r.x", "L00.g.x", "L00.b.x", "L1-1.r.x"]
+        check(names[:4] == first and names[-1].endswith(".b.z"),
               f"names of the components of sh_gradient: {names[:4]}")
     field = texts(data)
     for key, value in keys.items():
@@ -149,13 +163,15 @@ def content(edge):
 
 def lengths(p):
     """Of all edges of simplices."""
-    return np.array([np.linalg.norm(p[:, i] - p[:, j], axis=1) for i in range(p.shape[1]) for j in range(i)])
+    pairs = [(i, j) for i in range(p.shape[1]) for j in range(i)]
+    return np.array([np.linalg.norm(p[:, i] - p[:, j], axis=1) for i, j in pairs])
 
 
 def least_angle(p):
     """Of triangles, by the law of cosines."""
     c, b, a = lengths(p)
-    angles = [np.arccos(np.clip((y ** 2 + z ** 2 - x ** 2) / (2 * y * z), -1, 1)) for x, y, z in ((a, b, c), (b, c, a), (c, a, b))]
+    angles = [np.arccos(np.clip((y ** 2 + z ** 2 - x ** 2) / (2 * y * z), -1, 1))
+              for x, y, z in ((a, b, c), (b, c, a), (c, a, b))]
     return np.degrees(np.min(angles, axis=0))
 
 
@@ -163,7 +179,8 @@ def check_quality(at_cells, p, size):
     """That of tetrahedra, triangles and segments, and no other."""
     corners = p.shape[1]
     name = {4: "volume", 3: "area", 2: "length"}[corners]
-    for other in {"volume", "area", "length", "min_dihedral", "min_angle"} - {name, {4: "min_dihedral", 3: "min_angle"}.get(corners)}:
+    own = {name, {4: "min_dihedral", 3: "min_angle"}.get(corners)}
+    for other in {"volume", "area", "length", "min_dihedral", "min_angle"} - own:
         check(other not in at_cells, f"cells of {corners} corners have {other}")
     close(at_cells[name][:, 0], size, 1e-12 if corners == 4 else 1e-9, name)
     if corners == 4:
@@ -196,7 +213,8 @@ def least_dihedral(p):
 
 def check_derived(path):
     data = read(path)
-    at_points, at_cells, field = arrays(data.GetPointData()), arrays(data.GetCellData()), texts(data)
+    at_points, at_cells = arrays(data.GetPointData()), arrays(data.GetCellData())
+    field = texts(data)
     points, cells = geometry(data)
     sh = at_points["sh"].astype(float).reshape(len(points), -1, 3)
     convolved = field.get("sh-content") == ["irradiance"]
@@ -206,21 +224,26 @@ def check_derived(path):
     close(at_points["irradiance"], irradiance, 1e-6, "irradiance")
     close(at_points["luminance"][:, 0], luminance, 1e-6, "luminance")
     if sh.shape[1] > 1:
-        close(at_points["brightest"], (sh[:, [3, 1, 2]] @ [0.2126, 0.7152, 0.0722]) / (2 * np.pi / 3 if convolved else 1), 1e-5, "brightest")
+        brightest = sh[:, [3, 1, 2]] @ [0.2126, 0.7152, 0.0722]
+        close(at_points["brightest"], brightest / (2 * np.pi / 3 if convolved else 1), 1e-5,
+              "brightest")
     exposure = float(field["Exposure"][0])
     lit = np.sort(luminance[luminance > 0])
     close(exposure * lit[(len(lit) - 1) * 95 // 100], 0.7, 1e-6, "exposure")
     x = np.clip(exposure * irradiance, 0, 1)
     code = 255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    check(np.abs(at_points["colour"] - code) <= 0.51, "colour is not the sRGB code of exposed irradiance")
+    check(np.abs(at_points["colour"] - code) <= 0.51,
+          "colour is not the sRGB code of exposed irradiance")
     edge = points[cells[:, 1:]] - points[cells[:, :1]]
     difference = luminance[cells[:, 1:]] - luminance[cells[:, :1]]
-    gradient = (np.linalg.pinv(edge) @ difference[:, :, None])[:, :, 0]  # along the plane or line of a triangle or segment
+    # along the plane or line of a triangle or segment
+    gradient = (np.linalg.pinv(edge) @ difference[:, :, None])[:, :, 0]
     volume = content(edge)
     check_quality(at_cells, points[cells], volume)
     scale = np.abs(difference).max(axis=1) * np.linalg.norm(np.linalg.pinv(edge), axis=(1, 2))
     of_cells = at_cells["luminance_gradient"]
-    check(np.abs(of_cells - gradient).max(axis=1) <= 1e-5 * scale + 1e-30, "luminance_gradient of cells")
+    check(np.abs(of_cells - gradient).max(axis=1) <= 1e-5 * scale + 1e-30,
+          "luminance_gradient of cells")
     total, weight = np.zeros((len(points), 3)), np.zeros(len(points))
     for corner in cells.T:
         np.add.at(total, corner, volume[:, None] * of_cells)
@@ -235,8 +258,8 @@ def check_derived(path):
     check(np.array_equal(at_points["hull"][:, 0], hull), "hull")
     if "occlusion" in at_cells:
         occlusion = at_cells["occlusion"]
-        check(np.array_equal(at_cells["crossed_edges"][:, 0], (occlusion > 0).sum(axis=1)), "crossed_edges")
-        check(np.array_equal(at_cells["leaking_edges"][:, 0], (occlusion == 2).sum(axis=1)), "leaking_edges")
+        for name, marked in (("crossed_edges", occlusion > 0), ("leaking_edges", occlusion == 2)):
+            check(np.array_equal(at_cells[name][:, 0], marked.sum(axis=1)), name)
 
 
 def check_gradient(path, vector):
@@ -244,16 +267,20 @@ def check_gradient(path, vector):
     data = read(path)
     points, cells = geometry(data)
     edge = points[cells[:, 1:]] - points[cells[:, :1]]
-    # Of a difference of two: each was rounded to 2^-24 of itself as SH, as irradiance and as luminance.
+    # Of a difference of two: each was rounded to 2^-24 of itself as SH, as irradiance and as
+    # luminance.
     rounding = 2 * 3 * 2 ** -24 * np.abs(arrays(data.GetPointData())["luminance"]).max()
     flat = content(edge) < 1e-12
-    allowed = rounding * np.linalg.norm(np.linalg.pinv(np.where(flat[:, None, None], np.eye(3)[:edge.shape[1]], edge)), axis=(1, 2))
-    of_cells, of_points = (arrays(a)["luminance_gradient"] for a in (data.GetCellData(), data.GetPointData()))
+    full = np.where(flat[:, None, None], np.eye(3)[:edge.shape[1]], edge)
+    allowed = rounding * np.linalg.norm(np.linalg.pinv(full), axis=(1, 2))
+    of_cells = arrays(data.GetCellData())["luminance_gradient"]
+    of_points = arrays(data.GetPointData())["luminance_gradient"]
     check(np.abs(of_cells - vector).max(axis=1) <= allowed, f"gradient of cells: {of_cells[:3]}")
     around = np.zeros(len(points))
     for corner in cells.T:
         np.maximum.at(around, corner, allowed)
-    check(np.abs(of_points - vector).max(axis=1) <= around, f"gradient of points: {of_points[:3]}")
+    check(np.abs(of_points - vector).max(axis=1) <= around,
+          f"gradient of points: {of_points[:3]}")
 
 
 def check_value(path, name, values):
@@ -279,7 +306,8 @@ def check_same(one, other):
 def check_solid(path, area, volume):
     points, cells = geometry(read(path))
     p = points[cells]
-    close(np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum() / 2, area, 1e-6, "area")
+    across = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    close(np.linalg.norm(across, axis=1).sum() / 2, area, 1e-6, "area")
     close(np.linalg.det(p - points.mean(axis=0)).sum() / 6, volume, 1e-6, "volume")
 
 
@@ -288,11 +316,13 @@ def check_picture(path, size):
     reader.SetFileName(path)
     reader.Update()
     image = reader.GetOutput()
-    check("x".join(str(n) for n in image.GetDimensions()[:2]) == size, f"size {image.GetDimensions()}")
+    check("x".join(str(n) for n in image.GetDimensions()[:2]) == size,
+          f"size {image.GetDimensions()}")
     pixels = vtk_to_numpy(image.GetPointData().GetScalars())[:, :3]
     width = image.GetDimensions()[0]
     rows = pixels.reshape(-1, width, 3).astype(int)
-    drawn = (np.ptp(rows, axis=1).max(axis=1) > 8).mean()  # the background alone changes from row to row only
+    # the background alone changes from row to row only
+    drawn = (np.ptp(rows, axis=1).max(axis=1) > 8).mean()
     check(drawn > 0.4, f"only {100 * drawn:.0f} % of the rows show anything")
     check(len(np.unique(pixels, axis=0)) > 500, "fewer than 500 colours")
 
