@@ -93,7 +93,8 @@ doc_example_LINK = $(LINK_C)
 tests_abi_LDADD = src/libprobe-query/libprobe-query.la
 tests_abi_LINK = $(LINK_C)
 tests_library_LDADD = src/libprobe-query/libprobe-query.la $(TETRA_LIBS)
-tests_library_LDFLAGS = -static -Wl,--wrap=malloc,--wrap=calloc,--wrap=aligned_alloc,--wrap=free
+tests_library_LINK = $(LIBTOOL) $(AM_V_lt) --tag=CXX --mode=link $(LINK) -static $(tests_library_LDFLAGS)
+tests_library_LDFLAGS = -Wl,--wrap=malloc,--wrap=calloc,--wrap=aligned_alloc,--wrap=free
 exampledir = $(docdir)
 dist_example_DATA = doc/example.c
 
@@ -112,7 +113,7 @@ check_PROGRAMS += \
 	tests/bench/bench_cold \
 	tests/bench/bench_query \
 	tests/bench/bench_tetgen
-tests_bench_bench_rays_LDFLAGS = -Wl,--wrap=rtcIntersect1,--wrap=rtcOccluded1
+tests_bench_bench_rays_LINK = $(LINK) -Wl,--wrap=rtcIntersect1,--wrap=rtcOccluded1
 tests_bench_bench_tetgen_SOURCES = tests/bench/bench_tetgen.cc
 tests_bench_bench_tetgen_LDADD = $(TETRA_LIBS)
 
