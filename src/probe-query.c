@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
 #include "interpolate/query.h"

@@ -1,6 +1,7 @@
 /* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees
  * with its formula summed over all probes. */
 #include "base/error.h"
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "math/random.h"
 #include "stream/stream.h"

@@ -3,6 +3,7 @@
  * say otherwise; seeds are fixed. */
 #include "import/import_scene.h"
 #include "interpolate/baked.h"
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "math/affine.h"
 #include "math/random.h"

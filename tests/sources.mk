@@ -41,6 +41,7 @@ MODULE_TESTS = \
 	tests/fuzz/fuzz_tetra
 
 PROGRAM_TESTS = \
+	tests/layers.t \
 	tests/manual.t \
 	tests/sweep.t \
 	tests/bench.t \

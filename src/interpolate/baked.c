@@ -1,6 +1,7 @@
 #include "interpolate/baked.h"
 #include "base/error.h"
 #include "interpolate/cells_volume.h"
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "light/content.h"
 #include "math/angle.h"

@@ -3,6 +3,7 @@
  * each probe before blending. Farin, "Triangular Bernstein-Bezier patches", Computer Aided
  * Geometric Design 3, 1986: cubics with quadratic precision.
  */
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 
 #include <math.h>

@@ -7,7 +7,13 @@
 #ifndef INTERPOLATE_KIND_H
 #define INTERPOLATE_KIND_H
 
-#include "interpolate/interpolate.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct error;
+struct interpolate;
+struct probe_place;
 
 struct interpolate_kind {
     const char *name;     /* of --interpolate */

@@ -4,6 +4,7 @@
  */
 #include "base/array.h"
 #include "base/error.h"
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/nodes.h"
 #include "interpolate/octree.h"

@@ -1,6 +1,7 @@
 #include "interpolate/interpolate_options.h"
 #include "base/error.h"
 #include "base/options.h"
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 
 #include <math.h>

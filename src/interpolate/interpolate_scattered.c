@@ -3,6 +3,7 @@
  * papers, 2009. Shepard, "A two-dimensional interpolation function for irregularly-spaced data",
  * ACM, 1968.
  */
+#include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/scatter.h"
 

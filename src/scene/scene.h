@@ -141,6 +141,9 @@ struct scene {
 /* takes NULL */
 void scene_destroy(struct scene *scene);
 
+/* Frees a mesh that is not in a scene. */
+void scene_mesh_clear(struct scene_mesh *mesh);
+
 /* A key of everything that light depends on (geometry, materials, textures, lights, sky): equal
  * scenes have equal keys on every machine. XXH3-64. A decimated scene keeps the key of the scene
  * that it was. */

@@ -49,9 +49,6 @@ struct error *scene_push_light(struct scene *scene, struct scene_light light);
 /* The part of scene_finish that is about geometry: what changes meshes later calls it again. */
 struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnings);
 
-/* Frees a mesh that was not pushed. */
-void scene_mesh_clear(struct scene_mesh *mesh);
-
 /* White, opaque (opacity 1, cutoff 0.5), black emission, no maps; name NULL, which push makes
  * "". */
 struct scene_material scene_material_default(void);

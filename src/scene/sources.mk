@@ -1,7 +1,7 @@
 # triangles, materials, lights, sky, settings, shading
 scene_sources = \
 	%D%/scene.c %D%/scene.h \
-	%D%/scene_build.h \
+	%D%/scene_build.c %D%/scene_build.h \
 	%D%/scene_finish.c \
 	%D%/scene_settings.c %D%/scene_settings.h \
 	%D%/scene_shade.c %D%/scene_shade.h

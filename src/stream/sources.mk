@@ -17,4 +17,4 @@ stream_sources = \
 	%D%/stream_valid.c \
 	%D%/stream_whole.c \
 	%D%/stream_writer.c \
-	%D%/table.c %D%/table.h
+	%D%/table.c %D%/table.h %D%/table_private.h

@@ -15,30 +15,14 @@
 
 #include "base/file.h"
 #include "stream/stream.h"
+#include "stream/table_private.h"
 
 struct hash;
 
 enum {
-    STREAM_ROW_MOST = 1 << 20,    /* bytes of a row */
-    STREAM_BLOCK_MOST = 16 << 20, /* bytes of the rows of a block that a reader accepts */
-    /* that a writer puts into one: they stay in the second-level cache */
-    STREAM_BLOCK_BYTES = 256 << 10,
-    STREAM_NAMES_MOST = 4096, /* columns of a table, tables of a stream, keys of a header */
-    STREAM_NAME_MOST = 63     /* bytes of a name */
+    STREAM_ROW_MOST = 1 << 20,   /* bytes of a row */
+    STREAM_BLOCK_MOST = 16 << 20 /* bytes of the rows of a block that a reader accepts */
 };
-
-/* Bytes of one row in binary. */
-size_t table_row_bytes(const struct table *table);
-
-/* Makes room for `rows` rows. */
-struct error *table_reserve(struct table *table, size_t rows);
-
-/* How many rows of a table make a block, at least one. */
-size_t table_block_rows(const struct table *table);
-
-/* Whether `name` may name a table or column: [a-z][a-z0-9_-]*, of at most STREAM_NAME_MOST
- * bytes. */
-bool stream_name_valid(const char *name);
 
 /* -- checksums (stream_checksum.c) ------------------------------------------------------------ */
 

@@ -1,7 +1,7 @@
 /* Tables and headers in memory. */
 #include "base/array.h"
 #include "base/error.h"
-#include "stream/stream_private.h"
+#include "stream/table_private.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -17,7 +17,9 @@
 #ifndef PEEL_H
 #define PEEL_H
 
-#include "tetra/tetra.h"
+#include "tetra/tetra_cells.h"
+
+struct error;
 
 /* Flat: the least altitude is at most this share of the shortest edge; what is peeled off at one
  * place adds up to at most PEEL_DEPTH times as much. Of grids, whose own cells are known not to be

@@ -5,6 +5,7 @@ tetra_sources = \
 	%D%/sites.c %D%/sites.h \
 	%D%/stretch.c %D%/stretch.h \
 	%D%/tetra.c %D%/tetra.h \
+	%D%/tetra_cells.h \
 	%D%/tetra_check.c \
 	%D%/tetra_measure.c \
 	%D%/tetra_run.c \

@@ -4,51 +4,18 @@
  * (lattice.h), merged and put into a canonical order (sites.h), stretched a little where they form
  * a grid (stretch.h), before TetGen sees them. TetGen runs in a child process, whose death for any
  * reason becomes one clear error. Flat cells that noise leaves on the hull are peeled off (peel.h).
- *
- * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0
- * on the lattice (cell.h); three of probes in a plane, all turning the same way; two on a line, in
- * order; or one. neighbour[i] is the cell across the facet opposite vertex i, or -1 on the hull.
- * Tetrahedra and triangles stand in the canonical order of the first of their probes, which is a
- * tetrahedron's vertex[0]; segments stand along their line.
  */
 #ifndef TETRA_H
 #define TETRA_H
 
+#include "tetra/tetra_cells.h"
+
 #ifdef __cplusplus
-#include <cstddef>
-#include <cstdint>
 extern "C" {
-#else
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #endif
 
 struct error;
 struct warnings;
-
-enum { TETRA_CORNERS_MOST = 4 };
-
-/* Cells; starts as {0}. */
-struct tetra {
-    int corners; /* 4, 3, 2 or 1 a cell */
-    size_t cell_count;
-    int32_t *vertex;    /* corners * cell_count */
-    int32_t *neighbour; /* corners * cell_count */
-    /* 3 * point_count, owned: unit outward normal (angle-weighted mean of its facets) of a probe on
-     * the hull, in what the cells span; 0 inside */
-    float *hull_normal;
-    /* of each point the one that represents it in the cells, or -1; NULL where none is merged;
-     * owned */
-    int32_t *merged;
-    size_t merged_count;
-    bool stretched; /* Delaunay up to STRETCH_TOLERANCE */
-    size_t peeled;  /* flat cells that were taken off the hull */
-    void *room;     /* vertex and neighbour, mapped; owned */
-    size_t room_bytes;
-    /* the process that made them and is freeing its memory; 0: none; ours to wait for */
-    int child;
-};
 
 struct tetra_settings {
     double merge; /* probes nearer than this share of the box's largest side are merged */
@@ -136,9 +103,6 @@ long tetra_tetgen(size_t count, const double *position, const int32_t *order, in
  * numbers by probe. */
 struct error *tetra_check_sites(const struct tetra *tetra, size_t count, const double *site,
                                 const int axis[2], int threads);
-
-/* The facet of cell `other` that it shares with facet i of `cell`, or -1. */
-int tetra_facet_back(const struct tetra *tetra, size_t other, size_t cell, int i);
 
 #ifdef __cplusplus
 }
