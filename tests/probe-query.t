@@ -134,6 +134,37 @@ outside auto dented.probe "along rays"
 outside auto mended.probe "nearest point"
 outside extend mended.probe "along rays"
 
+# -- gradients near surfaces -----------------------------------------------------------------------
+# A roof and a box on open ground; two of the grid's planes lie 5 cm and 0 off the roof's and the
+# box's top, where gradients are steep. De-rung, so that no probe is darker than dark anywhere.
+box() { # box X0 Y0 Z0 X1 Y1 Z1: its faces, outward
+    awk -v "b=$*" 'BEGIN { split(b, v)
+        for (i = 0; i < 8; i++)
+            print "v", v[i % 2 ? 4 : 1], v[int(i / 2) % 2 ? 5 : 2], v[i > 3 ? 6 : 3]
+        n = split("-8 -6 -5 -7,-4 -2 -1 -3,-8 -7 -3 -4,-6 -2 -1 -5,-8 -4 -2 -6,-7 -5 -1 -3", f, ",")
+        for (i = 1; i <= n; i++) print "f", f[i] }'
+}
+for roof in 2.6 2.65 2.64999; do
+    {
+        printf '%s\n' 'v -10 0 -10' 'v -10 0 10' 'v 10 0 10' 'v 10 0 -10' 'f 1 2 3 4'
+        box 3 2.5 -1 7 "$roof" 1
+        box -2 0 -2 2 4 2
+    } >shade.obj
+    probe-place grid --spacing 1.5 --bounds -9,0.2,-9,9,5,9 --inside keep -q shade.obj |
+        probe-capture -q --rays 64 --sky .1,.1,.15 --sun .5,-1,.3,30,30,30 \
+            --columns sh_gradient --dering irradiance shade.obj | probe-tet -q >shade.probe
+    awk 'BEGIN { srand(3); for (i = 0; i < 2000; i++) print 16 * rand() - 8, .3 + 4 * rand(),
+        16 * rand() - 8, rand() - .5, rand() - .5, rand() - .5 }' >shaded.txt
+    for how in barycentric gradient cubic; do
+        probe-query -q --interpolate $how shade.probe shaded.txt >$how
+    done
+    most=$(sort -g barycentric | tail -n 1 | cut -d ' ' -f 1)
+    for how in gradient cubic; do
+        check "roof at $roof, $how: no light is negative or twice the brightest of barycentric" \
+            every "\$1 > -.15 && \$2 > -.15 && \$3 > -.15 && \$1 < 2 * $most" $how
+    done
+done
+
 # -- an octree -------------------------------------------------------------------------------------
 # A box of two cells, of which the second is cut, and one part of that again; light as above, then
 # with a bend.

@@ -1,6 +1,7 @@
 # light between probes: the kinds of interpolation, the baked stream, the engine of probe-query
 interpolate_sources = \
 	%D%/baked.c %D%/baked.h \
+	%D%/bound.c %D%/bound.h \
 	%D%/cells_volume.c %D%/cells_volume.h \
 	%D%/interpolate.c %D%/interpolate.h \
 	%D%/interpolate_cells.c \
