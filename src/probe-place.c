@@ -111,7 +111,7 @@ int main(int argc, char **argv)
          .choices = insides,
          .value = OPTION_ENUM(a.inside),
          .given = &a.inside_given,
-         .shown = "drop; at vertices keep",
+         .shown = "drop; with a normal keep",
          .help = "probes inside solids: drop, keep, or mark in a column `inside`"},
         {.name = "inside-rays",
          .argument = "N",
@@ -138,7 +138,8 @@ int main(int argc, char **argv)
     struct program program = {
         .name = "probe-place",
         .usage = usage,
-        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line), "
+        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or "
+                   "x y z nx ny nz), "
                    "along the\n"
                    "path through them, or at its vertices. Probes inside solids are dropped.",
         .operands_least = 1,
@@ -161,8 +162,6 @@ int main(int argc, char **argv)
         err = place_options_check(&a.options, method, scene_path != NULL);
     if (!err && a.inside_given && !scene_path)
         err = error_usage("--inside needs a SCENE");
-    if (!err && method->keeps_inside && !a.inside_given)
-        a.inside = INSIDE_KEEP;
     for (int i = 0; i < program.operand_count && !err; i++)
         err = options_record(&program, program.operands[i]);
     if (!err && scene_path)
@@ -171,6 +170,8 @@ int main(int argc, char **argv)
     world.most = a.max_probes;
     if (!err)
         err = method->place(&place, &a.options, &world);
+    if (!err && place.normal && !a.inside_given) /* at a surface half of the rays may be inside */
+        a.inside = INSIDE_KEEP;
     if (!err)
         err = find_inside(&a, scene, &place, common.threads, &inside, &warnings);
     if (!err)

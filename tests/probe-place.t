@@ -30,6 +30,12 @@ probe-place points points.txt --text >points.probe
 check "points come as they are" says points.probe '^-4 50 0.5$'
 probe-place points - --text <points.txt >points.probe
 check "from standard input as well" says points.probe '^1 2 3$'
+printf '%s\n' '# two' '1 2 3 0 0 2' '' '-4 5e1 .5 -1e-3 0 0' >normals.txt
+probe-place points normals.txt --text >points.probe
+check "points with a normal are surface probes, and it has length 1" says points.probe \
+    '^table probe position:f64:3 normal:f32:3$' '^1 2 3 0 0 1$' '^-4 50 0.5 -1 0 0$'
+echo '3 4 0 1 2 2' | probe-place points - --text --inside drop "$rooms" >points.probe
+check "of any length, and with a scene" says points.probe '^3 4 0 0.333'
 printf '%s\n' '0 0 0' '10 0 0' | probe-place path - --step 2.5 --text >path.probe
 check "a path has its ends and its steps" says path.probe '^0 0 0$' '^2.5 0 0$' '^10 0 0$'
 
@@ -55,7 +61,7 @@ $grid cube.obj >dropped.probe 2>err
 check "8 of 64 probes inside a cube are dropped" holds dropped.probe 56 and says err '8 of 64'
 $grid --inside keep cube.obj >kept.probe
 check "or kept" holds kept.probe 64
-$grid -q --text --inside mark cube.obj | probe-cat --columns position,inside >marked.probe
+$grid -q --text --inside mark cube.obj | probe-cat --columns inside,position >marked.probe
 check "or marked: 1 for the 8, 0 for the others" \
     says marked.probe '^table probe inside:i32:1 position:f64:3' and of marked.probe \
     and among '^1 [12].5 [12].5 [12].5$' 8 and among '^0 ' 56
@@ -204,5 +210,11 @@ printf '1 2 nan\n' >nan.txt
 refused 1 "nan.txt:1: expected finite numbers, got nan" probe-place points nan.txt
 : >none.txt
 refused 1 "none.txt: expected at least one position" probe-place points none.txt
+refused 1 "normals.txt:2: expected x y z, without a normal, got 6 numbers" \
+    probe-place path --step 1 normals.txt
+printf '%s\n' '1 2 3 0 0 1' '1 2 3 0 0 0' >flat.txt
+refused 1 "flat.txt:2: expected a normal with a length, got 0 0 0" probe-place points flat.txt
+printf '%s\n' '1 2 3 0 0 1' '1 2 3' >mixed.txt
+refused 1 "mixed.txt:2: expected 6 numbers, as in the lines before" probe-place points mixed.txt
 refused 1 "No space left" into /dev/full probe-place points points.txt
 tap_done

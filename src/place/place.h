@@ -46,6 +46,10 @@ struct error *place_grid(struct place *place, const struct place_grid *grid, dou
  * file:line, no position, more than `most`. */
 struct error *place_points(struct place *place, const char *path, double most);
 
+/* The same where the place is empty; lines "x y z nx ny nz" give their positions normals, made
+ * unit. Error: one without a length. */
+struct error *place_surface_points(struct place *place, const char *path, double most);
+
 /* Appends positions every `step` along the polyline of such a file, and its vertices. */
 struct error *place_path(struct place *place, const char *path, double step, double most);
 

@@ -47,7 +47,6 @@ struct place_method {
     const char *name;    /* the first operand */
     const char *file_of; /* the second is a FILE of these; NULL: it has none */
     bool needs_scene;    /* the last; else it may be left out */
-    bool keeps_inside;   /* unless told otherwise, probes inside solids stay */
     /* Writes the options that go with this method alone, each with `given`, and returns what
      * follows them. NULL: there are none. */
     struct option_row *(*rows)(struct place_options *options, struct option_row *row);

@@ -66,8 +66,5 @@ static struct error *place_by_options(struct place *place, const struct place_op
     return place_vertices(place, world->scene, offset, o->crease, world->most);
 }
 
-const struct place_method place_method_vertices = {.name = "vertices",
-                                                   .needs_scene = true,
-                                                   .keeps_inside = true,
-                                                   .rows = rows,
-                                                   .place = place_by_options};
+const struct place_method place_method_vertices = {
+    .name = "vertices", .needs_scene = true, .rows = rows, .place = place_by_options};
