@@ -26,6 +26,7 @@ MODULE_TESTS = \
 	tests/decimate \
 	tests/capture \
 	tests/capture_error \
+	tests/capture_emission \
 	tests/capture_extras \
 	tests/capture_extremes \
 	tests/capture_forms \

@@ -20,6 +20,11 @@ enum kind { OWN, LIGHTS, SKY };
  * so fewer are as good. */
 #define ASK_SHARE 0.5
 
+/* Where no question found light, the share of questions that could is at most 3 in their number at
+ * 95 % (the rule of three: Hanley and Lippman-Hand, JAMA 1983), which 1.96 standard errors are to
+ * hold. */
+#define UNSEEN 1.53
+
 /* One sample in each of rows * columns cells of the unit square; both even, since cells are judged
  * by four. */
 struct grid {
@@ -66,6 +71,9 @@ struct work {
     double nearness; /* sum of 1 / distance */
     int rays, hits, fronts, near;
     uint32_t asked[2]; /* of the lights, of the sky */
+    /* Where no light was found although something emits: what a question would have found in the
+     * mean if nothing stood between, as strata's channels; else 0 */
+    double unseen[STRATA_CHANNELS];
 };
 
 /* -- samples ----------------------------------------------------------------------------------- */
@@ -240,6 +248,47 @@ static struct error *take_round(struct work *w, int rays)
     return err;
 }
 
+/* Whether samples found no light at all. */
+static bool found_nothing(const struct work *w)
+{
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < w->light.functions; i++)
+            if (strata_sum(&w->light, c, i) > 0)
+                return false;
+    return true;
+}
+
+/* Sets what lights would give that were not seen. */
+static void look_for_unseen(struct work *w)
+{
+    float x[PATH_WAVE];
+    double y[PATH_WAVE];
+    memset(w->unseen, 0, sizeof w->unseen);
+    if (!w->path->emissive || !found_nothing(w))
+        return;
+    for (int i = 0; i < PATH_WAVE; i++) { /* a lattice of rank 1 */
+        x[i] = ((float)(i * 27 % PATH_WAVE) + 0.5f) / PATH_WAVE;
+        y[i] = (i + 0.5) / PATH_WAVE;
+    }
+    const struct vec3f light = path_lights_unshadowed(
+        w->path, &w->receiver, &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y});
+    w->unseen[0] = (double)light.x;
+    w->unseen[1] = (double)light.y;
+    w->unseen[2] = (double)light.z;
+    w->unseen[3] = luminance_f64(w->unseen);
+}
+
+/* Of a sum of samples: strata's, or what was not seen. */
+static double variance_of(const struct work *w, int channel, int function)
+{
+    if (!(w->unseen[channel] > 0))
+        return strata_variance(&w->light, channel, function);
+    /* root mean square of the SH basis, mean of a cosine */
+    const double mean = w->light.order ? sqrt(1 / (4 * ANGLE_PI)) : 0.5,
+                 error = UNSEEN * w->unseen[channel] * mean;
+    return error * error;
+}
+
 /* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio
  * capture_settings.error bounds. */
 static void irradiance_error(const struct work *w, double *mean, double *error)
@@ -249,7 +298,7 @@ static void irradiance_error(const struct work *w, double *mean, double *error)
     /* of a surface, or of several in the mean */
     for (int i = 0; i < (w->light.order ? 1 : count); i++) {
         luminance += strata_sum(&w->light, 3, i) + w->rays * luminance_f64(w->certain + 3 * i);
-        variance += strata_variance(&w->light, 3, i);
+        variance += variance_of(w, 3, i);
     }
     if (!w->light.order) {
         *mean = luminance / count;
@@ -259,7 +308,7 @@ static void irradiance_error(const struct work *w, double *mean, double *error)
     variance = 0;
     for (int l = 0, i = 0; l < w->settings->order; l++)
         for (; i < (l + 1) * (l + 1); i++)
-            variance += sh_cosine(l) * sh_cosine(l) * strata_variance(&w->light, 3, i);
+            variance += sh_cosine(l) * sh_cosine(l) * variance_of(w, 3, i);
     *mean = sh_cosine(0) * luminance * sqrt(1 / (4 * ANGLE_PI));
     *error = sqrt(variance / (4 * ANGLE_PI));
 }
@@ -267,15 +316,21 @@ static void irradiance_error(const struct work *w, double *mean, double *error)
 /* How many more rays a probe needs; 0: none. */
 static int rays_wanted(const struct work *w)
 {
-    enum { DARK = 2048 }; /* rays after which a probe that saw no light is dark */
+    /* Rays after which a probe that saw no light is dark; where something emits, its error is to be
+     * within what was asked for of the light that there would be without shadows, as well. */
+    enum { DARK = 2048 };
     const struct capture_settings *s = w->settings;
     double mean, error;
     if (!(s->error > 0) || w->rays >= s->rays_most)
         return 0;
     irradiance_error(w, &mean, &error);
     const double room = s->rays_most - w->rays;
-    if (!(mean > 0))
-        return w->rays < DARK ? (int)fmin(DARK, room) : 0;
+    if (!(mean > 0)) {
+        const double enough = w->unseen[3] > 0 ? UNSEEN / ASK_SHARE / s->error : 0;
+        return w->rays < DARK     ? (int)fmin(DARK, room)
+               : w->rays < enough ? (int)fmin(enough - w->rays + 1, room)
+                                  : 0;
+    }
     const double ratio = error / fmax(mean, s->error_floor * w->rays) / s->error;
     if (ratio <= 1)
         return 0;
@@ -347,7 +402,7 @@ static void finish(const struct work *w, struct capture_probe *result)
     const int count = w->settings->order * w->settings->order;
     for (int k = 0; k < 3 * w->light.functions; k++) {
         result->sh[k] = (float)(strata_sum(&w->light, k % 3, k / 3) / w->rays + w->certain[k]);
-        result->sh_error[k] = (float)(sqrt(strata_variance(&w->light, k % 3, k / 3)) / w->rays);
+        result->sh_error[k] = (float)(sqrt(variance_of(w, k % 3, k / 3)) / w->rays);
     }
     for (int k = 0; k < 9 * count; k++)
         result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
@@ -387,8 +442,11 @@ struct error *capture_probe(const struct path_tracer *path, const struct capture
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
     struct error *err = NULL;
-    for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w))
+    for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {
         err = take_round(&w, rays);
+        if (!err)
+            look_for_unseen(&w);
+    }
     if (!err)
         finish(&w, result);
     return err;

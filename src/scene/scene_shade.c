@@ -5,8 +5,7 @@
 
 #include <math.h>
 
-/* One texel, linear: RGB and alpha. */
-static void fetch(const struct scene_texture *t, uint32_t x, uint32_t y, float rgba[4])
+void scene_texture_texel(const struct scene_texture *t, uint32_t x, uint32_t y, float rgba[4])
 {
     const size_t at = ((size_t)y * t->width + x) * t->channels;
     rgba[0] = rgba[1] = rgba[2] = rgba[3] = 1;
@@ -69,7 +68,7 @@ static uint32_t nearest(uint32_t count, float s)
 static void sample(const struct scene_texture *texture, float s, float t, float rgba[4])
 {
     if (texture->nearest) {
-        fetch(texture, nearest(texture->width, s), nearest(texture->height, t), rgba);
+        scene_texture_texel(texture, nearest(texture->width, s), nearest(texture->height, t), rgba);
         return;
     }
     uint32_t x[2], y[2];
@@ -77,7 +76,7 @@ static void sample(const struct scene_texture *texture, float s, float t, float 
     const float fy = between(texture->wrap_v, texture->height, t, y);
     float corner[4][4];
     for (unsigned i = 0; i < 4; i++)
-        fetch(texture, x[i & 1], y[i >> 1], corner[i]);
+        scene_texture_texel(texture, x[i & 1], y[i >> 1], corner[i]);
     for (unsigned c = 0; c < 4; c++) {
         const float top = corner[0][c] + fx * (corner[1][c] - corner[0][c]);
         const float bottom = corner[2][c] + fx * (corner[3][c] - corner[2][c]);

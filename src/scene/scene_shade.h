@@ -4,6 +4,10 @@
 
 #include "scene/scene.h"
 
+/* A texel, x from the left and y from the top: linear RGB and alpha, 1 where it has none. */
+void scene_texture_texel(const struct scene_texture *texture, uint32_t x, uint32_t y,
+                         float rgba[4]);
+
 /* Value of a map at (u, v): linear RGB, and alpha (1 where the texture has none). */
 void scene_map_sample(const struct scene *scene, const struct scene_map *map, float u, float v,
                       float rgba[4]);

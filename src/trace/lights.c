@@ -2,6 +2,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "math/luminance.h"
+#include "trace/emission.h"
 #include "scene/scene_shade.h"
 
 #include <stdlib.h>
@@ -10,8 +11,12 @@
 /* as a light's instance: `triangle` is its number among the scene's lights */
 enum { PUNCTUAL = UINT32_MAX };
 
+/* as a light's part */
+enum { WHOLE = UINT32_MAX };
+
 struct light {
     uint32_t instance, triangle;
+    uint32_t part; /* of the triangle (parts.h) */
     /* of a triangle: corner 0, and from it to the mesh's corners 1 and 2; or where it stands */
     struct vec3f corner, along, across;
     struct vec3f axis;    /* unit: its normal, or the spot's direction */
@@ -126,31 +131,6 @@ static struct bounds join(const struct bounds *a, const struct bounds *b, bool f
 
 /* -- leaves ------------------------------------------------------------------------------------ */
 
-/* Luminance of a triangle's emission, averaged over a few points where it has a picture. */
-static float emission(const struct tracer *t, uint32_t instance, uint32_t triangle)
-{
-    enum { STEPS = 4 };
-    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
-    const struct scene_material *m = &t->scene->materials[mesh->material[triangle]];
-    if (!scene_emits(m))
-        return 0;
-    if (m->emission_map.texture == SCENE_NONE)
-        return luminance_vec3f(m->emission);
-    float sum = 0;
-    int points = 0;
-    for (int i = 0; i < STEPS; i++) {
-        for (int j = 0; j < STEPS - i; j++, points++) {
-            struct trace_point p;
-            trace_point_at(t, instance, triangle, ((float)i + 1.0f / 3) / STEPS,
-                           ((float)j + 1.0f / 3) / STEPS, &p);
-            sum += luminance_vec3f(scene_emission(t->scene, m, p.u, p.v));
-        }
-    }
-    /* A picture may shine between the points: a share of what it could give keeps every triangle in
-     * the draw. */
-    return 0.95f * sum / (float)points + 0.05f * luminance_vec3f(m->emission);
-}
-
 static struct error *add_light(struct lights *lights, size_t *capacity, struct light light)
 {
     struct error *err = light.strength > 0 ? array_reserve(&lights->light, capacity,
@@ -161,29 +141,79 @@ static struct error *add_light(struct lights *lights, size_t *capacity, struct l
     return err;
 }
 
-static struct error *add_triangle(struct lights *lights, const struct tracer *t, uint32_t instance,
-                                  uint32_t triangle, float brightness, size_t *capacity)
+/* The numbers of an instance's triangles among the lights: none yet. */
+static struct error *number_instance(struct lights *lights, const struct tracer *t,
+                                     uint32_t instance)
+{
+    if (lights->number[instance])
+        return NULL;
+    const size_t triangles = t->scene->meshes[t->scene->instances[instance].mesh].triangle_count;
+    struct error *err = array_create(&lights->number[instance], triangles, sizeof **lights->number);
+    if (!err)
+        memset(lights->number[instance], 0xff, triangles * sizeof **lights->number);
+    return err;
+}
+
+/* A triangle as a light of no strength yet. */
+static struct light light_of(const struct tracer *t, uint32_t instance, uint32_t triangle)
 {
     struct trace_point corner[3];
     for (int i = 0; i < 3; i++)
         trace_point_at(t, instance, triangle, i == 1, i == 2, &corner[i]);
     struct light light = {.instance = instance,
                           .triangle = triangle,
+                          .part = WHOLE,
                           .corner = corner[0].position,
                           .axis = corner[0].normal,
                           .along = vec3f_sub(corner[1].position, corner[0].position),
                           .across = vec3f_sub(corner[2].position, corner[0].position)};
     light.area = 0.5f * vec3f_length(vec3f_cross(light.along, light.across));
-    light.strength = brightness * light.area;
-    struct error *err = NULL;
-    if (!lights->number[instance]) {
-        const size_t triangles =
-            t->scene->meshes[t->scene->instances[instance].mesh].triangle_count;
-        err = array_create(&lights->number[instance], triangles, sizeof **lights->number);
-        if (!err)
-            memset(lights->number[instance], 0xff, triangles * sizeof **lights->number);
-    }
+    return light;
+}
+
+static struct error *add_triangle(struct lights *lights, const struct tracer *t, uint32_t instance,
+                                  uint32_t triangle, size_t *capacity)
+{
+    const struct scene_mesh *mesh = &t->scene->meshes[t->scene->instances[instance].mesh];
+    const struct scene_material *m = &t->scene->materials[mesh->material[triangle]];
+    if (!scene_emits(m))
+        return NULL;
+    struct light light = light_of(t, instance, triangle);
+    if (emission_varies(m))
+        return parts_add(&lights->parts, t, instance, triangle, light.area);
+    light.strength = luminance_vec3f(m->emission) * light.area;
+    struct error *err = number_instance(lights, t, instance);
     return err ? err : add_light(lights, capacity, light);
+}
+
+/* A part of a triangle that shines, or all of it. */
+static struct error *add_part(struct lights *lights, const struct tracer *t, uint32_t number,
+                              size_t *capacity)
+{
+    const struct light_part *part = &lights->parts.part[number];
+    const struct parts_root *root = &lights->parts.root[part->root];
+    struct light light = light_of(t, root->instance, root->triangle);
+    if (number != root->part) {
+        light.part = number;
+        light.corner =
+            vec3f_fma(vec3f_fma(light.corner, part->b, light.along), part->c, light.across);
+        light.along = vec3f_scale(part->size, light.along);
+        light.across = vec3f_scale(part->size, light.across);
+        light.area *= part->size * part->size;
+    }
+    light.strength = part->brightness * light.area;
+    struct error *err = number_instance(lights, t, root->instance);
+    return err ? err : add_light(lights, capacity, light);
+}
+
+/* Triangles with pictures, cut up by them. */
+static struct error *add_parts(struct lights *lights, const struct tracer *t, size_t *capacity)
+{
+    struct error *err = parts_divide(&lights->parts, t->scene);
+    for (uint32_t i = 0; i < lights->parts.count && !err; i++)
+        if (!lights->parts.part[i].child && lights->parts.part[i].brightness > 0)
+            err = add_part(lights, t, i, capacity);
+    return err;
 }
 
 static struct error *add_punctual(struct lights *lights, const struct tracer *t, uint32_t index,
@@ -199,6 +229,7 @@ static struct error *add_punctual(struct lights *lights, const struct tracer *t,
                                     (float)(light->intensity[2] * scale2)};
     return add_light(lights, capacity,
                      (struct light){.instance = PUNCTUAL,
+                                    .part = WHOLE,
                                     .triangle = index,
                                     .corner = trace_to_local(t, position),
                                     .strength = luminance_vec3f(intensity)});
@@ -210,12 +241,11 @@ static struct error *add_leaves(struct lights *lights, const struct tracer *t)
     struct error *err = NULL;
     for (uint32_t i = 0; i < t->scene->instance_count && !err; i++) {
         const size_t triangles = t->scene->meshes[t->scene->instances[i].mesh].triangle_count;
-        for (uint32_t j = 0; j < triangles && !err; j++) {
-            const float brightness = emission(t, i, j);
-            if (brightness > 0)
-                err = add_triangle(lights, t, i, j, brightness, &capacity);
-        }
+        for (uint32_t j = 0; j < triangles && !err; j++)
+            err = add_triangle(lights, t, i, j, &capacity);
     }
+    if (!err)
+        err = add_parts(lights, t, &capacity);
     for (uint32_t i = 0; i < t->scene->light_count && !err; i++)
         err = add_punctual(lights, t, i, &capacity);
     return err;
@@ -237,7 +267,9 @@ static bool stands_before(const struct light *a, const struct light *b, int axis
     const float x = middle_on(a, axis), y = middle_on(b, axis);
     if (x != y)
         return x < y;
-    return a->instance != b->instance ? a->instance < b->instance : a->triangle < b->triangle;
+    if (a->instance != b->instance)
+        return a->instance < b->instance;
+    return a->triangle != b->triangle ? a->triangle < b->triangle : a->part < b->part;
 }
 
 /* Puts the k lights that stand first along an axis first (Hoare's quickselect). */
@@ -333,9 +365,12 @@ static struct bounds make_leaf(struct lights *lights, struct light_node *node, u
     const struct light *light = &lights->light[first];
     node->light = first;
     node->count = count;
-    for (uint32_t i = 0; i < count; i++)
-        if (light[i].instance != PUNCTUAL)
+    for (uint32_t i = 0; i < count; i++) {
+        if (light[i].part != WHOLE)
+            lights->parts.part[light[i].part].light = first + i;
+        else if (light[i].instance != PUNCTUAL)
             lights->number[light[i].instance][light[i].triangle] = first + i;
+    }
     const struct bounds bounds = bounds_of(&light[0]);
     if (count == 1)
         return bounds;
@@ -377,6 +412,16 @@ static struct error *number_leaves(struct lights *lights, uint32_t nodes)
     return err;
 }
 
+/* Tells every triangle that is cut up its parts. */
+static void number_parts(struct lights *lights)
+{
+    for (size_t i = 0; i < lights->parts.root_count; i++) {
+        const struct parts_root *root = &lights->parts.root[i];
+        if (lights->parts.part[root->part].child && lights->number[root->instance])
+            lights->number[root->instance][root->triangle] = (uint32_t)lights->count + root->part;
+    }
+}
+
 struct error *lights_init(struct lights *lights, const struct tracer *t)
 {
     *lights = (struct lights){.instance_count = t->scene->instance_count,
@@ -385,13 +430,14 @@ struct error *lights_init(struct lights *lights, const struct tracer *t)
         array_create(&lights->number, t->scene->instance_count, sizeof *lights->number);
     if (!err)
         err = add_leaves(lights, t);
-    if (!err && lights->count > UINT32_MAX / 2)
+    if (!err && lights->count + lights->parts.count > UINT32_MAX / 2)
         err = error_new("%s: more lights than can be numbered", t->scene->path);
     if (!err && lights->count)
         err = array_create(&lights->node, 2 * lights->count - 1, sizeof *lights->node);
     if (!err && lights->count) {
         uint32_t used = 1;
         grow(lights, 0, 0, (uint32_t)lights->count, &used);
+        number_parts(lights);
         err = number_leaves(lights, used);
     }
     if (!err && lights->count && !isfinite(lights->node[0].strength))
@@ -410,6 +456,7 @@ void lights_clear(struct lights *lights)
     free(lights->light);
     free(lights->node);
     free(lights->node_of_light);
+    parts_clear(&lights->parts);
     *lights = (struct lights){0};
 }
 
@@ -464,6 +511,11 @@ bool lights_sample(const struct lights *lights, const struct tracer *t,
     choice->point.triangle = light->triangle;
     choice->point.b = b;
     choice->point.c = c;
+    if (light->part != WHOLE) {
+        const struct light_part *part = &lights->parts.part[light->part];
+        choice->point.b = part->b + part->size * b;
+        choice->point.c = part->c + part->size * c;
+    }
     trace_point_shade(t, &choice->point);
     choice->density = probability / light->area;
     return true;
@@ -473,7 +525,11 @@ float lights_density(const struct lights *lights, const struct lights_receiver *
                      const struct trace_point *point)
 {
     const uint32_t *numbers = lights->number[point->instance];
-    const uint32_t number = numbers ? numbers[point->triangle] : UINT32_MAX;
+    uint32_t number = numbers ? numbers[point->triangle] : UINT32_MAX;
+    if (number != UINT32_MAX && number >= lights->count) { /* in parts */
+        const uint32_t whole = number - (uint32_t)lights->count;
+        number = lights->parts.part[parts_find(&lights->parts, whole, point->b, point->c)].light;
+    }
     if (number == UINT32_MAX)
         return 0;
     const struct light *light = &lights->light[number];

@@ -6,24 +6,29 @@
  * bound: power, distance, the cosine at the light and at the surface (Conty Estevez and Kulla,
  * "Importance sampling of many lights with adaptive tree splitting", HPG 2018; the bound itself is
  * that of Pharr, Jakob and Humphreys, "Physically based rendering", 4th ed., 12.6.3). A choice
- * costs the logarithm of their number. lights_density is the density of that choice, for multiple
- * importance sampling. Suns are not in the tree. A scene without lights pays for none.
+ * costs the logarithm of their number. A triangle whose emission is a picture stands there in parts
+ * that are about even (parts.h); dark ones are not there. lights_density is the density of that
+ * choice, for multiple importance sampling. Suns are not in the tree. A scene without lights pays
+ * for none.
  */
 #ifndef LIGHTS_H
 #define LIGHTS_H
 
+#include "trace/parts.h"
 #include "trace/trace_local.h"
 
 struct error;
 struct random;
 
 struct lights {
-    size_t count;            /* emissive triangles, points and spots */
+    size_t count;            /* emissive triangles or parts of them, points and spots */
     struct light *light;     /* owned, and so are: */
     struct light_node *node; /* the root first; none when count is 0 */
     uint32_t *node_of_light; /* the leaf that holds each */
-    /* by instance: NULL, or by triangle its number among the lights, UINT32_MAX for none */
+    /* by instance: NULL, or by triangle its number among the lights; `count` and more: count plus
+     * the part that it is the whole of; UINT32_MAX for none */
     uint32_t **number;
+    struct parts parts; /* of triangles with pictures */
     size_t instance_count;
     bool front_only; /* surfaces emit from their front side alone */
 };

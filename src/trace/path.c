@@ -279,7 +279,8 @@ static void ask_sky(const struct path_tracer *path, const struct receivers *from
 static float met_weight(const struct path_tracer *path, const struct path_receiver *from,
                         const struct trace_points *at, size_t i, struct vec3f direction, float own)
 {
-    const struct trace_point point = {.instance = at->instance[i], .triangle = at->triangle[i]};
+    const struct trace_point point = {
+        .instance = at->instance[i], .triangle = at->triangle[i], .b = at->b[i], .c = at->c[i]};
     const float area_density = lights_density(&path->lights, &from->at, &point);
     if (!(area_density > 0))
         return 1;
@@ -555,12 +556,11 @@ void path_samples(const struct path_tracer *path, const struct path_receiver *re
     scatter(&w, sample);
 }
 
-/* Asks from one receiver, once a draw, and keeps what is seen. */
-static void ask_from(const struct path_tracer *path, const struct path_receiver *receiver, bool sky,
-                     const struct path_draws *draws, struct path_found *found)
+/* What a receiver asks, once a draw. */
+static void put_questions(const struct path_tracer *path, const struct path_receiver *receiver,
+                          bool sky, const struct path_draws *draws, struct questions *q)
 {
     const size_t count = draws->count;
-    struct questions q;
     struct wave_vec position, normal;
     double down[PATH_WAVE];
     const struct receivers from = {.count = count,
@@ -568,16 +568,27 @@ static void ask_from(const struct path_tracer *path, const struct path_receiver 
                                    .normal = on_surface(&receiver->at) ? &normal : NULL,
                                    .share = sky ? receiver->sky_share : receiver->lights_share};
     for (size_t i = 0; i < count; i++) {
-        struct random r = draws->random[i];
-        q.ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
         down[i] = (double)draws->x[i];
         wave_put(&position, i, receiver->at.position);
         wave_put(&normal, i, receiver->at.normal);
     }
     if (sky)
-        ask_sky(path, &from, down, draws->y, &q);
+        ask_sky(path, &from, down, draws->y, q);
     else
-        ask_lights(path, &from, draws->y, draws->x, &q);
+        ask_lights(path, &from, draws->y, draws->x, q);
+}
+
+/* Asks from one receiver and keeps what is seen. */
+static void ask_from(const struct path_tracer *path, const struct path_receiver *receiver, bool sky,
+                     const struct path_draws *draws, struct path_found *found)
+{
+    const size_t count = draws->count;
+    struct questions q;
+    put_questions(path, receiver, sky, draws, &q);
+    for (size_t i = 0; i < count; i++) {
+        struct random r = draws->random[i];
+        q.ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
+    }
     trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
     for (size_t i = 0; i < count; i++)
         found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)}
@@ -594,4 +605,17 @@ void path_skies(const struct path_tracer *path, const struct path_receiver *rece
                 const struct path_draws *draws, struct path_found *found)
 {
     ask_from(path, receiver, true, draws, found);
+}
+
+struct vec3f path_lights_unshadowed(const struct path_tracer *path,
+                                    const struct path_receiver *receiver,
+                                    const struct path_draws *draws)
+{
+    struct questions q;
+    struct vec3f sum = {0};
+    put_questions(path, receiver, false, draws, &q);
+    for (size_t i = 0; i < draws->count; i++)
+        if (q.seen[i])
+            sum = vec3f_add(sum, wave_get(&q.light, i));
+    return vec3f_scale(1 / (float)draws->count, sum);
 }

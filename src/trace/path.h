@@ -91,6 +91,11 @@ void path_lights(const struct path_tracer *path, const struct path_receiver *rec
 void path_skies(const struct path_tracer *path, const struct path_receiver *receiver,
                 const struct path_draws *draws, struct path_found *found);
 
+/* What path_lights would find in the mean if nothing stood between. draws->random is not used. */
+struct vec3f path_lights_unshadowed(const struct path_tracer *path,
+                                    const struct path_receiver *receiver,
+                                    const struct path_draws *draws);
+
 /* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square
  * (Malley's method). */
 static inline struct vec3f path_scatter(struct vec3f n, float u, float turn)

@@ -1,6 +1,8 @@
 # rays, the light tree, the sky, paths: hides Embree
 trace_sources = \
+	%D%/emission.c %D%/emission.h \
 	%D%/lights.c %D%/lights.h \
+	%D%/parts.c %D%/parts.h \
 	%D%/path.c %D%/path.h \
 	%D%/sky.c %D%/sky.h \
 	%D%/trace.c %D%/trace.h \
