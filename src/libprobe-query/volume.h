@@ -180,8 +180,9 @@ bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_
 
 /* -- making (volume_make.c) ------------------------------------------------------------------- */
 
-/* Checks what was given (sites, cells) and makes all else. The caller destroys the volume when this
- * fails. */
-enum probe_status volume_finish(struct probe_volume *v, size_t *row);
+/* Ends the making of a volume that went as `status` says so far: checks what was given (sites,
+ * cells), makes all else and puts v into *volume; on an error, that of before too, destroys it. */
+enum probe_status volume_finish(struct probe_volume *v, enum probe_status status, size_t *row,
+                                struct probe_volume **volume);
 
 #endif

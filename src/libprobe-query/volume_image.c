@@ -181,14 +181,7 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
                            width_of(&h) * (h.packing == PROBE_PACK_HALF ? 2 : 4),
         .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes),
         .bytes = size};
-    status = check_numbers(v, row);
-    if (!status)
-        status = volume_finish(v, row);
-    if (status)
-        probe_volume_destroy(v);
-    else
-        *volume = v;
-    return status;
+    return volume_finish(v, check_numbers(v, row), row, volume);
 }
 
 struct probe_image_facts probe_volume_image(const struct probe_volume *v)

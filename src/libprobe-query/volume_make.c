@@ -371,7 +371,7 @@ static size_t tree_bytes(const struct volume_tree *tree)
     return tree->level[tree->levels] * sizeof *tree->box;
 }
 
-enum probe_status volume_finish(struct probe_volume *v, size_t *row)
+static enum probe_status make_rest(struct probe_volume *v, size_t *row)
 {
     if (v->corners < 1 || v->corners > 4 || v->probes > INT32_MAX || v->cells > INT32_MAX)
         return PROBE_BAD_ARGUMENT;
@@ -417,6 +417,18 @@ enum probe_status volume_finish(struct probe_volume *v, size_t *row)
     return status;
 }
 
+enum probe_status volume_finish(struct probe_volume *v, enum probe_status status, size_t *row,
+                                struct probe_volume **volume)
+{
+    if (!status)
+        status = make_rest(v, row);
+    if (status)
+        probe_volume_destroy(v);
+    else
+        *volume = v;
+    return status;
+}
+
 enum probe_status probe_volume_create(struct probe_volume **volume, const struct probe_mesh *mesh,
                                       unsigned flags, size_t *row)
 {
@@ -437,13 +449,7 @@ enum probe_status probe_volume_create(struct probe_volume **volume, const struct
     *row = 0;
     enum probe_status status = v->probes > INT32_MAX ? PROBE_BAD_ARGUMENT
                                                      : make_sites(v, mesh->position, row);
-    if (!status)
-        status = volume_finish(v, row);
-    if (status)
-        probe_volume_destroy(v);
-    else
-        *volume = v;
-    return status;
+    return volume_finish(v, status, row, volume);
 }
 
 void probe_volume_destroy(struct probe_volume *v)

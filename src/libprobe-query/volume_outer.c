@@ -275,32 +275,41 @@ struct core {
     double centre[3], axis[3][3], half[3];
 };
 
+/* A cell's corners as seen from a point, and their sum; returns 6 times its volume. */
+static double cell_from(const struct probe_volume *v, size_t cell, const double from[3],
+                        double d[4][3], double sum[3])
+{
+    double e[3][3];
+    sum[0] = sum[1] = sum[2] = 0;
+    for (int c = 0; c < 4; c++)
+        for (int k = 0; k < 3; k++)
+            sum[k] += d[c][k] = volume_site(v, volume_vertex(v, cell, c))[k] - from[k];
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < 3; k++)
+            e[c][k] = d[c + 1][k] - d[0][k];
+    return det(e[0], e[1], e[2]);
+}
+
 /* The middle of all cells, and the second moments about it. */
 static void find_middle(const struct probe_volume *v, double middle[3], double moment[3][3])
 {
-    double total = 0, sum[3] = {0};
-    for (int pass = 0; pass < 2; pass++) {
-        for (size_t i = 0; i < v->cells; i++) {
-            double d[4][3], e[3][3], all[3] = {0};
-            for (int c = 0; c < 4; c++)
-                for (int k = 0; k < 3; k++)
-                    all[k] += d[c][k] = volume_site(v, volume_vertex(v, i, c))[k] -
-                                        (pass ? middle[k] : 0);
-            for (int c = 0; c < 3; c++)
-                for (int k = 0; k < 3; k++)
-                    e[c][k] = d[c + 1][k] - d[0][k];
-            const double volume = det(e[0], e[1], e[2]);
-            total += pass ? 0 : volume;
+    static const double origin[3] = {0, 0, 0};
+    double d[4][3], all[3], total = 0, sum[3] = {0};
+    for (size_t i = 0; i < v->cells; i++) {
+        const double volume = cell_from(v, i, origin, d, all);
+        total += volume;
+        for (int k = 0; k < 3; k++)
+            sum[k] += volume * all[k] / 4;
+    }
+    for (int k = 0; k < 3; k++)
+        middle[k] = sum[k] / total;
+    for (size_t i = 0; i < v->cells; i++) {
+        const double share = cell_from(v, i, middle, d, all) / total;
+        for (int j = 0; j < 3; j++)
             for (int k = 0; k < 3; k++)
-                sum[k] += pass ? 0 : volume * all[k] / 4;
-            for (int j = 0; j < 3 && pass; j++)
-                for (int k = 0; k < 3; k++)
-                    moment[j][k] += volume / total / 20 *
-                                    (d[0][j] * d[0][k] + d[1][j] * d[1][k] + d[2][j] * d[2][k] +
-                                     d[3][j] * d[3][k] + all[j] * all[k]);
-        }
-        for (int k = 0; k < 3 && !pass; k++)
-            middle[k] = sum[k] / total;
+                moment[j][k] += share / 20 *
+                                (d[0][j] * d[0][k] + d[1][j] * d[1][k] + d[2][j] * d[2][k] +
+                                 d[3][j] * d[3][k] + all[j] * all[k]);
     }
 }
 
