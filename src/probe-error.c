@@ -1,5 +1,6 @@
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how
  * smoothly it changes. */
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
@@ -20,7 +21,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 struct arguments {
@@ -33,13 +33,6 @@ struct arguments {
     bool any_scene;
     struct common common;
 };
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
@@ -337,16 +330,16 @@ static struct error *measure_all(struct report *report, const struct arguments *
     struct truth truth = {0};
     const bool leaks = a->leak_samples && baked->mesh.corners == 4;
     struct error *err = get_truth(&truth, a, stage, baked, program, warnings);
-    seconds->truth = now();
+    seconds->truth = clock_seconds();
     if (!err)
         err = measure_points(report, a, stage, &truth, baked, program->recorded);
     if (!err)
         err = measure_change(report, &truth, baked);
-    seconds->error = now();
+    seconds->error = clock_seconds();
     if (!err && leaks)
         err = unseen_cells(cells, stage->tracer, baked, a->leak_samples, a->measure.seed,
                            a->measure.threads);
-    seconds->leak = now();
+    seconds->leak = clock_seconds();
     if (!err && leaks)
         err = unseen_report(report, cells, baked->mesh.cells);
     const struct estimate noise = report_get(report, "noise_mean_relative", "all");
@@ -381,7 +374,7 @@ int main(int argc, char **argv)
     struct baked baked = {0};
     struct report report = {0};
     struct unseen_cells cells = {0};
-    struct seconds seconds = {.start = now()};
+    struct seconds seconds = {.start = clock_seconds()};
     struct error *err = parse(&program, &a, argc, argv);
     if (!err)
         err = options_record(&program, program.operands[0]);
@@ -404,7 +397,7 @@ int main(int argc, char **argv)
                      "the stream does not say how it was captured: all light, %d bounces, "
                      "and the scene's own lights are taken",
                      stage.capture_settings.bounces);
-    seconds.start = now();
+    seconds.start = clock_seconds();
     if (!err)
         err = measure_all(&report, &a, &stage, &baked, &cells, &program, &seconds, &warnings);
     if (!a.common.quiet)

@@ -339,6 +339,29 @@ static void test_option_values(void)
     program_clear(&program);
 }
 
+/* However many rows a table has, none is passed over. */
+static void test_many_options(void)
+{
+    enum { MANY = 1000 };
+    static struct option_row rows[MANY + 1];
+    static char name[MANY][16];
+    static int value[MANY];
+    for (int i = 0; i < MANY; i++) {
+        snprintf(name[i], sizeof name[i], "value-%04d", i);
+        rows[i] = (struct option_row){
+            .name = name[i], .argument = "N", .help = "", .kind = OPTION_INT, .value = &value[i]};
+    }
+    rows[MANY - 1].letter = 'z';
+    const struct option_row *const groups[] = {rows, NULL};
+    struct program program = {.name = "probe-x", .usage = "", .summary = ""};
+    char *argv[] = {"probe-x", "--value-0000=1", "--value-0998=2", "-z", "3", NULL};
+    struct error *err = options_parse(&program, groups, 5, argv);
+    ok(!err && value[0] == 1 && value[MANY - 2] == 2 && value[MANY - 1] == 3,
+       "the last of a thousand options is taken");
+    error_destroy(err);
+    program_clear(&program);
+}
+
 static void test_options(void)
 {
     parse("", "probe-x");
@@ -375,5 +398,6 @@ int main(void)
     test_warnings();
     test_options();
     test_option_values();
+    test_many_options();
     return tap_done();
 }

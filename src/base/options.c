@@ -1,5 +1,6 @@
-#include "base/error.h"
 #include "base/options.h"
+#include "base/array.h"
+#include "base/error.h"
 #include "config.h"
 
 #include <ctype.h>
@@ -11,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROWS_MOST = 64, LETTERLESS = 256, ID_HELP = LETTERLESS + ROWS_MOST, ID_VERSION };
+/* What getopt_long returns, beyond letters: LETTERLESS + i for the i-th row. */
+enum { ID_HELP = 256, ID_VERSION, LETTERLESS };
 
 struct option_row *option_row(struct option_row *rows, const char *name)
 {
@@ -319,21 +321,46 @@ static struct error *record_option(struct program *program, const struct option_
 
 /* -- parsing --------------------------------------------------------------------------------- */
 
-/* The table in the form of getopt_long. */
+/* The table in the form of getopt_long; its arrays are owned. */
 struct getopt_table {
-    const struct option_row *rows[ROWS_MOST];
-    struct option longs[ROWS_MOST + 3];
-    char letters[2 * ROWS_MOST + 8];
+    const struct option_row **rows;
+    struct option *longs;
+    char *letters;
     int count;
 };
 
-static void getopt_table_fill(struct getopt_table *table, const struct option_row *const groups[])
+static void getopt_table_clear(struct getopt_table *table)
 {
+    free(table->rows);
+    free(table->longs);
+    free(table->letters);
+}
+
+static size_t count_rows(const struct option_row *const groups[])
+{
+    size_t count = 0;
+    for (; *groups; groups++)
+        for (const struct option_row *row = *groups; row->name; row++)
+            count++;
+    return count;
+}
+
+static struct error *getopt_table_init(struct getopt_table *table,
+                                       const struct option_row *const groups[])
+{
+    const size_t rows = count_rows(groups);
+    struct error *err = array_create(&table->rows, rows, sizeof *table->rows);
+    if (!err) /* and help, version, the end */
+        err = array_create(&table->longs, rows + 3, sizeof *table->longs);
+    if (!err) /* a letter and a colon each, and ":h" */
+        err = array_create(&table->letters, 2 * rows + 3, 1);
+    if (err)
+        return err;
     char *letter = table->letters;
     *letter++ = ':'; /* a missing argument is told apart from an unknown option */
     *letter++ = 'h';
     for (; *groups; groups++) {
-        for (const struct option_row *row = *groups; row->name && table->count < ROWS_MOST; row++) {
+        for (const struct option_row *row = *groups; row->name; row++) {
             const int id = table->count++;
             table->rows[id] = row;
             table->longs[id] =
@@ -350,6 +377,7 @@ static void getopt_table_fill(struct getopt_table *table, const struct option_ro
     *letter = 0;
     table->longs[table->count] = (struct option){.name = "help", .val = ID_HELP};
     table->longs[table->count + 1] = (struct option){.name = "version", .val = ID_VERSION};
+    return NULL;
 }
 
 static const struct option_row *row_of(const struct getopt_table *table, int id)
@@ -379,8 +407,9 @@ struct error *options_parse(struct program *program, const struct option_row *co
                             int argc, char **argv)
 {
     struct getopt_table table = {0};
-    getopt_table_fill(&table, groups);
-    struct error *err = record(program, program->name);
+    struct error *err = getopt_table_init(&table, groups);
+    if (!err)
+        err = record(program, program->name);
     opterr = 0;
     optind = 0; /* glibc: start anew */
     while (!err) {
@@ -400,6 +429,7 @@ struct error *options_parse(struct program *program, const struct option_row *co
         if (!err)
             err = record_option(program, row, optarg);
     }
+    getopt_table_clear(&table);
     if (err)
         return err;
     program->operands = (const char **)(argv + optind);

@@ -1,9 +1,9 @@
 #include "base/progress.h"
+#include "base/clock.h"
 
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 struct progress {
     const char *program, *unit;
@@ -11,13 +11,6 @@ struct progress {
     double start, drawn; /* seconds */
     pthread_mutex_t lock;
 };
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 struct progress *progress_start(bool show, const char *program, const char *unit, size_t total)
 {
@@ -27,7 +20,7 @@ struct progress *progress_start(bool show, const char *program, const char *unit
     p->program = program;
     p->unit = unit;
     p->total = total;
-    p->start = p->drawn = now();
+    p->start = p->drawn = clock_seconds();
     pthread_mutex_init(&p->lock, NULL);
     return p;
 }
@@ -54,7 +47,7 @@ void progress_add(struct progress *p, size_t count)
         return;
     pthread_mutex_lock(&p->lock);
     p->done += count;
-    const double time = now();
+    const double time = clock_seconds();
     if (time - p->drawn > 0.2) {
         draw(p, time);
         p->drawn = time;
@@ -66,7 +59,7 @@ void progress_end(struct progress *p)
 {
     if (!p)
         return;
-    draw(p, now());
+    draw(p, clock_seconds());
     fputc('\n', stderr);
     pthread_mutex_destroy(&p->lock);
     free(p);

@@ -1,6 +1,7 @@
-# errors, arrays, warnings, threads, signals, progress, numbers as text, options, bytes of files
+# errors, arrays, warnings, threads, signals, progress, clock, numbers as text, options, bytes of files
 base_sources = \
 	%D%/array.c %D%/array.h \
+	%D%/clock.c %D%/clock.h \
 	%D%/error.c %D%/error.h \
 	%D%/error_guard.h \
 	%D%/file.c %D%/file.h \
