@@ -1,10 +1,8 @@
-#include "base/array.h"
 #include "base/error.h"
 #include "place/place_method.h"
 #include "stream/points.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* Unit, and all three or none. */
 static struct error *append_normal(struct place *place, size_t *room, const double n[3])
@@ -19,36 +17,34 @@ static struct error *append_normal(struct place *place, size_t *room, const doub
     return err;
 }
 
+struct taking {
+    struct place *place;
+    bool normals;
+    double most;
+    size_t room; /* for normals */
+};
+
+static struct error *take(void *context, const struct points *points, const double *value,
+                          size_t width, size_t count)
+{
+    struct taking *t = context;
+    if (width != 3 && !t->normals)
+        return points_place(points, 0,
+                            error_new("expected x y z, without a normal, got %zu numbers", width));
+    struct error *err = place_check_count((double)(t->place->count + count), t->most);
+    for (size_t i = 0; i < count && !err; i++) {
+        if (width == 6)
+            err = points_place(points, i, append_normal(t->place, &t->room, value + width * i + 3));
+        if (!err)
+            err = place_append(t->place, value + width * i);
+    }
+    return err;
+}
+
 static struct error *append_points(struct place *place, const char *path, bool normals, double most)
 {
-    enum { BLOCK = 1024 };
-    struct points *points = NULL;
-    double *value = NULL;
-    const size_t before = place->count;
-    size_t room = 0;
-    struct error *err = points_open(&points, path, POINTS_TEXT, false);
-    if (!err)
-        err = array_create(&value, 6 * BLOCK, sizeof *value);
-    for (size_t got = 1; !err && got;) {
-        size_t width = 0;
-        err = points_read(points, BLOCK, value, &width, &got);
-        if (!err && got && width != 3 && !normals)
-            err = points_place(
-                points, 0, error_new("expected x y z, without a normal, got %zu numbers", width));
-        if (!err)
-            err = place_check_count((double)(place->count + got), most);
-        for (size_t i = 0; i < got && !err; i++) {
-            if (width == 6)
-                err = points_place(points, i, append_normal(place, &room, value + width * i + 3));
-            if (!err)
-                err = place_append(place, value + width * i);
-        }
-    }
-    if (!err && place->count == before)
-        err = error_new("%s: expected at least one position, got none", path);
-    free(value);
-    points_close(points);
-    return err;
+    struct taking taking = {.place = place, .normals = normals, .most = most};
+    return points_read_all(path, take, &taking);
 }
 
 struct error *place_points(struct place *place, const char *path, double most)

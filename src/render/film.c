@@ -151,31 +151,35 @@ static struct error *take_shot(const struct film *film, const struct render_obje
 
 /* -- a path ------------------------------------------------------------------------------------ */
 
-static struct error *read_path(const char *path, const struct scene *scene, double **point,
-                               size_t *count)
+/* The points of a path, and how far out they may be. */
+struct way {
+    double *point; /* 3 * count; owned */
+    size_t count, capacity;
+    struct vec3 centre;
+    double reach;
+};
+
+static struct error *take_points(void *context, const struct points *points, const double *value,
+                                 size_t width, size_t count)
 {
-    struct points *points = NULL;
-    const struct vec3 centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
-    const double reach = 1e6 * vec3_length(vec3_sub(scene->box_max, scene->box_min));
-    double block[6 * 256];
-    size_t capacity = 0, width = 0;
-    *point = NULL;
-    *count = 0;
-    struct error *err = points_open(&points, path, POINTS_TEXT, false);
-    for (size_t got = 1; !err && got;) {
-        err = points_read(points, 256, block, &width, &got);
-        if (!err)
-            err = array_reserve(point, &capacity, 3 * (*count + got), sizeof **point);
-        for (size_t i = 0; i < got && !err; i++, ++*count) {
-            memcpy(*point + 3 * *count, block + i * width, 3 * sizeof **point);
-            if (!(vec3_length(vec3_sub(vec3_load(block + i * width), centre)) <= reach))
-                err = points_place(
-                    points, i,
-                    error_new("the point is farther out than 1e6 times the scene's size"));
-        }
+    struct way *way = context;
+    struct error *err =
+        array_reserve(&way->point, &way->capacity, 3 * (way->count + count), sizeof *way->point);
+    for (size_t i = 0; i < count && !err; i++, way->count++) {
+        const struct vec3 p = vec3_load(value + i * width);
+        vec3_store(way->point + 3 * way->count, p);
+        if (!(vec3_length(vec3_sub(p, way->centre)) <= way->reach))
+            err = points_place(
+                points, i, error_new("the point is farther out than 1e6 times the scene's size"));
     }
-    points_close(points);
-    return err || *count ? err : error_new("%s: there is no point", path);
+    return err;
+}
+
+static struct error *read_path(const char *path, const struct scene *scene, struct way *way)
+{
+    way->centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
+    way->reach = 1e6 * vec3_length(vec3_sub(scene->box_max, scene->box_min));
+    return points_read_all(path, take_points, way);
 }
 
 /* Frames side by side. */
@@ -209,29 +213,29 @@ static struct error *sheet_add(struct sheet *sheet, size_t frame, size_t count,
     return NULL;
 }
 
-static struct error *take_frames(const struct film *film, const double *point, size_t count,
+static struct error *take_frames(const struct film *film, const struct way *way,
                                  const struct object *object, bool numbered,
                                  struct progress *progress)
 {
     struct sheet sheet = {.across = 1};
     double exposure = film->shot->exposure; /* the first frame's holds for all */
     struct error *err = NULL;
-    for (size_t frame = 0; frame < count && !err; frame++) {
-        const struct vec3 p = vec3_load(point + 3 * frame);
+    for (size_t frame = 0; frame < way->count && !err; frame++) {
+        const struct vec3 p = vec3_load(way->point + 3 * frame);
         const struct render_object at = object_at(object, p, film->per_pixel);
         char name[32];
         struct shot shot = {0};
         object_place(object, p);
         snprintf(name, sizeof name, "%zu ", frame);
         err = take_shot(film, &at, exposure, progress, &shot);
-        if (!err && !numbered && count > 1)
+        if (!err && !numbered && way->count > 1)
             annotate_text(&shot.shown, annotate_height(&shot.shown) / 2,
                           (double)shot.shown.height - 2 * annotate_height(&shot.shown), name);
         if (!err)
             err = numbered ? write_frame(film, &shot, frame)
-                           : sheet_add(&sheet, frame, count, &shot);
+                           : sheet_add(&sheet, frame, way->count, &shot);
         if (!err)
-            err = film_print(&shot, film->output, count > 1 ? name : NULL);
+            err = film_print(&shot, film->output, way->count > 1 ? name : NULL);
         exposure = shot.exposure;
         shot_clear(&shot);
     }
@@ -277,26 +281,25 @@ static struct error *try_frame(const struct film *film)
 
 static struct error *take_path(const struct film *film, struct warnings *warnings)
 {
-    double *point = NULL;
-    size_t count = 0;
+    struct way way = {0};
     bool numbered = false;
     struct object object = {0};
     struct error *err = is_numbered(film, &numbered);
     if (!err)
         err = try_frame(film);
     if (!err)
-        err = read_path(film->path, film->scene, &point, &count);
+        err = read_path(film->path, film->scene, &way);
     if (!err)
         err = object_init(&object, film->scene, film->object, film->object_radius, warnings);
     if (!err) {
         struct progress *progress = progress_start(film->progress, film->program, "tiles",
-                                                   count * render_tiles(film->render->camera) *
+                                                   way.count * render_tiles(film->render->camera) *
                                                        (size_t)shot_pictures(film->shot));
-        err = take_frames(film, point, count, &object, numbered, progress);
+        err = take_frames(film, &way, &object, numbered, progress);
         progress_end(progress);
     }
     object_clear(&object);
-    free(point);
+    free(way.point);
     return err;
 }
 

@@ -310,6 +310,27 @@ struct error *points_read(struct points *p, size_t most, double *value, size_t *
     return NULL;
 }
 
+struct error *points_read_all(const char *path, points_taker *take, void *context)
+{
+    enum { BLOCK = 1024 };
+    struct points *points = NULL;
+    double *value = NULL;
+    size_t width = 0, count = 0;
+    struct error *err = points_open(&points, path, POINTS_TEXT, false);
+    if (!err)
+        err = array_create(&value, 6 * BLOCK, sizeof *value);
+    for (size_t got = 1; !err && got; count += got) {
+        err = points_read(points, BLOCK, value, &width, &got);
+        if (!err && got)
+            err = take(context, points, value, width, got);
+    }
+    if (!err && !count)
+        err = error_new("%s: expected at least one position, got none", path);
+    free(value);
+    points_close(points);
+    return err;
+}
+
 struct error *points_place(const struct points *p, size_t i, struct error *err)
 {
     return points_block_place(p, &p->last, p->was + i, err);

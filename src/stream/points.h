@@ -61,6 +61,15 @@ void points_block_clear(struct points_block *block);
 struct error *points_read(struct points *points, size_t most, double *value, size_t *width,
                           size_t *got);
 
+/* Is handed points that were read (value[count * width]), for points_place to say of one of them
+ * where it came from. */
+typedef struct error *points_taker(void *context, const struct points *points, const double *value,
+                                   size_t width, size_t count);
+
+/* Hands on all points of a text file, some at a time and in order. Errors: besides the taker's,
+ * there is no point in it. */
+struct error *points_read_all(const char *path, points_taker *take, void *context);
+
 /* Where the i-th point of the last points_read came from. */
 struct error *points_place(const struct points *points, size_t i, struct error *err);
 
