@@ -1,34 +1,23 @@
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how
  * smoothly it changes. */
-#include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
-#include "base/progress.h"
 #include "base/warning.h"
 #include "capture/stage.h"
 #include "interpolate/baked.h"
 #include "interpolate/interpolate_options.h"
-#include "math/box.h"
-#include "measure/measure.h"
-#include "measure/report.h"
-#include "measure/truth.h"
-#include "measure/unseen.h"
+#include "measure/assess.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 struct arguments {
-    struct truth_settings truth;
-    struct measure_settings measure;
+    struct assess_job job;
     struct interpolate_options how;
-    const char *truth_file, *map_file; /* NULL: none */
-    int leak_samples;
     enum report_format format;
     bool any_scene;
     struct common common;
@@ -36,7 +25,8 @@ struct arguments {
 
 static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
-    struct truth_settings *t = &a->truth;
+    struct assess_job *job = &a->job;
+    struct truth_settings *t = &job->truth;
     const struct option_row points[] = {
         {.name = "points",
          .letter = 'n',
@@ -88,7 +78,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "truth",
          .argument = "FILE",
          .kind = OPTION_TEXT,
-         .value = &a->truth_file,
+         .value = &job->truth_file,
          .shown = "none",
          .unrecorded = true,
          .help = "keep the traced light in FILE; where it is there, use it"},
@@ -133,26 +123,26 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "tolerance",
          .argument = "SHARE",
          .kind = OPTION_REAL,
-         .value = &a->measure.tolerance,
+         .value = &job->measure.tolerance,
          .most = 1e6,
          .help = "too bright or dark is what is off by more than this share of\n"
                  "the mean irradiance"},
         {.name = "dark",
          .argument = "SHARE",
          .kind = OPTION_REAL,
-         .value = &a->measure.dark,
+         .value = &job->measure.dark,
          .most = 1e6,
          .help = "points with less than this share of the mean irradiance are\ndark"},
         {.name = "leak-samples",
          .argument = "N",
          .kind = OPTION_INT,
-         .value = &a->leak_samples,
+         .value = &job->leak_samples,
          .most = 65536,
          .help = "points in each cell that look for their probes; 0: none"},
         {.name = "map",
          .argument = "FILE",
          .kind = OPTION_TEXT,
-         .value = &a->map_file,
+         .value = &job->map_file,
          .shown = "none",
          .unrecorded = true,
          .help = "write the points with the error at each to FILE, as a probe\nstream"},
@@ -186,8 +176,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     option_row(shared, "seed")->given = &t->seed_given;
     struct error *err = options_parse(program, groups, argc, argv);
     t->seed = a->common.seed;
-    a->measure.seed = (uint64_t)a->common.seed;
-    a->measure.threads = a->common.threads;
+    job->measure.seed = (uint64_t)a->common.seed;
+    job->measure.threads = a->common.threads;
     for (int k = 0; k < 3 && !err && t->bounds_given; k++)
         if (!(t->bounds[k] <= t->bounds[3 + k]))
             err = error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
@@ -196,9 +186,9 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         err = error_usage("--points and --at exclude each other");
     if (!err && t->path_file && t->paths_given)
         err = error_usage("--paths and --path exclude each other");
-    if (!err && a->leak_samples == 1)
+    if (!err && job->leak_samples == 1)
         err = error_usage("--leak-samples: expected 0 or at least 2, got 1");
-    if (!err && a->common.output && !a->leak_samples)
+    if (!err && a->common.output && !job->leak_samples)
         err = error_usage("--output needs --leak-samples");
     return err ? err : interpolate_options_check(&a->how);
 }
@@ -206,7 +196,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
 /* Standard input can be read once. */
 static struct error *check_inputs(const struct arguments *a, const char *input)
 {
-    const char *const from[] = {input, a->truth.points_file, a->truth.path_file};
+    const struct truth_settings *truth = &a->job.truth;
+    const char *const from[] = {input, truth->points_file, truth->path_file};
     int standard = 0;
     for (int i = 0; i < 3; i++)
         standard += from[i] && !strcmp(from[i], "-");
@@ -215,87 +206,13 @@ static struct error *check_inputs(const struct arguments *a, const char *input)
                : NULL;
 }
 
-/* The truth from its file; where there is none yet, traced, and kept. */
-static struct error *get_truth(struct truth *truth, const struct arguments *a,
-                               const struct stage *stage, const struct baked *baked,
-                               const struct program *program, struct warnings *warnings)
-{
-    if (a->truth_file && !access(a->truth_file, F_OK))
-        return truth_read(truth, a->truth_file, stage, &a->truth);
-    if (a->truth_file && errno != ENOENT)
-        return error_system(errno, "%s", a->truth_file);
-    const struct box box = box_of(baked->probe_count, baked->position);
-    struct progress *progress = progress_start(a->common.progress && !a->common.quiet,
-                                               program->name, "points", truth_size(&a->truth));
-    const struct truth_job job = {.stage = stage,
-                                  .settings = &a->truth,
-                                  .box = &box,
-                                  .command_line = program->recorded,
-                                  .threads = a->common.threads,
-                                  .progress = progress,
-                                  .warnings = warnings};
-    struct error *err = truth_trace(truth, &job);
-    progress_end(progress);
-    if (!err && a->truth_file)
-        err = stream_write(truth->stream, a->truth_file, STREAM_AS_READ);
-    return err;
-}
-
-static struct error *store_column(struct stream *stream, const char *name, const float *value)
-{
-    struct table *cells = stream_table(stream, "tet");
-    struct column *column = NULL;
-    struct error *err = table_add_column(cells, name, COLUMN_F32, 1, &column);
-    if (!err)
-        memcpy(column->data, value, cells->rows * sizeof *value);
-    return err;
-}
-
-/* Marks the cells and writes the stream. */
-static struct error *write_marked(struct stream *stream, const struct unseen_cells *cells,
-                                  const struct arguments *a, const char *recorded)
-{
-    struct error *err = store_column(stream, "leak", cells->cell_weight);
-    if (!err)
-        err = store_column(stream, "leak_light", cells->cell_leak);
-    if (!err)
-        err = store_column(stream, "leak_free", cells->cell_free);
-    if (!err)
-        err = header_add_provenance(&stream->header, recorded);
-    return err ? err : stream_write(stream, a->common.output, a->common.encoding);
-}
-
-/* Measures the error, and writes the map of it where one is wanted. */
-static struct error *measure_points(struct report *report, const struct arguments *a,
-                                    const struct stage *stage, const struct truth *truth,
-                                    const struct baked *baked, const char *recorded)
-{
-    struct stream *stream = NULL;
-    struct table *map = NULL;
-    if (!a->map_file)
-        return measure_error(report, truth, baked, stage->tracer, &a->measure, NULL);
-    struct error *err = stream_create(&stream);
-    if (!err)
-        err = header_copy(&stream->header, &truth->stream->header);
-    if (!err)
-        err = header_add_provenance(&stream->header, recorded);
-    if (!err)
-        err = stream_add_table(stream, "probe", &map);
-    if (!err)
-        err = measure_error(report, truth, baked, stage->tracer, &a->measure, map);
-    if (!err)
-        err = stream_write(stream, a->map_file, a->common.encoding);
-    stream_destroy(stream);
-    return err;
-}
-
 /* What leaks is known of tetrahedra alone: there is free space in them to take points of. */
 static struct error *check_cells(const struct arguments *a, const struct baked *baked,
                                  struct warnings *warnings)
 {
     static const char *const cells[] = {"there are no cells", "the cell is a point",
                                         "the cells are segments", "the cells are triangles"};
-    if (baked->mesh.corners == 4 || !a->leak_samples)
+    if (baked->mesh.corners == 4 || !a->job.leak_samples)
         return NULL;
     if (a->common.output)
         return error_new("--output marks where tetrahedra leak: %s", cells[baked->mesh.corners]);
@@ -317,46 +234,27 @@ static struct error *open_baked(struct baked *baked, const struct stream *stream
     return error_wrap(err, "%s", file_input_name(input));
 }
 
-/* Where each part's time went, for those who wait. */
-struct seconds {
-    double start, truth, error, leak;
-};
-
-static struct error *measure_all(struct report *report, const struct arguments *a,
-                                 const struct stage *stage, const struct baked *baked,
-                                 struct unseen_cells *cells, const struct program *program,
-                                 struct seconds *seconds, struct warnings *warnings)
+static void say_times(const char *program, const struct assessment *result)
 {
-    struct truth truth = {0};
-    const bool leaks = a->leak_samples && baked->mesh.corners == 4;
-    struct error *err = get_truth(&truth, a, stage, baked, program, warnings);
-    seconds->truth = clock_seconds();
+    fprintf(stderr, "%s: truth %.2f s, error %.2f s, leaks %.2f s\n", program,
+            result->truth_seconds, result->error_seconds, result->leak_seconds);
+}
+
+/* Marks the cells and writes the stream. */
+static struct error *write_marked(struct stream *stream, const struct assessment *result,
+                                  const struct common *common, const char *recorded)
+{
+    struct error *err = assess_mark(result, stream);
     if (!err)
-        err = measure_points(report, a, stage, &truth, baked, program->recorded);
-    if (!err)
-        err = measure_change(report, &truth, baked);
-    seconds->error = clock_seconds();
-    if (!err && leaks)
-        err = unseen_cells(cells, stage->tracer, baked, a->leak_samples, a->measure.seed,
-                           a->measure.threads);
-    seconds->leak = clock_seconds();
-    if (!err && leaks)
-        err = unseen_report(report, cells, baked->mesh.cells);
-    const struct estimate noise = report_get(report, "noise_mean_relative", "all");
-    if (!err && noise.value > a->measure.tolerance)
-        warnings_add(warnings, "noise",
-                     "the truth's noise, %.2g %% of the mean irradiance, is more than --tolerance: "
-                     "--truth-rays brings it down",
-                     100 * noise.value);
-    truth_clear(&truth);
-    return err;
+        err = header_add_provenance(&stream->header, recorded);
+    return err ? err : stream_write(stream, common->output, common->encoding);
 }
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.truth = truth_settings_default(),
-                          .measure = {.tolerance = 0.05, .dark = 0.25},
-                          .leak_samples = 8,
+    struct arguments a = {.job = {.truth = truth_settings_default(),
+                                  .measure = {.tolerance = 0.05, .dark = 0.25},
+                                  .leak_samples = 8},
                           .common = common_default()};
     a.common.output = NULL;
     struct program program = {.name = "probe-error",
@@ -372,9 +270,7 @@ int main(int argc, char **argv)
     struct stream *stream = NULL;
     struct stage stage = {0};
     struct baked baked = {0};
-    struct report report = {0};
-    struct unseen_cells cells = {0};
-    struct seconds seconds = {.start = clock_seconds()};
+    struct assessment result = {0};
     struct error *err = parse(&program, &a, argc, argv);
     if (!err)
         err = options_record(&program, program.operands[0]);
@@ -397,24 +293,28 @@ int main(int argc, char **argv)
                      "the stream does not say how it was captured: all light, %d bounces, "
                      "and the scene's own lights are taken",
                      stage.capture_settings.bounces);
-    seconds.start = clock_seconds();
-    if (!err)
-        err = measure_all(&report, &a, &stage, &baked, &cells, &program, &seconds, &warnings);
+    if (!err) {
+        a.job.stage = &stage;
+        a.job.baked = &baked;
+        a.job.map_encoding = a.common.encoding;
+        a.job.command_line = program.recorded;
+        a.job.program = program.name;
+        a.job.progress = a.common.progress && !a.common.quiet;
+        a.job.warnings = &warnings;
+        err = assess(&result, &a.job);
+    }
     if (!a.common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     if (!err && !a.common.quiet)
-        fprintf(stderr, "%s: truth %.2f s, error %.2f s, leaks %.2f s\n", program.name,
-                seconds.truth - seconds.start, seconds.error - seconds.truth,
-                seconds.leak - seconds.error);
+        say_times(program.name, &result);
     /* then the report gives way */
     const bool to_stdout = a.common.output && !strcmp(a.common.output, "-");
     if (!err && a.common.output)
-        err = write_marked(stream, &cells, &a, program.recorded);
+        err = write_marked(stream, &result, &a.common, program.recorded);
     if (!err)
-        err = report_print(&report, a.format, to_stdout ? stderr : stdout);
-    unseen_cells_clear(&cells);
-    report_clear(&report);
+        err = report_print(&result.report, a.format, to_stdout ? stderr : stdout);
+    assessment_clear(&result);
     baked_close(&baked);
     stage_clear(&stage);
     stream_destroy(stream);

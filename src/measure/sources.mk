@@ -1,5 +1,6 @@
 # truth, error, leaks, report
 measure_sources = \
+	%D%/assess.c %D%/assess.h \
 	%D%/bootstrap.c %D%/bootstrap.h \
 	%D%/measure.c %D%/measure.h \
 	%D%/report.c %D%/report.h \
