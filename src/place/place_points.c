@@ -1,3 +1,4 @@
+#include "base/array.h"
 #include "base/error.h"
 #include "place/place_method.h"
 #include "stream/points.h"
