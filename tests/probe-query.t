@@ -290,6 +290,20 @@ wait
 exec 4<&-
 check "a pipe is answered point by point" [ -n "$first" ]
 
+# -- surface probes --------------------------------------------------------------------------------
+awk 'BEGIN { for (i = 0; i < 125; i++)
+    print i % 5, int(i / 5) % 5, int(i / 25), 0, 1, 0, i % 5, 2, 3 }' |
+    stream_of "table probe position:f64:3 normal:f32:3 irradiance:f32:3" |
+    probe-tet >surfaces.probe
+echo "1.25 2 3" | probe-query --column irradiance surfaces.probe >light
+check "surface probes are asked without a normal" every 'near($1, 1.25, 1e-5) && $2 == 2' light
+refused 1 "column irradiance is that of the probes' own normals: ask for it with x y z alone" \
+    given "1 2 3 0 1 0" probe-query --column irradiance surfaces.probe
+for points in "1 2 3" "1 2 3 0 1 0"; do
+    refused 1 "each has the irradiance of its own normal (--column irradiance)" \
+        given "$points" probe-query surfaces.probe
+done
+
 # -- what is refused -------------------------------------------------------------------------------
 probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 >placed.probe
 refused 1 "run probe-tet" given "1 1 1" probe-query placed.probe

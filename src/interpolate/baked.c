@@ -21,7 +21,7 @@ struct error *baked_open_probes(struct baked *b, const struct stream *stream)
     if (!probes || !probes->rows)
         return error_new("there are no probes");
     if (!table_column(probes, "sh"))
-        return error_new("the probes have no light (no column sh): run probe-capture");
+        return interpolate_no_light(probes);
     struct error *err = table_require(probes, "position", COLUMN_F64, 3, &position);
     if (!err)
         err = table_require(probes, "sh", COLUMN_F32, 0, &sh);

@@ -47,6 +47,14 @@ void interpolate_kind_names(char *text, size_t size, bool need_cells, const char
 
 /* -- opening --------------------------------------------------------------------------------- */
 
+struct error *interpolate_no_light(const struct table *probes)
+{
+    if (table_column(probes, "normal") && table_column(probes, "irradiance"))
+        return error_new("the probes are at surfaces: each has the irradiance of its own normal "
+                         "(--column irradiance) and no light from all sides (no column sh)");
+    return error_new("the probes have no light (no column sh): run probe-capture");
+}
+
 static struct error *open_column(struct interpolate *in, const struct stream *stream)
 {
     const struct table *probes = stream_table(stream, "probe");
@@ -56,7 +64,7 @@ static struct error *open_column(struct interpolate *in, const struct stream *st
     if (!probes)
         return error_new("there is no table probe");
     if (sh && !table_column(probes, "sh"))
-        return error_new("the probes have no light (no column sh): run probe-capture");
+        return interpolate_no_light(probes);
     struct error *err = table_require(probes, name, COLUMN_F32, 0, &column);
     if (err)
         return err;

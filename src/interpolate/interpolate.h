@@ -18,6 +18,7 @@
 struct error;
 struct interpolate_kind;
 struct stream;
+struct table;
 
 /* The kinds (interpolate_kind.h): */
 extern const struct interpolate_kind
@@ -79,6 +80,9 @@ struct error *interpolate_open(struct interpolate **interpolate, const struct st
 /* A packed file (man probe-query). */
 struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
                                       const struct interpolate_settings *settings);
+
+/* The error that probes without a column sh have no light, or that of surfaces alone. */
+struct error *interpolate_no_light(const struct table *probes);
 
 void interpolate_close(struct interpolate *interpolate); /* NULL is legal */
 

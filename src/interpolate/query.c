@@ -153,6 +153,10 @@ static struct error *write_legend(struct query *q)
 /* The first point says what comes out. */
 static struct error *start(struct query *q, size_t point_width)
 {
+    if (point_width == 6 && !q->in->order && !strcmp(q->in->settings.column, "irradiance"))
+        return error_new("points with a normal ask for irradiance there, which is made of light "
+                         "from all sides (column sh); column irradiance is that of the probes' own "
+                         "normals: ask for it with x y z alone");
     if (point_width == 6 && !q->in->order)
         return error_new(
             "points with a normal ask for irradiance, which is made of the column sh, not of %s",
