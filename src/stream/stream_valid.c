@@ -26,7 +26,6 @@ static const struct known {
     {"probe", "normal", COLUMN_F32, 3, 0},
     {"probe", "bent_normal", COLUMN_F32, 3, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0},
-    {"probe", "origin", COLUMN_I32, 1, 0},
     {"probe", "sh_window", COLUMN_F32, 1, 0},
     {"probe", "ambient_cube", COLUMN_F32, 18, 0},
     {"probe", "ambient_dice", COLUMN_F32, 36, 0},
