@@ -62,6 +62,7 @@ struct work {
     uint64_t name;
     bool surface;
     struct path_receiver receiver;
+    float room; /* trace_start_room */
     struct strata light;
     double gradient[9 * SH_COUNT_MAX]; /* times rays */
     /* light of point, spot and sun lights, which needs no rays; and its gradient */
@@ -170,9 +171,9 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
             struct gradient_cell *cell = &cells->cell[draw->cell[i]];
             *cell = (struct gradient_cell){.radiance = vec3f_add(m->scattered, straight),
                                            .direction = direction[i]};
-            if (m->hit)
-                cell->plane =
-                    vec3f_scale(1 / (m->distance * vec3f_dot(m->normal, direction[i])), m->normal);
+            const float off = m->hit ? m->distance * vec3f_dot(m->normal, direction[i]) : 0;
+            if (fabsf(off) > w->room)
+                cell->plane = vec3f_scale(1 / off, m->normal);
         }
     }
     strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
@@ -439,6 +440,7 @@ struct error *capture_probe(const struct path_tracer *path, const struct capture
         return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1],
                          p[2], (double)farthest);
     w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
+    w.room = trace_start_room(path->tracer, p);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
     struct error *err = NULL;

@@ -12,8 +12,10 @@
  * the wall's direction; across an edge that bulges towards the probe the farther of them is what is
  * seen (after Ward and Heckbert, "Irradiance gradients", EGWR 1992, translational gradient, with
  * Y_lm in place of the cosine). Radiance of Lambertian surfaces does not change with the view, so
- * as cells shrink the sum tends to the gradient. What is infinitely far does not move. Light of
- * point and spot lights changes as its closed form does, its visibility held.
+ * as cells shrink the sum tends to the gradient. What is infinitely far does not move; nor does a
+ * plane that the probe lies in, which fills half of the sphere and goes on doing so wherever the
+ * probe goes on its side. Light of point and spot lights changes as its closed form does, its
+ * visibility held.
  */
 #ifndef GRADIENT_H
 #define GRADIENT_H
@@ -26,7 +28,8 @@
 struct gradient_cell {
     struct vec3f radiance;
     struct vec3f direction; /* unit */
-    /* of what is hit: its product with a direction is 1 / distance; 0: nothing */
+    /* of what is hit: its product with a direction is 1 / distance; 0: nothing, or what the probe
+     * lies in */
     struct vec3f plane;
 };
 

@@ -400,6 +400,12 @@ static bool clear_candidate(struct RTCPointQueryFunctionArguments *args)
     return false; /* the radius stays */
 }
 
+float trace_start_room(const struct tracer *t, const double p[3])
+{
+    const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
+    return (float)(2 * eye_gap * fmax(1, largest(place)));
+}
+
 struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f normal)
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
@@ -412,7 +418,7 @@ struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f
     struct RTCPointQuery query = {.x = (float)place.x,
                                   .y = (float)place.y,
                                   .z = (float)place.z,
-                                  .radius = (float)(2 * eye_gap * size)};
+                                  .radius = trace_start_room(t, p)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, clear_candidate, &eye);

@@ -152,6 +152,10 @@ bool trace_local_occluded(const struct tracer *tracer, const struct trace_ray *r
  * is given (unit; zero: none) and the surface's own. */
 struct vec3f trace_start(const struct tracer *tracer, const double p[3], struct vec3f normal);
 
+/* A surface nearer to p than this, in local units, is one that p lies in: nobody knows how far
+ * trace_start left it behind, nor on which side p was meant to be. */
+float trace_start_room(const struct tracer *tracer, const double p[3]);
+
 /* Where a ray starts that leaves a surface's point, met at `distance`, to the side of `normal`
  * (unit; either sign of the surface's). */
 static inline struct vec3f trace_leave(struct vec3f position, float distance, struct vec3f normal)
