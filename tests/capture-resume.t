@@ -1,5 +1,6 @@
 #!/bin/sh
-# A bake in pieces is the bake in one: slices, a capture that was killed, a capture that was asked to end.
+# A bake in pieces is the bake in one: slices, a capture that was killed, a capture that was asked
+# to end.
 . "${SRC:?}/tests/support/setup.sh"
 scene=$SRC/scenes/two-rooms.obj
 options="--quiet --threads 2 --bounces 2"
@@ -7,22 +8,28 @@ capture() { probe-capture $options "$@"; }
 # rows STREAM: the tables alone, as text
 rows() { probe-cat --text "$1" | grep -v '^#'; }
 # same_rows A B
-same_rows() { rows "$1" >same.a && rows "$2" >same.b && cmp same.a same.b; }
+same_rows() { rows "$1" >same.a && rows "$2" >same.b && cmp same.a same.b && test -s same.a; }
 # lit STREAM: how many probes have light
-lit() { probe-cat --text --tables probe --columns position,sh --captured "$1" 2>/dev/null | grep -c '^[0-9-]'; }
+lit() {
+    probe-cat --text --tables probe --columns position,sh --captured "$1" 2>/dev/null |
+        grep -c '^[0-9-]'
+}
 
 # -- slices ----------------------------------------------------------------------------------------
 probe-place grid -q --count 60 "$scene" | probe-tet >placed.probe
-probes=$(probe-cat --text --tables probe placed.probe | grep -c '^[0-9-]')
+probes=$(row_count probe placed.probe)
+third=$(((probes + 2) / 3)) # of them, in the first slice
 capture --rays 32 "$scene" placed.probe >whole.probe
 for i in 1 2 3; do capture --rays 32 --slice $i/3 "$scene" placed.probe >slice$i.probe; done
-check "slice 2/3 captures every third probe, from the second" sh -c "probe-cat --text --tables probe --columns validity,position slice2.probe |
-    grep '^[0-9n-]' | awk '(NR % 3 == 2) != (\$4 != \"nan\") { bad = 1 } END { exit bad || NR != $probes }'"
+rows_of position,validity slice2.probe >slice2.rows
+check "slice 2/3 captures every third probe, from the second" has_lines "$probes" slice2.rows \
+    and every '(FNR % 3 == 2) == ($4 != "nan")' slice2.rows
 check "and leaves the others as they are" [ "$(lit slice2.probe)" -eq $(((probes + 1) / 3)) ]
 for order in "1 2 3" "3 1 2" "2 3 1"; do
     set -- $order
     probe-cat --fill slice$2.probe --fill slice$3.probe slice$1.probe >filled.probe
-    check "slices $order fill up to the whole, byte for byte, cells as well" same_rows filled.probe whole.probe
+    check "slices $order fill up to the whole, byte for byte, cells as well" \
+        same_rows filled.probe whole.probe
 done
 probe-cat --fill slice1.probe --fill slice2.probe --fill slice3.probe placed.probe >filled.probe
 check "and so they fill what was placed" same_rows filled.probe whole.probe
@@ -33,15 +40,18 @@ check "1/1 is all, in text as in binary" same_rows text.probe whole.probe
 capture --rays 32 --slice 999/1000 "$scene" placed.probe >none.probe
 check "a slice may have no probes" [ "$(lit none.probe)" -eq 0 ]
 probe-capture --slice 1/3 "$scene" slice1.probe 2>err >again.probe
-check "a slice that is done is said to be" grep -q "all $(((probes + 2) / 3)) probes of the slice have light already" err
+check "a slice that is done is said to be" \
+    says err "all $third probes of the slice have light already"
 capture --again --rays 16 --slice 1/3 "$scene" whole.probe >again.probe
-check "captured again, the others lose their light: other settings made it" [ "$(lit again.probe)" -eq $(((probes + 2) / 3)) ]
+check "captured again, the others lose their light: other settings made it" \
+    [ "$(lit again.probe)" -eq $third ]
 capture --rays 16 "$scene" placed.probe >other.probe
 refused 1 "capture-rays is 16, and theirs is 32" probe-cat --fill other.probe slice1.probe
 for slice in 0/3 4/3 1/0 -1/3 x 1 1/ /3 1/3x 1/3/3 1.5/3 ''; do
     refused 2 "--slice: expected I/N" probe-capture --slice "$slice" "$scene" placed.probe
 done
-refused 2 "--slice needs a fixed --order" probe-capture --slice 1/2 --order auto "$scene" placed.probe
+refused 2 "--slice needs a fixed --order" \
+    probe-capture --slice 1/2 --order auto "$scene" placed.probe
 
 # -- killed ----------------------------------------------------------------------------------------
 # Whoever reads a pipe slowly holds up who writes it: after a part of the rows, others are still to
@@ -102,7 +112,9 @@ done
 # and has a handler of SIGTERM, which it gets when the scene is read. took: no signal waits for it.
 # works: it has computed for ten milliseconds since "ticks" was written, and so, behind the reading
 # of the scene, is in its probes.
-ready() { grep -qx probe-capture "/proc/$1/comm" && says "/proc/$1/status" '^SigCgt:.*[4-7c-f]...$'; }
+ready() {
+    grep -qx probe-capture "/proc/$1/comm" && says "/proc/$1/status" '^SigCgt:.*[4-7c-f]...$'
+}
 took() { says "/proc/$1/status" '^ShdPnd:[[:space:]]*0*$'; }
 ticks() { awk '{ print $14 }' "/proc/$1/stat"; }
 works() { [ "$(ticks "$1")" -ge $(($(cat ticks) + 2)) ]; }
@@ -136,7 +148,8 @@ if [ -r /proc/self/status ]; then
     kill -TERM $program
     wait $program 2>/dev/null
     check "a second signal ends at once" [ $? -eq 143 ]
-    check "and leaves the old file" [ "$(cat kept)" = old ] and not eval "ls -A | grep '^\.probe'"
+    ls -A >names
+    check "and leaves the old file" [ "$(cat kept)" = old ] and lacks names '^\.probe'
 
     env --ignore-signal=INT probe-capture $options --rays 16777216 "$scene" few.probe >ended 2>err &
     program=$!
