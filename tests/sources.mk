@@ -24,6 +24,7 @@ MODULE_TESTS = \
 	tests/scene_files \
 	tests/scenes \
 	tests/decimate \
+	tests/sky \
 	tests/capture \
 	tests/capture_error \
 	tests/capture_emission \
