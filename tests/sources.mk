@@ -12,6 +12,7 @@ MODULE_TESTS = \
 	tests/dering \
 	tests/basis \
 	tests/query \
+	tests/scatter \
 	tests/interpolate \
 	tests/octree \
 	tests/library \
