@@ -8,6 +8,7 @@ MODULE_TESTS = \
 	tests/number \
 	tests/sh \
 	tests/stream \
+	tests/stream_salvage \
 	tests/content \
 	tests/dering \
 	tests/basis \
