@@ -9,6 +9,7 @@ MODULE_TESTS = \
 	tests/sh \
 	tests/stream \
 	tests/stream_salvage \
+	tests/points \
 	tests/content \
 	tests/dering \
 	tests/basis \
