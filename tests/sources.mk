@@ -51,12 +51,12 @@ PROGRAM_TESTS = \
 	tests/sweep.t \
 	tests/bench.t \
 	tests/pipeline.t \
-	tests/pipeline-extremes.t \
+	tests/extreme-numbers.t \
 	tests/probe-cat.t \
 	tests/probe-place.t \
 	tests/probe-capture.t \
-	tests/capture-resume.t \
-	tests/conversion.t \
+	tests/bake-in-pieces.t \
+	tests/light-conversion.t \
 	tests/probe-tet.t \
 	tests/probe-leakfix.t \
 	tests/probe-error.t \
