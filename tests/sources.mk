@@ -48,6 +48,7 @@ MODULE_TESTS = \
 PROGRAM_TESTS = \
 	tests/layers.t \
 	tests/manual.t \
+	tests/install.t \
 	tests/sweep.t \
 	tests/bench.t \
 	tests/pipeline.t \

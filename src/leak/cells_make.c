@@ -4,7 +4,6 @@
 #include "stream/stream.h"
 
 #include <errno.h>
-#include <libgen.h>
 #include <limits.h>
 #include <spawn.h>
 #include <stdio.h>
@@ -15,18 +14,31 @@
 
 extern char **environ;
 
-/* Where probe-tet is: beside this program, or to be found on the PATH. */
+/* Where probe-tet is: beside this program, under a name that was changed in the same way
+ * (x-probe-leakfix, x-probe-tet: --program-prefix and the like) or under its own; or to be found on
+ * the PATH. */
 static void find_program(char path[PATH_MAX])
 {
+    static const char mine[] = "leakfix", wanted[] = "tet", plain[] = "probe-tet";
     char self[PATH_MAX];
     const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    char *name = NULL;
     if (length > 0) {
         self[length] = 0;
-        if (snprintf(path, PATH_MAX, "%s/probe-tet", dirname(self)) < PATH_MAX &&
+        name = strrchr(self, '/');
+    }
+    if (name) {
+        *name++ = 0;
+        const char *at = strstr(name, mine);
+        if (at &&
+            snprintf(path, PATH_MAX, "%s/%.*s%s%s", self, (int)(at - name), name, wanted,
+                     at + strlen(mine)) < PATH_MAX &&
             !access(path, X_OK))
             return;
+        if (snprintf(path, PATH_MAX, "%s/%s", self, plain) < PATH_MAX && !access(path, X_OK))
+            return;
     }
-    strcpy(path, "probe-tet");
+    strcpy(path, plain);
 }
 
 static struct error *run(const char *input, const char *output)

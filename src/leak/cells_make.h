@@ -1,7 +1,8 @@
 /* cells_make: cells for a stream's probes, made by running probe-tet.
  *
  * TetGen is AGPL-3, so probe-tet alone links it; whoever needs cells runs that program. It is
- * looked for beside the running program, then on the PATH.
+ * looked for beside the running program, whatever --program-prefix and the like made of their
+ * names, then on the PATH.
  */
 #ifndef CELLS_MAKE_H
 #define CELLS_MAKE_H
