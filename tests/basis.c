@@ -293,7 +293,7 @@ static void test_highlight(void)
        better, negative);
     float dark[27] = {0}, c[9];
     fit(BASIS_AHD, 3, dark, c);
-    ok(!c[0] && !c[3] && fabsf(c[6] * c[6] + c[7] * c[7] + c[8] * c[8] - 1) < 1e-6f,
+    ok(c[0] == 0 && c[3] == 0 && fabsf(c[6] * c[6] + c[7] * c[7] + c[8] * c[8] - 1) < 1e-6f,
        "ahd: darkness is dark, with a unit direction");
 }
 

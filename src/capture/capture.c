@@ -74,7 +74,7 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
 struct error *capture_settings_from_header(struct capture_settings *settings,
                                            const struct stream_header *header)
 {
-    int light = settings->light;
+    int light = (int)settings->light;
     int64_t seed = (int64_t)settings->seed;
     struct error *err = header_get_int(header, "sh-order", 1, SH_ORDER_MAX, &settings->order);
     if (!err)

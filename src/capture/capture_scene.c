@@ -6,8 +6,8 @@
 
 bool capture_is_dark(const struct scene *scene)
 {
-    bool dark = !scene->light_count && !scene->sky.radiance[0] && !scene->sky.radiance[1] &&
-                !scene->sky.radiance[2];
+    const double *sky = scene->sky.radiance;
+    bool dark = !scene->light_count && sky[0] == 0 && sky[1] == 0 && sky[2] == 0;
     for (size_t i = 0; i < scene->material_count; i++)
         dark = dark && !scene_emits(&scene->materials[i]);
     return dark;

@@ -131,7 +131,7 @@ static const char *parse_comparison(struct stream_condition *c, const char *at)
 {
     static const struct {
         char text[3];
-        int comparison;
+        enum stream_comparison comparison;
     } comparisons[] = {{"<=", COMPARE_LESS_EQUAL}, {">=", COMPARE_GREATER_EQUAL},
                        {"==", COMPARE_EQUAL},      {"!=", COMPARE_UNEQUAL},
                        {"<", COMPARE_LESS},        {">", COMPARE_GREATER},

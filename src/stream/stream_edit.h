@@ -15,7 +15,7 @@ struct stream_condition {
     char column[64];
     bool indexed;
     size_t index;
-    enum {
+    enum stream_comparison {
         COMPARE_LESS,
         COMPARE_LESS_EQUAL,
         COMPARE_GREATER,

@@ -87,8 +87,8 @@ static inline int facet_back_4(const int32_t *vertex, const int32_t *neighbour, 
 {
     const int32_t *back = neighbour + 4 * other, c = (int32_t)cell;
     /* one, mostly: which, is not guessed */
-    unsigned facets = (back[0] == c) | (back[1] == c) << 1 | (back[2] == c) << 2 |
-                      (back[3] == c) << 3;
+    unsigned facets = (unsigned)((back[0] == c) | (back[1] == c) << 1 | (back[2] == c) << 2 |
+                                 (back[3] == c) << 3);
     for (; facets; facets &= facets - 1) {
         const int j = __builtin_ctz(facets);
         if (are_same(others(vertex + 4 * other, j), others(vertex + 4 * cell, i)))

@@ -11,8 +11,9 @@
  * vertex on no crease may move into any neighbour, one with exactly two crease edges along these,
  * any other stays: ends and branches of creases.
  */
-#pragma GCC diagnostic ignored                                                                     \
-    "-Wmaybe-uninitialized" /* OpenMesh's vectors begin without a value */
+#ifndef __clang__ /* OpenMesh's vectors begin without a value */
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 
 #ifndef NDEBUG
 #define NDEBUG /* in OpenMesh: else each look at a property is a dynamic_cast by the name of its   \

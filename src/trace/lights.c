@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* as a light's instance: `triangle` is its number among the scene's lights */
-enum { PUNCTUAL = UINT32_MAX };
+#define PUNCTUAL UINT32_MAX
 
 /* as a light's part */
 enum { WHOLE = UINT32_MAX };
