@@ -43,7 +43,25 @@ for part in $parts; do
     fi
 done
 
-# and that it is seen when one does not
+# -- figures ---------------------------------------------------------------------------------------
+cat >time_to.py <<'PY'
+import sys
+sys.path.insert(0, sys.argv[1])
+from benches.error import time_to
+for curve in (((.1, 1), (.01, 100)), ((.1, -.2), (.01, .5)), ((.1, .2), (.01, -.5)),
+              ((.03, 2), (.03, 3)), ((.02, 4), (.01, 5)), ((.2, 4), (.1, 5))):
+    print(time_to(curve, .03))
+PY
+printf '%s\n' 11.111 'below 0.500' 'below 0.200' 2.000 'below 4.000' 'above 5.000' >expected
+check "bench error: seconds to an error, if few are lost in those without rays" \
+    into got env PYTHONDONTWRITEBYTECODE=1 python3 time_to.py "$SRC/scripts" and diff expected got
+case "${LDFLAGS-} " in
+*-fsanitize*) skip "sanitizers have memory of their own" ;;
+*) check "bench scene: the peak is the program's, not Python's" \
+    every '$1 != "probe-tet" || $3 > 0 && $3 < 8' scene.out ;;
+esac
+
+# -- what fails ------------------------------------------------------------------------------------
 mkdir -p broken/src
 for program in "$BUILD"/src/probe-*; do
     if [ -x "$program" ]; then ln -s "$program" broken/src/; fi

@@ -15,10 +15,12 @@ ASKED = (0.1, 0.05, 0.03, 0.02, 0.01)
 
 def time_to(curve, goal):
     """Seconds at which an error is reached, between two measured ones along a straight line of
-    logarithms."""
+    logarithms. Those of few rays may be less than none: the time without rays is taken off."""
     for (e0, s0), (e1, s1) in zip(curve, curve[1:]):
-        if e0 >= goal >= e1 and s0 > 0:
-            share = (math.log(e0) - math.log(goal)) / (math.log(e0) - math.log(e1))
+        if e0 >= goal >= e1:
+            if min(s0, s1) <= 0:
+                return f"below {max(s0, s1, 0.001):.3f}"
+            share = math.log(e0 / goal) / math.log(e0 / e1) if e0 > e1 > 0 else 0
             return f"{s0 * (s1 / s0) ** share:.3f}"
     return f"below {curve[0][1]:.3f}" if curve[0][0] < goal else f"above {curve[-1][1]:.3f}"
 
@@ -31,7 +33,7 @@ def bench(options):
         placed, out, many = file("placed.probe"), file("out.probe"), file("many.probe")
 
         def seconds_of(dials):
-            return run(f"{capture} {dials} -o {out} {scene} {placed}")[0]
+            return run(f"{capture} {dials} -o {out} {scene} {placed}")
 
         place(options, placed, options.size(64, 4))
         run(f"{capture} --seed 1000 --rays {truth_rays} -o {many} {scene} {placed}")

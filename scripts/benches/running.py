@@ -11,16 +11,23 @@ import tempfile
 import time
 
 
-def run(command, stdin=None, stdout=subprocess.DEVNULL):
-    """Runs one command; returns wall seconds and the peak memory in MB."""
+def run(command, before=()):
+    """Runs one command, behind the words of another that runs it; returns wall seconds."""
     start = time.perf_counter()
-    process = subprocess.Popen(shlex.split(command), stdin=stdin, stdout=stdout)
-    _, status, usage = os.wait4(process.pid, 0)
+    status = subprocess.run([*before, *shlex.split(command)], stdout=subprocess.DEVNULL,
+                            check=False).returncode
     seconds = time.perf_counter() - start
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        sys.exit(f"bench: {command}: exit status {process.returncode}")
-    return seconds, usage.ru_maxrss / 1024
+    if status:
+        sys.exit(f"bench: {command}: exit status {status}")
+    return seconds
+
+
+def run_peak(command):
+    """The same, with the peak memory in MB. GNU time reads it, for a child of Python begins with
+    Python's own."""
+    with tempfile.NamedTemporaryFile("r") as note:
+        seconds = run(command, ("time", "-q", "-f", "%M", "-o", note.name))
+        return seconds, float(note.read()) / 1024
 
 
 def shell(pipe):
@@ -38,7 +45,7 @@ def medians(commands, runs):
     times = [[] for _ in commands]
     for turn in range(runs + 1):
         for i, command in enumerate(commands):
-            seconds, _ = run(command)
+            seconds = run(command)
             if turn:
                 times[i].append(seconds)
     return [statistics.median(t) for t in times]

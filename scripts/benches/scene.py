@@ -4,7 +4,7 @@ import shlex
 import sys
 
 from .inputs import error_effort, scene_of
-from .running import output_of, run, scratch, table
+from .running import output_of, run_peak, scratch, table
 
 
 def bench(options):
@@ -21,7 +21,7 @@ def bench(options):
                   f"probe-leakfix -o {out[3]} {scene} {out[2]}",
                   f"probe-error -q {error_effort(options)} -o {out[4]} {scene} {out[3]}")
         for path, stage in zip(out, stages):
-            seconds, megabytes = run(stage)
+            seconds, megabytes = run_peak(stage)
             info = output_of("probe-cat", "--info", path)
             counts = ", ".join(line.strip() for line in info.splitlines()
                                if line.lstrip().startswith("table"))

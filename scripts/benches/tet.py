@@ -52,7 +52,7 @@ def bench(options):
             run(f"{bare} order {stream} {points}")
             ours, theirs = [], []
             for turn in range(options.runs + 1):
-                seconds, _ = run(f"sh -c 'probe-tet -q {stream} | cat >/dev/null'")
+                seconds = run(f"sh -c 'probe-tet -q {stream} | cat >/dev/null'")
                 result = figures_of(options, "bench_tetgen", "run", points)
                 if turn:
                     ours.append(seconds)
