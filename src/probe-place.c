@@ -12,6 +12,7 @@
 #include "stream/stream.h"
 #include "trace/trace.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,13 +27,12 @@ struct arguments {
     double backface_share;
 };
 
-/* Recognises what is inside solids; `inside` is a row for each position, or NULL where nobody
- * asks. */
+/* Recognises where the positions are; `side` is a row for each, or NULL where nobody asks. */
 static struct error *find_inside(const struct arguments *a, const struct scene *scene,
-                                 const struct place *place, int threads, bool **inside,
+                                 const struct place *place, int threads, enum place_side **side,
                                  struct warnings *warnings)
 {
-    *inside = NULL;
+    *side = NULL;
     if (!scene || a->inside == INSIDE_KEEP)
         return NULL;
     const struct place_inside_settings settings = {
@@ -40,22 +40,44 @@ static struct error *find_inside(const struct arguments *a, const struct scene *
     struct tracer *tracer = NULL;
     struct error *err = trace_create(&tracer, scene);
     if (!err)
-        err = array_create(inside, place->count, sizeof **inside);
+        err = array_create(side, place->count, sizeof **side);
     if (!err)
-        err = place_inside(place, tracer, &settings, *inside, warnings);
+        err = place_inside(place, tracer, &settings, *side, warnings);
     trace_destroy(tracer);
     return err;
 }
 
+/* Says in one line how many of the probes are in no air, and why; then what is done about them. */
+static void tell_inside(const size_t of[], size_t all, const char *done, char *text, size_t size)
+{
+    static const char *const where[] = {[PLACE_SOLID] = "inside solids",
+                                        [PLACE_BEHIND] = "under or behind open surfaces",
+                                        [PLACE_VOID] = "outside of closed rooms"};
+    const size_t some = of[PLACE_SOLID] + of[PLACE_BEHIND] + of[PLACE_VOID];
+    bool told = false;
+    size_t used = some == all ? (size_t)snprintf(text, size, "all %zu probes are ", all)
+                              : (size_t)snprintf(text, size, "%zu of %zu probes are ", some, all);
+    for (int i = PLACE_SOLID; i <= PLACE_VOID; i++) {
+        if (of[i] == some)
+            used += (size_t)snprintf(text + used, size - used, "%s", where[i]);
+        else if (of[i])
+            used += (size_t)snprintf(text + used, size - used, "%s%zu %s",
+                                     told ? ", " : "in no air: ", of[i], where[i]);
+        told = told || of[i];
+    }
+    snprintf(text + used, size - used, "%s", done);
+}
+
 static struct error *fill(struct stream *stream, const struct arguments *a,
-                          const struct place *place, const bool *inside, struct warnings *warnings)
+                          const struct place *place, const enum place_side *side,
+                          struct warnings *warnings)
 {
     struct table *probes = NULL;
     struct column *position = NULL, *normal = NULL, *mark = NULL;
     struct error *err = stream_add_table(stream, "probe", &probes);
     if (!err)
         err = table_resize(probes, place->count);
-    if (!err && inside && a->inside == INSIDE_MARK)
+    if (!err && side && a->inside == INSIDE_MARK)
         err = table_add_column(probes, "inside", COLUMN_I32, 1, NULL);
     if (!err)
         err = table_add_column(probes, "position", COLUMN_F64, 3, NULL);
@@ -63,27 +85,33 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
         err = table_add_column(probes, "normal", COLUMN_F32, 3, &normal);
     position = err ? NULL : table_column(probes, "position");
     mark = err ? NULL : table_column(probes, "inside");
-    size_t kept = 0, within = 0;
+    size_t kept = 0, of[PLACE_VOID + 1] = {0};
     for (size_t i = 0; i < place->count && !err; i++) {
-        within += inside && inside[i];
-        if (inside && inside[i] && a->inside == INSIDE_DROP)
+        of[side ? side[i] : PLACE_AIR]++;
+        if (side && side[i] && a->inside == INSIDE_DROP)
             continue;
         memcpy(column_f64(position) + 3 * kept, place->position + 3 * i, 3 * sizeof(double));
         if (normal)
             memcpy(column_f32(normal) + 3 * kept, place->normal + 3 * i, 3 * sizeof(float));
         if (mark)
-            column_i32(mark)[kept] = inside[i];
+            column_i32(mark)[kept] = (int32_t)side[i];
         kept++;
     }
     if (!err)
         err = table_resize(probes, kept);
-    if (!err && within && a->inside == INSIDE_DROP)
-        warnings_add(warnings, "inside",
-                     "%zu of %zu probes are inside solids: dropped (--inside keep keeps them)",
-                     within, place->count);
-    if (!err && !kept)
-        err =
-            error_new("all %zu probes are inside solids (--inside keep keeps them)", place->count);
+    char text[512];
+    if (!err && of[PLACE_AIR] < place->count) {
+        tell_inside(of, place->count,
+                    a->inside == INSIDE_DROP ? ": dropped (--inside keep keeps them)" : ": marked",
+                    text, sizeof text);
+        warnings_add(warnings, "inside", "%s", text);
+    }
+    if (!err && !kept) {
+        tell_inside(of, place->count, "", text, sizeof text);
+        err = error_new("%s: none is in the air (--inside keep keeps them, though no light may "
+                        "get there; --bounds tells a grid where the air is)",
+                        text);
+    }
     return err;
 }
 
@@ -112,21 +140,23 @@ int main(int argc, char **argv)
          .value = OPTION_ENUM(a.inside),
          .given = &a.inside_given,
          .shown = "drop; with a normal keep",
-         .help = "probes inside solids: drop, keep, or mark in a column `inside`"},
+         .help = "probes in no air: drop, keep, or mark in a column `inside` (1 in a\n"
+                 "solid, 2 under or behind an open surface, 3 outside of a room)"},
         {.name = "inside-rays",
          .argument = "N",
          .kind = OPTION_INT,
          .value = &a.inside_rays,
          .least = 8,
          .most = 65536,
-         .help = "rays around a probe that look for solids"},
+         .help = "rays around a probe that look for the sides of surfaces"},
         {.name = "backface-share",
          .argument = "X",
          .kind = OPTION_REAL,
          .value = &a.backface_share,
          .most = 1,
          .least = 1e-9,
-         .help = "share of them that meet back faces inside what is not closed"},
+         .help = "share of the sides that they meet of open surfaces and rooms which are\n"
+                 "backs where there is no air"},
         {0}};
     struct common common = common_default();
     common.encoding = STREAM_BINARY;
@@ -141,7 +171,8 @@ int main(int argc, char **argv)
         .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or "
                    "x y z nx ny nz), "
                    "along the\n"
-                   "path through them, or at its vertices. Probes inside solids are dropped.",
+                   "path through them, or at its vertices. Probes inside solids, under the ground "
+                   "or\noutside of a closed level are dropped.",
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};
@@ -149,7 +180,7 @@ int main(int argc, char **argv)
     struct scene *scene = NULL;
     struct stream *stream = NULL;
     struct place place = {0};
-    bool *inside = NULL;
+    enum place_side *side = NULL;
     const struct place_method *method = NULL;
     struct place_world world = {0};
     const char *scene_path = NULL;
@@ -168,16 +199,17 @@ int main(int argc, char **argv)
         err = scene_read(&scene, scene_path, &settings, false, &warnings);
     world.scene = scene;
     world.most = a.max_probes;
+    world.warnings = &warnings;
     if (!err)
         err = method->place(&place, &a.options, &world);
     if (!err && place.normal && !a.inside_given) /* at a surface half of the rays may be inside */
         a.inside = INSIDE_KEEP;
     if (!err)
-        err = find_inside(&a, scene, &place, common.threads, &inside, &warnings);
+        err = find_inside(&a, scene, &place, common.threads, &side, &warnings);
     if (!err)
         err = stream_create(&stream);
     if (!err)
-        err = fill(stream, &a, &place, inside, &warnings);
+        err = fill(stream, &a, &place, side, &warnings);
     if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err)
@@ -185,7 +217,7 @@ int main(int argc, char **argv)
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    free(inside);
+    free(side);
     place_clear(&place);
     stream_destroy(stream);
     scene_destroy(scene);

@@ -127,7 +127,7 @@ static size_t inside_count(struct scene *scene, bool (*expected)(const double *p
 {
     enum { N = 2000 };
     static double p[3 * N];
-    static bool inside[N];
+    static enum place_side side[N];
     struct scene_settings settings = scene_settings_default();
     struct tracer *tracer = NULL;
     struct random r = random_start(1, 0, 0);
@@ -137,12 +137,12 @@ static size_t inside_count(struct scene *scene, bool (*expected)(const double *p
     const struct place_inside_settings s = place_inside_default();
     must(scene_finish(scene, &settings, NULL));
     must(trace_create(&tracer, scene));
-    must(place_inside(&place, tracer, &s, inside, NULL));
+    must(place_inside(&place, tracer, &s, side, NULL));
     size_t count = 0;
     *wrong = 0;
     for (int i = 0; i < N; i++) {
-        count += inside[i];
-        *wrong += inside[i] != expected(p + 3 * i);
+        count += side[i] != PLACE_AIR;
+        *wrong += (side[i] != PLACE_AIR) != expected(p + 3 * i);
     }
     trace_destroy(tracer);
     scene_destroy(scene);
@@ -157,6 +157,16 @@ static bool in_box(const double *p, double low, double high)
 static bool in_cube(const double *p)
 {
     return in_box(p, 2, 5);
+}
+
+static bool out_of_room(const double *p)
+{
+    return !in_box(p, 0, 10);
+}
+
+static bool out_of_room_or_in_cube(const double *p)
+{
+    return out_of_room(p) || in_cube(p);
 }
 
 static bool nowhere(const double *p)
@@ -177,19 +187,28 @@ static void test_inside(void)
     ok(count > 20 && wrong == 0, "a solid cube: %zu inside, %zu wrong", count, wrong);
     must(scene_create(&scene));
     add_box(scene, room_low, room_high, false, 6);
-    count = inside_count(scene, nowhere, &wrong);
-    ok(wrong == 0, "a room whose faces look inward holds air: %zu inside", count);
+    count = inside_count(scene, out_of_room, &wrong);
+    ok(count > 700 && wrong == 0,
+       "a room whose faces look inward holds air, and outside is none: %zu, %zu wrong", count,
+       wrong);
     must(scene_create(&scene));
     add_box(scene, room_low, room_high, true, 6);
     add_box(scene, low, high, true, 6);
-    count = inside_count(scene, in_cube, &wrong);
-    ok(count > 20 && wrong == 0,
-       "a room whose faces look outward holds air, for it holds the cube: %zu inside, %zu wrong",
-       count, wrong);
+    count = inside_count(scene, out_of_room_or_in_cube, &wrong);
+    ok(count > 720 && wrong == 0,
+       "so does one whose faces look outward, for it holds the cube: %zu, %zu wrong", count, wrong);
+    const double sign_low[3] = {5, 5, 5}, wall_low[3] = {5, -1.5, 0}, wall_high[3] = {9, 3, 7},
+                 sign_high[3] = {5.5, 5.5, 5.5}, ground_low[3] = {-9, -9, -9},
+                 ground_high[3] = {20, -1.5, 20};
     must(scene_create(&scene));
-    add_box(scene, room_low, room_high, true, 1); /* one wall */
+    add_box(scene, sign_low, sign_high, true, 1);
     count = inside_count(scene, nowhere, &wrong);
-    ok(wrong == 0, "behind a single wall is not inside: %zu", count);
+    ok(count < 10, "behind a sign in the open is air, but for right behind it: %zu", count);
+    must(scene_create(&scene));
+    add_box(scene, wall_low, wall_high, true, 1);
+    add_box(scene, ground_low, ground_high, true, 6);
+    count = inside_count(scene, nowhere, &wrong);
+    ok(wrong == 0, "where there is a ground, nothing is behind a wall: %zu", count);
 }
 
 /* All that comes; owned by the caller. */

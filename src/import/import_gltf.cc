@@ -362,6 +362,7 @@ void read_material(importer &g, const tinygltf::Material &from)
                   static_cast<float>(glow_factor[2])};
     if (scene_emits(&m))
         m.emission_map = read_map(g, glow);
+    m.two_sided = from.doubleSided;
     if (from.alphaMode == "MASK" || from.alphaMode == "BLEND") {
         m.alpha = from.alphaMode == "MASK" ? SCENE_CUTOUT : SCENE_BLEND;
         m.opacity = static_cast<float>(factor[3]);

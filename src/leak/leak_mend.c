@@ -36,7 +36,7 @@ static struct error *find(struct leaks *leaks, const struct tracer *tracer,
                           const struct leak_settings *settings, const struct stream *stream)
 {
     struct place_inside_settings inside_settings = place_inside_default();
-    bool *inside = NULL;
+    enum place_side *side = NULL;
     leaks_clear(leaks);
     struct leak_mesh mesh;
     struct error *err = leak_mesh_of(stream, &mesh);
@@ -46,15 +46,15 @@ static struct error *find(struct leaks *leaks, const struct tracer *tracer,
         return err;
     inside_settings.threads = settings->threads;
     const struct place place = {.position = leaks->probe, .count = leaks->probe_count};
-    err = array_create(&inside, leaks->probe_count, sizeof *inside);
+    err = array_create(&side, leaks->probe_count, sizeof *side);
     if (!err)
-        err = place_inside(&place, tracer, &inside_settings, inside, NULL);
+        err = place_inside(&place, tracer, &inside_settings, side, NULL);
     size_t kept = 0;
     for (size_t i = 0; i < leaks->probe_count && !err; i++)
-        if (!inside[i])
+        if (side[i] == PLACE_AIR)
             memmove(leaks->probe + 3 * kept++, leaks->probe + 3 * i, 3 * sizeof *leaks->probe);
     leaks->probe_count = kept;
-    free(inside);
+    free(side);
     return err;
 }
 

@@ -140,28 +140,27 @@ static void free_candidate(const struct space *space, size_t number, double p[3]
         p[k] = bounds[k] + (bounds[3 + k] - bounds[k]) * random_double(&r);
 }
 
-/* The first candidates of the box that are not inside solids. */
+/* The first candidates of the box that are in the air. */
 static struct error *place_free(struct place *place, const struct space *space)
 {
     const struct truth_job *job = space->job;
     const size_t wanted = (size_t)job->settings->points;
     struct place_inside_settings inside_settings = place_inside_default();
     struct place candidates = {0};
-    bool *inside = NULL;
+    enum place_side *side = NULL;
     inside_settings.threads = job->threads;
     struct error *err = array_create(&place->position, 3 * wanted, sizeof *place->position);
     if (!err)
         err = array_create(&candidates.position, 3 * wanted, sizeof *candidates.position);
     if (!err)
-        err = array_create(&inside, wanted, sizeof *inside);
+        err = array_create(&side, wanted, sizeof *side);
     candidates.count = wanted;
     for (size_t turn = 0; turn < TRIES && place->count < wanted && !err; turn++) {
         for (size_t i = 0; i < wanted; i++)
             free_candidate(space, turn * wanted + i, candidates.position + 3 * i);
-        err =
-            place_inside(&candidates, job->stage->tracer, &inside_settings, inside, job->warnings);
+        err = place_inside(&candidates, job->stage->tracer, &inside_settings, side, job->warnings);
         for (size_t i = 0; i < wanted && place->count < wanted && !err; i++)
-            if (!inside[i])
+            if (side[i] == PLACE_AIR)
                 memcpy(place->position + 3 * place->count++, candidates.position + 3 * i,
                        3 * sizeof(double));
     }
@@ -169,7 +168,7 @@ static struct error *place_free(struct place *place, const struct space *space)
         err = error_new("%zu of %zu random points are in free space: --bounds says where it is",
                         place->count, TRIES * wanted);
     place_clear(&candidates);
-    free(inside);
+    free(side);
     return err;
 }
 

@@ -128,7 +128,7 @@ static struct error *judge_blind(const struct job *job, size_t count, int thread
 {
     struct place place = {0};
     size_t *index = NULL, blind = 0, asked = 0;
-    bool *inside = NULL;
+    enum place_side *side = NULL;
     struct place_inside_settings settings = place_inside_default();
     settings.threads = threads;
     for (size_t i = 0; i < count; i++)
@@ -140,7 +140,7 @@ static struct error *judge_blind(const struct job *job, size_t count, int thread
     if (!err)
         err = array_create(&place.position, 3 * room, sizeof *place.position);
     if (!err)
-        err = array_create(&inside, room, sizeof *inside);
+        err = array_create(&side, room, sizeof *side);
     for (int turn = 0; turn < 2 && !err; turn++)
         for (size_t i = 0; i < count && asked < room; i++)
             if (job->sample[i].blind == (turn == 0))
@@ -150,11 +150,11 @@ static struct error *judge_blind(const struct job *job, size_t count, int thread
                       place.position + 3 * k);
     place.count = asked;
     if (!err)
-        err = place_inside(&place, job->tracer, &settings, inside, NULL);
+        err = place_inside(&place, job->tracer, &settings, side, NULL);
     for (size_t k = 0; k < blind && !err; k++)
-        job->sample[index[k]].free = !inside[k];
+        job->sample[index[k]].free = side[k] == PLACE_AIR;
     free(index);
-    free(inside);
+    free(side);
     place_clear(&place);
     return err;
 }

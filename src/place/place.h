@@ -29,6 +29,7 @@ struct error *place_append(struct place *place, const double position[3]);
 struct place_grid {
     double min[3], max[3]; /* the box; min <= max */
     double spacing[3];     /* greater than 0 */
+    double shift[3];       /* off the middle of the box, in spacings: -1/4 to 1/4 */
 };
 
 /* How many nodes the grid has along each axis: as many as fit into the box with half a spacing, or
@@ -36,7 +37,7 @@ struct place_grid {
 void place_grid_nodes(const struct place_grid *grid, double nodes[3]);
 
 /* The smallest spacing, equal along the axes, whose grid has at most `count` nodes (1 or more); the
- * box has a volume. */
+ * box is no point. */
 double place_grid_spacing(const double min[3], const double max[3], double count);
 
 /* Appends the nodes, x fastest. Errors: more than `most` of them, naming the number. */

@@ -1,8 +1,11 @@
 #include "base/error.h"
 #include "base/options.h"
+#include "base/warning.h"
+#include "math/affine.h"
 #include "math/vec.h"
 #include "place/place_method.h"
 #include "scene/scene.h"
+#include "trace/trace.h"
 
 #include <math.h>
 #include <string.h>
@@ -13,24 +16,30 @@ void place_grid_nodes(const struct place_grid *grid, double nodes[3])
         nodes[k] = fmax(floor((grid->max[k] - grid->min[k]) / grid->spacing[k] * (1 + 1e-12)), 1);
 }
 
-static double node_count(const double min[3], const double max[3], double spacing)
+/* Of a box that grows by `room` spacings along `axis`. */
+static double node_count(const double min[3], const double max[3], int axis, double room,
+                         double spacing)
 {
-    const struct place_grid grid = {.min = {min[0], min[1], min[2]},
-                                    .max = {max[0], max[1], max[2]},
-                                    .spacing = {spacing, spacing, spacing}};
+    struct place_grid grid = {.min = {min[0], min[1], min[2]},
+                              .max = {max[0], max[1], max[2]},
+                              .spacing = {spacing, spacing, spacing}};
     double nodes[3];
+    grid.max[axis] += room * spacing;
     place_grid_nodes(&grid, nodes);
     return nodes[0] * nodes[1] * nodes[2];
 }
 
-double place_grid_spacing(const double min[3], const double max[3], double count)
+static double find_spacing(const double min[3], const double max[3], int axis, double room,
+                           double count)
 {
     double low = 0, high = 0; /* low makes too many, high does not */
     for (int k = 0; k < 3; k++)
         high = fmax(high, max[k] - min[k]);
+    if (node_count(min, max, axis, room, high) > count)
+        return high; /* as few as there can be */
     for (int step = 0; step < 200 && high - low > 1e-12 * high; step++) {
         const double middle = low + (high - low) / 2;
-        if (node_count(min, max, middle) > count)
+        if (node_count(min, max, axis, room, middle) > count)
             low = middle;
         else
             high = middle;
@@ -38,13 +47,24 @@ double place_grid_spacing(const double min[3], const double max[3], double count
     return high;
 }
 
+double place_grid_spacing(const double min[3], const double max[3], double count)
+{
+    return find_spacing(min, max, 0, 0, count);
+}
+
+/* Centred: what is left of the box is shared by both ends. */
+static double first_node(const struct place_grid *grid, int axis, double nodes)
+{
+    return (grid->min[axis] + grid->max[axis]) / 2 - (nodes - 1) / 2 * grid->spacing[axis];
+}
+
 struct error *place_grid(struct place *place, const struct place_grid *grid, double most)
 {
     double nodes[3], start[3];
     place_grid_nodes(grid, nodes);
     struct error *err = place_check_count(nodes[0] * nodes[1] * nodes[2], most);
-    for (int k = 0; k < 3; k++) /* centred: what is left of the box is shared by both ends */
-        start[k] = (grid->min[k] + grid->max[k]) / 2 - (nodes[k] - 1) / 2 * grid->spacing[k];
+    for (int k = 0; k < 3; k++)
+        start[k] = first_node(grid, k, nodes[k]) + grid->shift[k] * grid->spacing[k];
     for (double z = 0; z < nodes[2] && !err; z++)
         for (double y = 0; y < nodes[1] && !err; y++)
             for (double x = 0; x < nodes[0] && !err; x++)
@@ -89,14 +109,15 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
         .most = 1e15,
         .given = &o->count_given,
         .help = "grid: the finest spacing that makes at most N probes, before those\n"
-                "inside solids go"};
+                "in no air go"};
     *row++ = (struct option_row){.name = "bounds",
                                  .argument = "X0,Y0,Z0,X1,Y1,Z1",
                                  .kind = OPTION_REALS,
                                  .count = 6,
                                  .value = o->bounds,
                                  .given = &o->bounds_given,
-                                 .help = "grid: fill this box (default: the scene's)"};
+                                 .help = "grid: fill this box (default: the scene's, with\n"
+                                         "some air above an open ground)"};
     return row;
 }
 
@@ -126,6 +147,150 @@ static struct error *find_box(const struct place_options *o, const struct scene 
     return NULL;
 }
 
+/* -- layers in surfaces ------------------------------------------------------------------------ */
+
+/* By which shares of a spacing a grid may be moved, those first that are tried first. */
+static const double shifts[] = {0, .125, -.125, .25, -.25, .0625, -.0625, .1875, -.1875};
+enum { SHIFTS = sizeof shifts / sizeof *shifts };
+/* A layer nearer to a surface than this share of a spacing is in it. */
+#define IN_SURFACE 1e-3
+
+/* Moves the grid where layers of it lie in floors or walls along its axes, whose probes would be
+ * on both sides, or on none: to where least of the surface is in layers. */
+static void leave_surfaces(struct place_grid *grid, const struct scene *scene)
+{
+    double nodes[3], start[3], met[3][SHIFTS] = {{0}};
+    place_grid_nodes(grid, nodes);
+    for (int k = 0; k < 3; k++)
+        start[k] = first_node(grid, k, nodes[k]);
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        for (size_t t = 0; t < mesh->triangle_count; t++) {
+            double p[3][3];
+            for (size_t c = 0; c < 3; c++)
+                vec3_store(p[c], affine_point(scene->instances[i].transform,
+                                              mesh->position + 3 * (size_t)mesh->index[3 * t + c]));
+            for (int k = 0; k < 3; k++) {
+                const double at = (p[0][k] - start[k]) / grid->spacing[k], layer = floor(at + .5),
+                             flat = 1e-6 * grid->spacing[k];
+                if (fabs(p[1][k] - p[0][k]) > flat || fabs(p[2][k] - p[0][k]) > flat || layer < 0 ||
+                    layer > nodes[k] - 1)
+                    continue;
+                const struct vec3 a = vec3_load(p[0]),
+                                  twice = vec3_cross(vec3_sub(vec3_load(p[1]), a),
+                                                     vec3_sub(vec3_load(p[2]), a));
+                for (int s = 0; s < SHIFTS; s++)
+                    if (fabs(at - layer - shifts[s]) < IN_SURFACE)
+                        met[k][s] += vec3_length(twice);
+            }
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        int least = 0;
+        for (int s = 1; s < SHIFTS; s++)
+            if (met[k][s] < met[k][least])
+                least = s;
+        grid->shift[k] = shifts[least];
+    }
+}
+
+/* -- open grounds ------------------------------------------------------------------------------ */
+
+/* How many spacings of air a grid gets above an open ground that is flatter than two: the layers
+ * that a blend needs to tell the ground's light from the sky's. */
+#define AIR_LAYERS 3
+
+/* Whether most rays from within the box along the axis escape, through backs but no front: there is
+ * no ceiling. */
+static struct error *find_open(const struct scene *scene, int axis, double way, bool *open)
+{
+    enum { SIDE = 12 };
+    struct tracer *tracer = NULL;
+    struct error *err = trace_create(&tracer, scene);
+    double low[3], high[3], step = 0;
+    int escaped = 0;
+    vec3_store(low, scene->box_min);
+    vec3_store(high, scene->box_max);
+    for (int k = 0; k < 3; k++)
+        step = fmax(step, 1e-5 * (high[k] - low[k]));
+    for (int i = 0; i < SIDE * SIDE && !err; i++) {
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        double p[3], d[3] = {0};
+        p[axis] = (low[axis] + high[axis]) / 2;
+        p[u] = low[u] + (i % SIDE + .5) / SIDE * (high[u] - low[u]);
+        p[v] = low[v] + (i / SIDE + .5) / SIDE * (high[v] - low[v]);
+        d[axis] = way;
+        struct trace_hit hit = trace_nearest(tracer, p, d, INFINITY);
+        for (int steps = 0; steps < 64 && hit.hit && !hit.front; steps++) {
+            p[axis] += way * (hit.distance + step);
+            hit = trace_nearest(tracer, p, d, INFINITY);
+        }
+        escaped += !hit.hit;
+    }
+    *open = 2 * escaped > SIDE * SIDE;
+    trace_destroy(tracer);
+    return err;
+}
+
+/* The side of the scene's faces that is looked at along the axis: 1 or -1. The air is above where
+ * the axis is Y, as most files have it. */
+static double find_way(const struct scene *scene, int axis)
+{
+    double sum = 0;
+    if (axis == 1)
+        return 1;
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        const double *m = scene->instances[i].transform, side = affine_mirrors(m) ? -1 : 1;
+        for (size_t t = 0; t < mesh->triangle_count; t++) {
+            struct vec3 p[3];
+            double twice[3];
+            for (size_t c = 0; c < 3; c++)
+                p[c] = affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
+            vec3_store(twice, vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
+            sum += side * twice[axis];
+        }
+    }
+    const struct vec3 size = vec3_sub(scene->box_max, scene->box_min);
+    return sum < -1e-3 * vec3_dot(size, size) ? -1 : 1;
+}
+
+/* Makes the grid of the scene's own box. Where it has a single layer with no ceiling above, that
+ * lies in the ground or among what stands on it: then it gets air. */
+static struct error *fit_scene(struct place_grid *grid, const struct place_options *o,
+                               const struct place_world *world)
+{
+    static const char *const axes[] = {"X", "Y", "Z"};
+    double nodes[3];
+    int axis = 0;
+    bool open = false;
+    place_grid_nodes(grid, nodes);
+    for (int k = 1; k < 3; k++)
+        if (grid->max[k] - grid->min[k] < grid->max[axis] - grid->min[axis])
+            axis = k;
+    const double way = find_way(world->scene, axis);
+    struct error *err = NULL;
+    if (nodes[axis] <= 1)
+        err = find_open(world->scene, axis, way, &open);
+    if (err || !open)
+        return err;
+    const double layers = o->count_given ? fmin(AIR_LAYERS, floor(o->count)) : AIR_LAYERS;
+    if (o->count_given) {
+        const double s = find_spacing(grid->min, grid->max, axis, layers, o->count);
+        grid->spacing[0] = grid->spacing[1] = grid->spacing[2] = s;
+    }
+    const double air = layers * grid->spacing[axis];
+    if (way > 0)
+        grid->max[axis] += air;
+    else
+        grid->min[axis] -= air;
+    warnings_add(world->warnings, "open ground",
+                 "the scene is flat along %s: the grid gets %.0f spacings of air, %g, %s it "
+                 "(--bounds says otherwise)",
+                 axes[axis], layers, air, way > 0 ? "above" : "below");
+    return NULL;
+}
+
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       const struct place_world *world)
 {
@@ -137,6 +302,10 @@ static struct error *place_by_options(struct place *place, const struct place_op
             err = error_new("the box is a point: a grid of it needs --spacing");
         grid.spacing[1] = grid.spacing[2] = grid.spacing[0];
     }
+    if (!err && !o->bounds_given)
+        err = fit_scene(&grid, o, world);
+    if (!err && world->scene)
+        leave_surfaces(&grid, world->scene);
     return err ? err : place_grid(place, &grid, world->most);
 }
 

@@ -3,217 +3,218 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "base/warning.h"
-#include "math/affine.h"
-#include "math/angle.h"
-#include "math/box.h"
+#include "math/direction.h"
 #include "place/place.h"
+#include "place/place_pieces.h"
 #include "scene/scene.h"
-#include "topology/solids.h"
+#include "scene/scene_shade.h"
 #include "trace/trace.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-enum piece { PIECE_OPEN, PIECE_SOLID, PIECE_ROOM };
+/* Backs that are less than this share of all directions prove nothing: rays along edges, a sign
+ * that is seen from behind. */
+#define LEAST_SEEN (1.0 / 16)
+/* From this share of backs on, it is asked whether the fronts are behind a sheet themselves. */
+#define DOUBTFUL .25
+/* Where more of the positions than this would go, and hardly anything escapes from them, the sheets
+ * look the wrong way. */
+#define NEARLY_ALL .95
+#define ENCLOSED (1.0 / 8)
 
-static void box_of_pieces(const struct scene *scene, const struct scene_solids *solids,
-                          struct box *box)
+struct place_inside_settings place_inside_default(void)
 {
-    for (size_t i = 0; i < solids->count; i++)
-        box[i] = box_empty();
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
-        const double *m = scene->instances[i].transform;
-        for (size_t t = 0; t < mesh->triangle_count; t++) {
-            struct box *b = &box[solids->piece_of[solids->offset[i] + t]];
-            for (size_t c = 0; c < 3; c++) {
-                const double *p = mesh->position + 3 * (size_t)mesh->index[3 * t + c];
-                double placed[3];
-                vec3_store(placed, affine_point(m, p));
-                box_add(b, placed);
-            }
-        }
-    }
+    return (struct place_inside_settings){.rays = 64, .backface_share = 0.75, .threads = 1};
 }
 
-/* Whether a point is within the box and not at its faces, where what is put on a solid lies. */
-static bool well_within(const struct box *box, const double p[3])
-{
-    for (int k = 0; k < 3; k++) {
-        const double margin = 1e-3 * (box->high[k] - box->low[k]);
-        if (!(p[k] > box->low[k] + margin && p[k] < box->high[k] - margin))
-            return false;
-    }
-    return true;
-}
+/* -- looking ---------------------------------------------------------------------------------- */
 
-static bool holds_box(const struct box *outer, const struct box *inner)
-{
-    double centre[3];
-    for (int k = 0; k < 3; k++) {
-        if (inner->low[k] < outer->low[k] || inner->high[k] > outer->high[k])
-            return false;
-        centre[k] = inner->low[k] / 2 + inner->high[k] / 2;
-    }
-    return well_within(outer, centre);
-}
-
-static bool is_room(const struct scene *scene, const struct scene_solids *solids,
-                    const struct box *box, size_t piece)
-{
-    for (size_t i = 0; i < solids->count; i++)
-        if (i != piece && holds_box(&box[piece], &box[i]))
-            return true;
-    for (size_t i = 0; i < scene->light_count; i++) {
-        const struct scene_light *light = &scene->lights[i];
-        const double p[3] = {light->position.x, light->position.y, light->position.z};
-        if (light->kind != SCENE_SUN && well_within(&box[piece], p))
-            return true;
-    }
-    return false;
-}
-
-struct by_size {
-    double volume;
-    size_t piece;
-};
-
-static int compare_sizes(const void *a, const void *b)
-{
-    const struct by_size *x = a, *y = b;
-    if (x->volume != y->volume)
-        return x->volume > y->volume ? -1 : 1;
-    return x->piece < y->piece ? -1 : 1;
-}
-
-static struct error *judge_pieces(const struct scene *scene, const struct scene_solids *solids,
-                                  enum piece *kind)
-{
-    enum { ROOMS_LOOKED_FOR = 256 }; /* among the largest pieces: a room is no small one */
-    struct box *box = NULL;
-    struct by_size *order = NULL;
-    struct error *err = array_create(&box, solids->count, sizeof *box);
-    if (!err)
-        err = array_create(&order, solids->count, sizeof *order);
-    if (!err) {
-        box_of_pieces(scene, solids, box);
-        size_t closed = 0;
-        for (size_t i = 0; i < solids->count; i++) {
-            kind[i] = !solids->closed[i]      ? PIECE_OPEN
-                      : solids->volume[i] > 0 ? PIECE_SOLID
-                                              : PIECE_ROOM;
-            if (kind[i] == PIECE_SOLID)
-                order[closed++] = (struct by_size){solids->volume[i], i};
-        }
-        qsort(order, closed, sizeof *order, compare_sizes);
-        for (size_t i = 0; i < closed && i < ROOMS_LOOKED_FOR; i++)
-            if (is_room(scene, solids, box, order[i].piece))
-                kind[order[i].piece] = PIECE_ROOM;
-    }
-    free(box);
-    free(order);
-    return err;
-}
-
-/* How many of the rays around a position meet back faces. */
+/* How many rays around a position met what. */
 struct look {
-    int solid, open; /* of solids, of open pieces */
+    int count[SIGHTS];
 };
 
 struct look_job {
     const struct place *place;
     const struct tracer *tracer;
     const struct place_inside_settings *settings;
-    const struct scene_solids *solids;
-    const enum piece *kind;
+    const struct place_pieces *pieces;
     struct look *look;
 };
 
-/* Directions of a spherical Fibonacci lattice (Marques et al. 2013). */
-static void lattice_direction(int i, int count, double d[3])
+static int backs_of(const struct look *look)
 {
-    const double golden = 0.61803398874989484820,
-                 turn = (i * golden - floor(i * golden)) * 2 * ANGLE_PI;
-    const double z = 1 - (2 * i + 1.0) / count, r = sqrt(1 - z * z);
-    d[0] = r * angle_cos(turn);
-    d[1] = r * angle_sin(turn);
-    d[2] = z;
+    return look->count[SIGHT_BEHIND] + look->count[SIGHT_VOID];
+}
+
+/* Of what says something; what does not is held to be half front, half nothing. */
+static double back_share(const struct look *look)
+{
+    const double backs = backs_of(look),
+                 all = backs + look->count[SIGHT_FRONT] + .5 * look->count[SIGHT_UNKNOWN];
+    return all > 0 ? backs / all : 0;
+}
+
+static enum place_side side_of(const struct look *look, const struct place_inside_settings *s)
+{
+    const double least = LEAST_SEEN * s->rays;
+    if (look->count[SIGHT_SOLID] >= least)
+        return PLACE_SOLID;
+    if (look->count[SIGHT_LAMP] || !backs_of(look) || back_share(look) < s->backface_share)
+        return PLACE_AIR;
+    if (look->count[SIGHT_VOID] > look->count[SIGHT_BEHIND])
+        return PLACE_VOID; /* of a closed piece: a single ray proves it */
+    return backs_of(look) >= least ? PLACE_BEHIND : PLACE_AIR;
+}
+
+/* Whether a front that was seen is behind a sheet itself. A solid's is when most that it looks at
+ * are backs, and it does not look up: a foundation under the ground, but not the ground behind a
+ * wall. Any is when it looks at nothing else: the floor in a box that has no bottom. */
+static bool is_buried(const struct place_pieces *pieces, const struct place_sight *front,
+                      struct vec3 direction)
+{
+    enum { RAYS = 32 }; /* half of them into the surface: left out */
+    const struct trace_hit *hit = &front->hit;
+    const double facing = vec3_dot(hit->normal, direction);
+    struct look look = {0};
+    double p[3]; /* a little before the surface */
+    vec3_store(p, vec3_fma(hit->position, -1e-3 * hit->distance, direction));
+    for (int i = 0; i < RAYS; i++) {
+        const struct vec3 d = direction_even(i, RAYS);
+        if (vec3_dot(d, hit->normal) * facing < 0)
+            look.count[place_sight(pieces, p, d).what]++;
+    }
+    if (look.count[SIGHT_LAMP])
+        return false;
+    const double upward = vec3_dot(hit->normal, pieces->up) * (facing < 0 ? 1 : -1);
+    if (pieces->kind[front->piece] == PIECE_SOLID && upward < .5)
+        return back_share(&look) >= .5;
+    return back_share(&look) >= .9 && look.count[SIGHT_ESCAPED] <= RAYS / 16;
+}
+
+/* Takes away the share of the fronts which are buried; every fourth is asked. */
+static void leave_out_buried(const struct look_job *job, const double p[3], struct look *look)
+{
+    int asked = 0, buried = 0, fronts = 0;
+    for (int i = 0; i < job->settings->rays; i++) {
+        const struct vec3 d = direction_even(i, job->settings->rays);
+        const struct place_sight s = place_sight(job->pieces, p, d);
+        if (s.what != SIGHT_FRONT || fronts++ % 4)
+            continue;
+        asked++;
+        buried += is_buried(job->pieces, &s, d);
+    }
+    if (asked)
+        look->count[SIGHT_FRONT] -= fronts * buried / asked;
+}
+
+/* Whether one of the file's lights shines on p. */
+static bool is_lit(const struct tracer *tracer, const double p[3])
+{
+    enum { LIGHTS_ASKED = 64 };
+    const struct scene *scene = trace_scene(tracer);
+    for (size_t i = 0; i < scene->light_count && i < LIGHTS_ASKED; i++) {
+        const struct scene_light *light = &scene->lights[i];
+        double to_light[3], distance, rgb[3], from[3];
+        if (light->kind == SCENE_SUN)
+            continue;
+        scene_light_at(light, p, to_light, &distance, rgb);
+        vec3_store(from, light->position);
+        if (rgb[0] + rgb[1] + rgb[2] > 0 && trace_visibility(tracer, p, from) > 0)
+            return true;
+    }
+    return false;
+}
+
+/* Looks at the surface from where no ray met it: far outside, in a corner of the box. Sheets count
+ * for nothing at that distance. */
+static void look_far(const struct place_pieces *pieces, const double p[3], struct look *look)
+{
+    for (int i = 0; i < PLACE_TARGETS; i++) {
+        const struct vec3 way = vec3_sub(vec3_load(pieces->target[i]), vec3_load(p));
+        if (vec3_dot(way, way) > 0)
+            look->count[place_sight(pieces, p, vec3_normalize(way)).what]++;
+    }
+    look->count[SIGHT_BEHIND] = look->count[SIGHT_SOLID] = 0;
 }
 
 static struct error *look_around(void *context, size_t index, int thread)
 {
     (void)thread;
     const struct look_job *job = context;
-    for (int i = 0; i < job->settings->rays; i++) {
-        double d[3];
-        lattice_direction(i, job->settings->rays, d);
-        const struct trace_hit hit =
-            trace_nearest(job->tracer, job->place->position + 3 * index, d, INFINITY);
-        if (!hit.hit || hit.front)
-            continue;
-        const enum piece kind =
-            job->kind[job->solids->piece_of[job->solids->offset[hit.instance] + hit.triangle]];
-        job->look[index].solid += kind == PIECE_SOLID;
-        job->look[index].open += kind == PIECE_OPEN;
-    }
+    const double *p = job->place->position + 3 * index;
+    struct look *look = &job->look[index];
+    for (int i = 0; i < job->settings->rays; i++)
+        look->count[place_sight(job->pieces, p, direction_even(i, job->settings->rays)).what]++;
+    if (look->count[SIGHT_ESCAPED] == job->settings->rays)
+        look_far(job->pieces, p, look);
+    const double share = back_share(look);
+    if (side_of(look, job->settings) == PLACE_AIR && !look->count[SIGHT_LAMP] &&
+        share >= DOUBTFUL && share < job->settings->backface_share)
+        leave_out_buried(job, p, look);
+    if (side_of(look, job->settings) > PLACE_SOLID && is_lit(job->tracer, p))
+        look->count[SIGHT_LAMP]++;
     return NULL;
 }
 
-struct place_inside_settings place_inside_default(void)
-{
-    return (struct place_inside_settings){.rays = 64, .backface_share = 0.9, .threads = 1};
-}
+/* -- judging ---------------------------------------------------------------------------------- */
 
-/* Where more of the positions than this see back faces of open pieces, the faces are not oriented:
- * even a level that is hewn out of rock has more air than that. */
-#define ORIENTED_SHARE 0.95
-
-static void judge_positions(const struct place *place, const struct place_inside_settings *settings,
-                            const struct look *look, bool *inside, struct warnings *warnings)
+/* How the sheets of the scene look, by the positions that are not in solids. */
+static void judge_sheets(const struct look_job *job, struct warnings *warnings)
 {
-    size_t by_open = 0;
-    for (size_t i = 0; i < place->count; i++) {
-        /* half of them, from a position on a solid's surface */
-        inside[i] = 4 * look[i].solid > settings->rays;
-        by_open += !inside[i] &&
-                   look[i].solid + look[i].open > settings->backface_share * settings->rays;
+    const struct place_inside_settings *settings = job->settings;
+    struct look *look = job->look;
+    size_t all = 0, mixed = 0, behind = 0, enclosed = 0;
+    for (size_t i = 0; i < job->place->count; i++) {
+        const enum place_side side = side_of(&look[i], settings);
+        const double share = back_share(&look[i]);
+        if (side == PLACE_SOLID)
+            continue;
+        all++;
+        behind += side == PLACE_BEHIND;
+        mixed += look[i].count[SIGHT_BEHIND] >= LEAST_SEEN * settings->rays && share > .25 &&
+                 share < .75;
+        enclosed += side == PLACE_BEHIND &&
+                    look[i].count[SIGHT_ESCAPED] <= ENCLOSED * settings->rays;
     }
-    if ((double)by_open > ORIENTED_SHARE * (double)place->count) {
-        warnings_add(
-            warnings, "orientation",
-            "%zu of %zu probes see back faces nearly everywhere: the scene's faces are not "
-            "oriented, and only closed solids are recognised",
-            by_open, place->count);
+    if (2 * mixed > all)
+        warnings_add(warnings, "orientation",
+                     "%zu of %zu probes see about as many backs as fronts: open surfaces are not "
+                     "oriented, and closed pieces alone tell inside from outside",
+                     mixed, all);
+    else if ((double)enclosed > NEARLY_ALL * (double)all ||
+             (2 * behind > all && job->pieces->upside_down))
+        warnings_add(warnings, "orientation",
+                     "%zu of %zu probes see backs on nearly all sides: open surfaces are taken as "
+                     "turned inside out",
+                     behind, all);
+    else
         return;
+    for (size_t i = 0; i < job->place->count; i++) {
+        int *of = look[i].count, fronts = of[SIGHT_FRONT];
+        of[SIGHT_FRONT] = 2 * mixed > all ? of[SIGHT_FRONT] : of[SIGHT_BEHIND];
+        of[SIGHT_BEHIND] = 2 * mixed > all ? 0 : fronts;
     }
-    for (size_t i = 0; i < place->count; i++)
-        inside[i] = inside[i] ||
-                    look[i].solid + look[i].open > settings->backface_share * settings->rays;
 }
 
 struct error *place_inside(const struct place *place, const struct tracer *tracer,
-                           const struct place_inside_settings *settings, bool *inside,
+                           const struct place_inside_settings *settings, enum place_side *side,
                            struct warnings *warnings)
 {
-    const struct scene *scene = trace_scene(tracer);
-    struct scene_solids solids = {0};
-    enum piece *kind = NULL;
+    struct place_pieces pieces = {0};
     struct look_job job = {
-        .place = place, .tracer = tracer, .settings = settings, .solids = &solids};
-    struct error *err = scene_solids(scene, &solids, warnings);
-    if (!err)
-        err = array_create(&kind, solids.count, sizeof *kind);
+        .place = place, .tracer = tracer, .settings = settings, .pieces = &pieces};
+    struct error *err = place_pieces_find(&pieces, tracer, place, warnings);
     if (!err)
         err = array_create(&job.look, place->count, sizeof *job.look);
     if (!err)
-        err = judge_pieces(scene, &solids, kind);
-    job.kind = kind;
-    if (!err)
         err = threads_for(settings->threads, place->count, look_around, &job);
     if (!err)
-        judge_positions(place, settings, job.look, inside, warnings);
+        judge_sheets(&job, warnings);
+    for (size_t i = 0; i < place->count && !err; i++)
+        side[i] = side_of(&job.look[i], settings);
     free(job.look);
-    free(kind);
-    scene_solids_clear(&solids);
+    place_pieces_clear(&pieces);
     return err;
 }

@@ -1,16 +1,18 @@
-/* place_inside: which positions are inside solids.
+/* place_inside: which positions are in no air.
  *
- * What is a solid? A closed piece of the surface whose faces look outward encloses matter, unless
- * it is a room: a piece that holds another piece of the scene, or a light, encloses air, and so
- * does one whose faces look inward. Open pieces enclose nothing for certain, but a position from
- * which nearly all rays meet back faces is taken to be inside as well (a column without its ends);
- * where most of the positions would go that way, the scene's faces are not oriented and say
- * nothing.
+ * Rays look around from each position, and of them count those alone that meet a surface, whose
+ * sides say where the position is (place_pieces.h). Backs of solids prove that it is in their
+ * matter. Where nearly all that is met are backs of sheets and rooms, it is under the ground or
+ * outside of the level, however much escapes; but not where a lamp shines on it. A front counts
+ * for nothing here when it is itself behind a sheet, as the foundation of a house is under the
+ * ground.
+ *
+ * Faces that were never oriented are told by what comes of it: when most of the positions meet as
+ * many backs as fronts, sheets say nothing; when nearly all would go and the backs are all around
+ * them, the sheets look the wrong way and are turned.
  */
 #ifndef PLACE_INSIDE_H
 #define PLACE_INSIDE_H
-
-#include <stdbool.h>
 
 struct error;
 struct place;
@@ -19,15 +21,19 @@ struct warnings;
 
 struct place_inside_settings {
     int rays;              /* looks around from each position */
-    double backface_share; /* of them that must meet back faces of open pieces */
+    double backface_share; /* of those that meet sheets and rooms, which are backs */
     int threads;
 };
 
-struct place_inside_settings place_inside_default(void); /* 64 rays, 0.9, 1 thread */
+struct place_inside_settings place_inside_default(void); /* 64 rays, 0.75, 1 thread */
 
-/* Sets inside[i] for each position. A warning says when the faces turned out not to be oriented. */
+/* Where a position is: the values of the column `inside`. */
+enum place_side { PLACE_AIR, PLACE_SOLID, PLACE_BEHIND, PLACE_VOID };
+
+/* Sets side[i] for each position. A warning says what was taken to be other than the file has
+ * it. */
 struct error *place_inside(const struct place *place, const struct tracer *tracer,
-                           const struct place_inside_settings *settings, bool *inside,
+                           const struct place_inside_settings *settings, enum place_side *side,
                            struct warnings *warnings);
 
 #endif

@@ -20,6 +20,7 @@
 #include <stddef.h>
 
 struct option_row;
+struct warnings;
 
 /* The options of all methods. Lengths in units of the scene. */
 struct place_options {
@@ -41,6 +42,7 @@ struct place_world {
     const struct scene *scene; /* NULL: none was given */
     const char *file;          /* of a method that has one; "-": standard input */
     double most;               /* probes */
+    struct warnings *warnings;
 };
 
 struct place_method {

@@ -82,6 +82,8 @@ struct scene_material {
     /* reads the texture's alpha (channels 4) or its single channel (channels 1) */
     struct scene_map alpha_map;
     bool textured; /* some map has a texture; set by scene_finish */
+    /* the file says that its back is seen as well: that a back is seen means nothing then */
+    bool two_sided;
 };
 
 static inline bool scene_emits(const struct scene_material *m)

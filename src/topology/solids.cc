@@ -22,6 +22,8 @@ struct pieces {
     std::vector<uint32_t> of; /* each triangle */
     std::vector<char> closed;
     std::vector<double> volume; /* of closed pieces, else 0 */
+    std::vector<char> unoriented;
+    std::vector<char> turned; /* each triangle; empty: none */
 };
 
 /* Whether each triangle has a neighbour across all three edges. */
@@ -51,22 +53,17 @@ std::vector<char> find_neighbours(const std::vector<uint32_t> &vertex)
     return surrounded;
 }
 
-/* Six times the signed volume of the tetrahedron between a triangle and a point. */
-double wedge(const surface &s, size_t triangle, const surface_point &o)
-{
-    const surface_point &a = s.vertices[s.corner[3 * triangle]],
-                        &b = s.vertices[s.corner[3 * triangle + 1]],
-                        &c = s.vertices[s.corner[3 * triangle + 2]];
-    const struct vec3 p = {a.x - o.x, a.y - o.y, a.z - o.z}, q = {b.x - o.x, b.y - o.y, b.z - o.z},
-                      r = {c.x - o.x, c.y - o.y, c.z - o.z};
-    return vec3_dot(p, vec3_cross(q, r));
-}
-
-pieces find_pieces(const surface &s)
+pieces find_pieces(surface &s)
 {
     const size_t corners = s.corner.size(), triangles = corners / 3;
+    const std::vector<uint32_t> place = surface_weld(s);
     corner_sets sets(corners);
-    surface_join(s, surface_weld(s), sets);
+    surface_sides sides;
+    if (surface_join(s, place, sets)) {
+        sides = surface_orient(s, place);
+        sets = corner_sets(corners);
+        surface_join(s, place, sets);
+    }
     std::vector<uint32_t> vertex(corners);
     for (uint32_t c = 0; c < corners; c++)
         vertex[c] = sets.find(c);
@@ -88,14 +85,16 @@ pieces find_pieces(const surface &s)
             first.push_back(t);
             out.closed.push_back(1);
             out.volume.push_back(0);
+            out.unoriented.push_back(!sides.unknown.empty() && sides.unknown[t]);
         }
         out.of[t] = piece;
         out.closed[piece] = out.closed[piece] && surrounded[t];
-        out.volume[piece] += wedge(s, t, s.vertices[s.corner[3 * first[piece]]]) / 6;
+        out.volume[piece] += surface_wedge(s, t, s.vertices[s.corner[3 * first[piece]]]) / 6;
     }
     for (size_t p = 0; p < first.size(); p++)
         if (!out.closed[p])
             out.volume[p] = 0;
+    out.turned = std::move(sides.turned);
     return out;
 }
 
@@ -103,7 +102,10 @@ pieces find_pieces(const surface &s)
 class gatherer
 {
   public:
-    explicit gatherer(const struct scene *scene) : piece_of(scene_triangle_count(scene)) {}
+    explicit gatherer(const struct scene *scene)
+        : piece_of(scene_triangle_count(scene)), turned(piece_of.size())
+    {
+    }
 
     /* Appends pieces; volumes are multiplied by scale. Returns the number of the first. */
     uint32_t append(const pieces &p, double scale)
@@ -112,12 +114,15 @@ class gatherer
         closed.insert(closed.end(), p.closed.begin(), p.closed.end());
         for (double v : p.volume)
             volume.push_back(v * scale);
+        unoriented.insert(unoriented.end(), p.unoriented.begin(), p.unoriented.end());
         return base;
     }
 
     std::vector<uint32_t> piece_of;
+    std::vector<char> turned; /* each triangle */
     std::vector<char> closed;
     std::vector<double> volume;
+    std::vector<char> unoriented;
 };
 
 struct error *hand_out(const gatherer &g, const std::vector<size_t> &offset,
@@ -130,12 +135,18 @@ struct error *hand_out(const gatherer &g, const std::vector<size_t> &offset,
         err = array_create(&solids->closed, g.closed.size(), sizeof *solids->closed);
     if (!err)
         err = array_create(&solids->volume, g.volume.size(), sizeof *solids->volume);
+    if (!err)
+        err = array_create(&solids->unoriented, g.closed.size(), sizeof *solids->unoriented);
+    if (!err)
+        err = array_create(&solids->turned, g.turned.size(), sizeof *solids->turned);
     if (err)
         return err;
     std::copy(offset.begin(), offset.end(), solids->offset);
     std::copy(g.piece_of.begin(), g.piece_of.end(), solids->piece_of);
     std::copy(g.closed.begin(), g.closed.end(), solids->closed);
     std::copy(g.volume.begin(), g.volume.end(), solids->volume);
+    std::copy(g.unoriented.begin(), g.unoriented.end(), solids->unoriented);
+    std::copy(g.turned.begin(), g.turned.end(), solids->turned);
     solids->count = g.closed.size();
     solids->closed_count = (size_t)std::count(g.closed.begin(), g.closed.end(), 1);
     return nullptr;
@@ -166,6 +177,8 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
         if (placed[mesh] == 1) {
             std::copy_n(joint.of.begin() + (std::ptrdiff_t)at, triangles,
                         g.piece_of.begin() + (std::ptrdiff_t)offset[i]);
+            for (size_t t = 0; t < triangles && !joint.turned.empty(); t++)
+                g.turned[offset[i] + t] = joint.turned[at + t];
             at += triangles;
             continue;
         }
@@ -178,14 +191,38 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
             g.append(alone[mesh], std::fabs(affine_determinant(scene->instances[i].transform)));
         for (size_t t = 0; t < triangles; t++)
             g.piece_of[offset[i] + t] = base + alone[mesh].of[t];
+        for (size_t t = 0; t < triangles && !alone[mesh].turned.empty(); t++)
+            g.turned[offset[i] + t] = alone[mesh].turned[t];
     }
     return hand_out(g, offset, solids);
 }
 
 } /* namespace */
 
+/* Says what became of faces that look to another side than their neighbours. */
+static void tell(const struct scene *scene, const struct scene_solids *solids,
+                 struct warnings *warnings)
+{
+    const size_t count = scene_triangle_count(scene);
+    size_t turned = 0, unknown = 0;
+    for (size_t t = 0; t < count; t++) {
+        turned += solids->turned[t];
+        unknown += solids->unoriented[solids->piece_of[t]];
+    }
+    if (turned)
+        warnings_add(warnings, "faces turned",
+                     "%zu of %zu triangles look to another side than their neighbours of the same "
+                     "closed piece: taken as turned round",
+                     turned, count);
+    if (unknown)
+        warnings_add(warnings, "orientation",
+                     "%zu of %zu triangles are of open pieces whose faces look to both sides: "
+                     "their backs do not tell inside from outside",
+                     unknown, count);
+}
+
 struct error *scene_solids(const struct scene *scene, struct scene_solids *solids,
-                           struct warnings *)
+                           struct warnings *warnings)
 {
     memset(solids, 0, sizeof *solids);
     struct error *err = surface_check_count(scene);
@@ -193,6 +230,8 @@ struct error *scene_solids(const struct scene *scene, struct scene_solids *solid
         err = error_guard([=] { return find_solids(scene, solids); });
     if (err)
         scene_solids_clear(solids);
+    else
+        tell(scene, solids, warnings);
     return err;
 }
 
@@ -202,5 +241,7 @@ void scene_solids_clear(struct scene_solids *solids)
     free(solids->piece_of);
     free(solids->closed);
     free(solids->volume);
+    free(solids->unoriented);
+    free(solids->turned);
     memset(solids, 0, sizeof *solids);
 }

@@ -17,10 +17,13 @@ struct warnings;
 struct scene_solids {
     size_t count, closed_count;
     /* for triangle t of instance i: piece_of[offset[i] + t]; closed[piece]; volume[piece] signed:
-     * negative when turned inside out, 0 when not closed */
+     * negative when turned inside out, 0 when not closed; turned[offset[i] + t]: the file has the
+     * triangle of a closed piece the other way round than its neighbours; unoriented[piece]: open,
+     * and its faces look to both sides */
     size_t *offset;
     uint32_t *piece_of;
-    bool *closed;
+    bool *turned;
+    bool *closed, *unoriented;
     double *volume;
 };
 struct error *scene_solids(const struct scene *scene, struct scene_solids *solids,

@@ -17,32 +17,39 @@ std::vector<uint32_t> surface_weld(const surface &s)
     return number;
 }
 
-/* Joins the faces on either side of every edge that has one on each and was not joined before. */
-static void join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets,
-                       std::vector<char> &joined)
+/* Joins the faces on either side of every edge that has one on each and was not joined before.
+ * Returns how many edges have two faces that look to different sides. */
+static size_t join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets,
+                         std::vector<char> &joined)
 {
+    size_t different = 0;
     const std::vector<surface_edge> edges =
         surface_edges(vertex, [&](uint32_t c) { return !joined[c]; });
     for (size_t i = 0, end; i < edges.size(); i = end) {
         for (end = i + 1; end < edges.size() && edges[end].meets(edges[i]);)
             end++;
-        if (end - i != 2 || edges[i].forward == edges[i + 1].forward)
+        if (end - i != 2)
             continue;
+        if (edges[i].forward == edges[i + 1].forward) {
+            different++;
+            continue;
+        }
         const uint32_t c = edges[i].corner, d = edges[i + 1].corner;
         sets.join(c, next_corner(d));
         sets.join(next_corner(c), d);
         joined[c] = joined[d] = 1;
     }
+    return different;
 }
 
-void surface_join(const surface &s, const std::vector<uint32_t> &place, corner_sets &sets)
+size_t surface_join(const surface &s, const std::vector<uint32_t> &place, corner_sets &sets)
 {
     std::vector<char> joined(s.corner.size());
-    join_edges(s.corner, sets, joined);
+    size_t different = join_edges(s.corner, sets, joined);
     std::vector<uint32_t> welded = s.corner;
     for (uint32_t &v : welded)
         v = place[v];
-    join_edges(welded, sets, joined);
+    return different + join_edges(welded, sets, joined);
 }
 
 void surface_add(surface &s, const struct scene_mesh &mesh, const double *m)
@@ -75,4 +82,14 @@ struct error *surface_check_count(const struct scene *scene)
                                     "enclose, or to decimate them",
                                     count, most)
                         : nullptr;
+}
+
+double surface_wedge(const surface &s, size_t triangle, const surface_point &o)
+{
+    const surface_point &a = s.vertices[s.corner[3 * triangle]],
+                        &b = s.vertices[s.corner[3 * triangle + 1]],
+                        &c = s.vertices[s.corner[3 * triangle + 2]];
+    const struct vec3 p = {a.x - o.x, a.y - o.y, a.z - o.z}, q = {b.x - o.x, b.y - o.y, b.z - o.z},
+                      r = {c.x - o.x, c.y - o.y, c.z - o.z};
+    return vec3_dot(p, vec3_cross(q, r));
 }

@@ -112,8 +112,24 @@ void surface_add(surface &s, const struct scene_mesh &mesh, const double *m);
 /* Vertices that stand in the same place get the same number: that of one of them. */
 std::vector<uint32_t> surface_weld(const surface &s);
 
-/* Joins the corners of faces that meet. place: surface_weld(s). */
-void surface_join(const surface &s, const std::vector<uint32_t> &place, corner_sets &sets);
+/* Joins the corners of faces that meet. place: surface_weld(s). Returns at how many edges two faces
+ * meet that look to different sides, as far as any do: then surface_orient has something to do. */
+size_t surface_join(const surface &s, const std::vector<uint32_t> &place, corner_sets &sets);
+
+/* Of each triangle, by surface_orient. */
+struct surface_sides {
+    std::vector<char> turned;  /* its last two corners changed places */
+    std::vector<char> unknown; /* which side is its front cannot be told */
+};
+
+/* Where faces that meet look to different sides (soups, exporters that lost the winding), turns
+ * those of a closed piece to one side: that of three quarters of its area, else the outside. Open
+ * pieces stay as they are, and where more than 5 % of their edges are such, their sides are
+ * unknown. */
+surface_sides surface_orient(surface &s, const std::vector<uint32_t> &place);
+
+/* Six times the signed volume of the tetrahedron between a triangle and a point. */
+double surface_wedge(const surface &s, size_t triangle, const surface_point &o);
 
 /* How often each mesh is placed. */
 std::vector<size_t> surface_placed(const struct scene *scene);

@@ -1,0 +1,520 @@
+#include "place/place_pieces.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/warning.h"
+#include "math/affine.h"
+#include "math/box.h"
+#include "math/direction.h"
+#include "place/place.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -- seeing ----------------------------------------------------------------------------------- */
+
+struct place_sight place_sight(const struct place_pieces *pieces, const double from[3],
+                               struct vec3 direction)
+{
+    const struct scene *scene = trace_scene(pieces->tracer);
+    double d[3];
+    vec3_store(d, direction);
+    struct place_sight sight = {.hit = trace_nearest(pieces->tracer, from, d, INFINITY)};
+    if (!sight.hit.hit)
+        return sight;
+    const size_t triangle = pieces->solids.offset[sight.hit.instance] + sight.hit.triangle;
+    const struct scene_mesh *mesh = &scene->meshes[scene->instances[sight.hit.instance].mesh];
+    const struct scene_material *m = &scene->materials[mesh->material[sight.hit.triangle]];
+    sight.piece = pieces->solids.piece_of[triangle];
+    const enum piece_kind kind = pieces->kind[sight.piece];
+    const bool turned = pieces->turned[sight.piece] != pieces->solids.turned[triangle],
+               front = sight.hit.front != turned, emits = scene_emits(m);
+    if (kind == PIECE_UNKNOWN || m->alpha != SCENE_OPAQUE)
+        sight.what = SIGHT_UNKNOWN;
+    else if (front)
+        sight.what = emits ? SIGHT_LAMP : SIGHT_FRONT;
+    else if (kind == PIECE_SOLID)
+        sight.what = SIGHT_SOLID;
+    else if (kind == PIECE_ROOM)
+        sight.what = SIGHT_VOID;
+    else
+        sight.what = emits || (m->two_sided && pieces->two_sided_means) ? SIGHT_UNKNOWN
+                                                                        : SIGHT_BEHIND;
+    return sight;
+}
+
+/* -- measuring -------------------------------------------------------------------------------- */
+
+enum { SAMPLES = 4 }; /* of a piece: its largest triangles */
+
+struct sample {
+    double area;
+    double before[3]; /* a little off its middle */
+};
+
+struct extent {
+    size_t piece;
+    struct box box;
+    double area;
+    struct vec3 sum;               /* of the area times the normal: 0 of what is closed */
+    double volume;                 /* that it encloses when it is closed but for slits */
+    struct sample sample[SAMPLES]; /* largest first; no area: none */
+    bool emits;                    /* if any does, the samples are of those that do */
+};
+
+static void add_sample(struct extent *e, struct sample s)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        if (s.area > e->sample[i].area) {
+            const struct sample less = e->sample[i];
+            e->sample[i] = s;
+            s = less;
+        }
+}
+
+/* The sample of a triangle, whose corners are given in the order of its front. */
+static struct sample sample_of(const struct vec3 corner[3])
+{
+    struct sample s = {0};
+    const struct vec3 n =
+        vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0]));
+    const double twice = vec3_length(n);
+    const struct vec3 middle =
+        vec3_scale(1.0 / 3, vec3_add(corner[0], vec3_add(corner[1], corner[2])));
+    const double off = twice > 0 ? 1e-3 / sqrt(twice) : 0; /* 0.001 of its size, by its normal */
+    s.area = twice / 2;
+    vec3_store(s.before, vec3_fma(middle, off, n));
+    return s;
+}
+
+static void measure_pieces(const struct place_pieces *pieces, struct extent *extent)
+{
+    const struct scene *scene = trace_scene(pieces->tracer);
+    const struct vec3 centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
+    const struct scene_solids *solids = &pieces->solids;
+    for (size_t i = 0; i < solids->count; i++)
+        extent[i] = (struct extent){.piece = i, .box = box_empty()};
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        const double *m = scene->instances[i].transform;
+        const bool mirrors = affine_mirrors(m);
+        for (size_t t = 0; t < mesh->triangle_count; t++) {
+            struct extent *e = &extent[solids->piece_of[solids->offset[i] + t]];
+            const bool turned = mirrors != solids->turned[solids->offset[i] + t],
+                       emits = scene_emits(&scene->materials[mesh->material[t]]);
+            struct vec3 corner[3];
+            for (size_t c = 0; c < 3; c++) {
+                double placed[3];
+                corner[turned && c ? 3 - c : c] =
+                    affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
+                vec3_store(placed, corner[turned && c ? 3 - c : c]);
+                box_add(&e->box, placed);
+            }
+            const struct sample s = sample_of(corner);
+            e->area += s.area;
+            const struct vec3 a = vec3_scale(
+                0.5, vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
+            e->sum = vec3_add(e->sum, a);
+            e->volume += vec3_dot(a, vec3_sub(corner[0], centre)) / 3;
+            if (emits && !e->emits)
+                memset(e->sample, 0, sizeof e->sample);
+            e->emits = e->emits || emits;
+            if (emits == e->emits)
+                add_sample(e, s);
+        }
+    }
+}
+
+/* -- judging ---------------------------------------------------------------------------------- */
+
+enum { LOOKS = 64 }; /* rays around a lamp or a piece of furniture */
+
+#define NOBODY SIZE_MAX
+
+/* The piece of which most backs are seen, and how many there are; NOBODY when none is. */
+struct around {
+    size_t piece;
+    int backs, hits;
+};
+
+static struct around look_around(const struct place_pieces *pieces, const double p[3])
+{
+    struct around most = {.piece = NOBODY};
+    size_t piece[LOOKS];
+    int seen = 0;
+    for (int i = 0; i < LOOKS; i++) {
+        const struct place_sight s = place_sight(pieces, p, direction_even(i, LOOKS));
+        most.hits += s.what != SIGHT_ESCAPED;
+        if (s.what >= SIGHT_SOLID)
+            piece[seen++] = s.piece;
+    }
+    for (int i = 0; i < seen; i++) {
+        int same = 0;
+        for (int k = 0; k < seen; k++)
+            same += piece[k] == piece[i];
+        if (same > most.backs) {
+            most.backs = same;
+            most.piece = piece[i];
+        }
+    }
+    return most;
+}
+
+/* The solid in whose matter somebody is: some backs of it are seen, which is proof enough but for
+ * rays along an edge. */
+static size_t matter_of(const struct place_pieces *pieces, const struct around *a)
+{
+    return a->piece != NOBODY && pieces->kind[a->piece] == PIECE_SOLID && a->backs >= LOOKS / 16
+               ? a->piece
+               : NOBODY;
+}
+
+static size_t matter_around(const struct place_pieces *pieces, const double p[3])
+{
+    const struct around a = look_around(pieces, p);
+    return matter_of(pieces, &a);
+}
+
+/* The piece that a lamp at p shows to be the wrong way round: the solid that it is in, or the room
+ * or sheet whose backs are most of what it shines on. */
+static size_t shown_by(const struct place_pieces *pieces, const double p[3])
+{
+    const struct around a = look_around(pieces, p);
+    if (a.piece == NOBODY)
+        return NOBODY;
+    const bool shown = pieces->kind[a.piece] == PIECE_SOLID
+                           ? a.backs >= LOOKS / 16
+                           : 4 * a.backs >= 3 * a.hits && 2 * a.hits >= LOOKS;
+    return shown ? a.piece : NOBODY;
+}
+
+/* What the samples of a piece say alike, by one of these; NOBODY when they differ, or more than
+ * `silent` of them say nothing. */
+static size_t ask_samples(const struct place_pieces *pieces, const struct extent *e, int silent,
+                          size_t (*say)(const struct place_pieces *, const double *))
+{
+    size_t said = NOBODY;
+    for (int i = 0; i < SAMPLES && e->sample[i].area > 0; i++) {
+        const size_t now = say(pieces, e->sample[i].before);
+        if (now == NOBODY && silent-- > 0)
+            continue;
+        if (now == NOBODY || now == e->piece || (said != NOBODY && now != said))
+            return NOBODY;
+        said = now;
+    }
+    return said;
+}
+
+/* Pieces that lamps show to be the wrong way round. */
+static void find_lit(const struct place_pieces *pieces, const struct extent *extent, bool *lit)
+{
+    enum { LAMPS_ASKED = 4096 };
+    const struct scene *scene = trace_scene(pieces->tracer);
+    size_t asked = 0;
+    for (size_t i = 0; i < scene->light_count && asked < LAMPS_ASKED; i++) {
+        const struct scene_light *light = &scene->lights[i];
+        if (light->kind == SCENE_SUN)
+            continue;
+        double p[3];
+        vec3_store(p, light->position);
+        const size_t piece = shown_by(pieces, p);
+        if (piece != NOBODY)
+            lit[piece] = true;
+        asked++;
+    }
+    for (size_t i = 0; i < pieces->solids.count && asked < LAMPS_ASKED; i++) {
+        if (!extent[i].emits)
+            continue;
+        const size_t piece = ask_samples(pieces, &extent[i], 0, shown_by);
+        if (piece != NOBODY)
+            lit[piece] = true;
+        asked++;
+    }
+}
+
+/* Whether nothing of the inner box is outside of the outer one: what pokes out of it is no
+ * furniture. It may stand on its floor. */
+static bool holds(const struct box *outer, const struct box *inner)
+{
+    const double rounding = 1e-6 * box_side(outer);
+    for (int k = 0; k < 3; k++)
+        if (!(inner->low[k] >= outer->low[k] - rounding &&
+              inner->high[k] <= outer->high[k] + rounding))
+            return false;
+    return true;
+}
+
+struct by_size {
+    double size;
+    size_t piece;
+};
+
+static int compare_sizes(const void *a, const void *b)
+{
+    const struct by_size *x = a, *y = b;
+    if (x->size != y->size)
+        return x->size > y->size ? -1 : 1;
+    return x->piece < y->piece ? -1 : 1;
+}
+
+/* The largest solids: a room is no small one. */
+#define ROOMS_LOOKED_FOR 256
+/* Furniture has at least this share of the surface that it is in: no bolts, no nails. */
+#define FURNITURE_LEAST 1e-3
+/* Shares of its own surface which furniture in a room has: with which it is one for certain; when
+ * all that there is is in it, a fair part of the probes, too, and it makes no room of its outside;
+ * and when nearly all probes are in it, and most that there is. A pipe in a wall of three times its
+ * width has a tenth. */
+#define FURNITURE_CERTAIN .25
+#define FURNITURE_OF_ALL .05
+#define FAIR_PART .2
+#define FURNITURE_SOME .005
+#define NEARLY_ALL .8
+
+/* The area of furniture in each piece that may be a room. What stands on its floor or at its wall
+ * has samples that are outside. */
+static void find_furniture(const struct place_pieces *pieces, const struct extent *extent,
+                           const struct by_size *solid, size_t solids, double *furniture)
+{
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        const struct extent *e = &extent[i];
+        bool may = false;
+        for (size_t k = 0; k < solids && !may; k++) {
+            const struct extent *room = &extent[solid[k].piece];
+            may = room != e && holds(&room->box, &e->box) &&
+                  e->area >= FURNITURE_LEAST * room->area;
+        }
+        const size_t in = may ? ask_samples(pieces, e, SAMPLES / 2, matter_around) : NOBODY;
+        if (in != NOBODY)
+            furniture[in] += e->area;
+    }
+}
+
+/* Of the probes that are not in other solids: the share in a solid, and the share with fronts all
+ * around. */
+struct shares {
+    double within, enclosed;
+};
+
+static struct shares share_probes(const struct place_pieces *pieces, const struct place *place,
+                                  size_t piece)
+{
+    enum { ASKED = 512 };
+    size_t in = 0, others = 0, enclosed = 0;
+    const size_t asked = place->count < ASKED ? place->count : ASKED;
+    for (size_t i = 0; i < asked; i++) {
+        const size_t at = (size_t)((double)i * (double)place->count / (double)asked);
+        const struct around a = look_around(pieces, place->position + 3 * at);
+        const size_t matter = matter_of(pieces, &a);
+        in += matter == piece;
+        others += matter != piece && matter != NOBODY;
+        enclosed += a.piece == NOBODY && a.hits >= .95 * LOOKS;
+    }
+    const double all = (double)(asked - others);
+    return asked > others ? (struct shares){(double)in / all, (double)enclosed / all}
+                          : (struct shares){0};
+}
+
+/* others: the area of what is neither the piece nor furniture in it. */
+static bool is_room(const struct place_pieces *pieces, const struct extent *e, double furniture,
+                    double others, const struct place *place)
+{
+    if (furniture >= FURNITURE_CERTAIN * e->area)
+        return true;
+    if (furniture < FURNITURE_SOME * e->area)
+        return false;
+    const struct shares share = share_probes(pieces, place, e->piece);
+    return (others <= furniture && share.within >= NEARLY_ALL) ||
+           (furniture >= FURNITURE_OF_ALL * e->area && others <= .01 * furniture &&
+            share.within >= FAIR_PART && share.enclosed <= .01);
+}
+
+static struct error *find_rooms(const struct place_pieces *pieces, const struct extent *extent,
+                                const struct place *place, bool *room)
+{
+    struct by_size *order = NULL;
+    double *furniture = NULL;
+    size_t solids = 0;
+    struct error *err = array_create(&order, pieces->solids.count, sizeof *order);
+    if (!err)
+        err = array_create(&furniture, pieces->solids.count, sizeof *furniture);
+    if (!err) {
+        for (size_t i = 0; i < pieces->solids.count; i++)
+            if (pieces->kind[i] == PIECE_SOLID)
+                order[solids++] = (struct by_size){pieces->solids.volume[i], i};
+        qsort(order, solids, sizeof *order, compare_sizes);
+        solids = solids < ROOMS_LOOKED_FOR ? solids : ROOMS_LOOKED_FOR;
+        find_furniture(pieces, extent, order, solids, furniture);
+    }
+    double all = 0;
+    for (size_t i = 0; i < pieces->solids.count; i++)
+        all += extent[i].area;
+    for (size_t i = 0; i < solids && !err; i++) {
+        const size_t piece = order[i].piece;
+        room[piece] = room[piece] || is_room(pieces, &extent[piece], furniture[piece],
+                                             all - extent[piece].area - furniture[piece], place);
+    }
+    free(order);
+    free(furniture);
+    return err;
+}
+
+/* The kinds by the pieces alone. */
+static void judge_alone(struct place_pieces *pieces, const struct extent *extent)
+{
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        const double volume = pieces->solids.volume[i];
+        if (pieces->solids.unoriented[i])
+            pieces->kind[i] = PIECE_UNKNOWN;
+        else if (fabs(volume) > 1e-9 * pow(extent[i].area, 1.5)) /* else: both sides of a sheet */
+            pieces->kind[i] = volume > 0 ? PIECE_SOLID : PIECE_ROOM;
+        else
+            pieces->kind[i] = PIECE_SHEET;
+    }
+}
+
+/* Whether these enclose air, seen from within, but for slits and openings. */
+static bool encloses(double area, struct vec3 sum, double volume)
+{
+    return vec3_length(sum) < .1 * area && volume < -1e-3 * pow(area, 1.5);
+}
+
+/* Levels whose faces do not meet corner by corner are no closed pieces, but rooms all the same:
+ * sheets that enclose air, alone or all together. */
+static void find_levels(struct place_pieces *pieces, const struct extent *extent)
+{
+    double area = 0, volume = 0;
+    struct vec3 sum = {0};
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        const struct extent *e = &extent[i];
+        if (pieces->kind[i] != PIECE_SHEET)
+            continue;
+        if (encloses(e->area, e->sum, e->volume)) {
+            pieces->kind[i] = PIECE_ROOM;
+            continue;
+        }
+        area += e->area;
+        volume += e->volume;
+        sum = vec3_add(sum, e->sum);
+    }
+    if (encloses(area, sum, volume))
+        for (size_t i = 0; i < pieces->solids.count; i++)
+            if (pieces->kind[i] == PIECE_SHEET)
+                pieces->kind[i] = PIECE_ROOM;
+}
+
+/* Whether calling a sheet two-sided means something: not all are called so. */
+static bool two_sided_means(const struct place_pieces *pieces)
+{
+    const struct scene *scene = trace_scene(pieces->tracer);
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        for (size_t t = 0; t < mesh->triangle_count; t++)
+            if (!scene->materials[mesh->material[t]].two_sided)
+                return true;
+    }
+    return false;
+}
+
+static void find_targets(struct place_pieces *pieces, const struct extent *extent)
+{
+    double all = 0, sum = 0;
+    size_t at = 0;
+    for (size_t i = 0; i < pieces->solids.count; i++)
+        for (int k = 0; k < SAMPLES; k++)
+            all += extent[i].sample[k].area;
+    for (size_t i = 0; i < pieces->solids.count; i++)
+        for (int k = 0; k < SAMPLES; k++)
+            for (sum += extent[i].sample[k].area;
+                 at < PLACE_TARGETS && sum > ((double)at + .5) / PLACE_TARGETS * all; at++)
+                memcpy(pieces->target[at], extent[i].sample[k].before, sizeof pieces->target[at]);
+    while (at > 0 && at < PLACE_TARGETS) { /* but for rounding there are all */
+        memcpy(pieces->target[at], pieces->target[at - 1], sizeof pieces->target[at]);
+        at++;
+    }
+}
+
+/* Where up is, and whether sheets look down: a ground with a front that nobody stands on. */
+static void find_up(struct place_pieces *pieces, const struct extent *extent)
+{
+    double area = 0;
+    struct vec3 sum = {0};
+    for (size_t i = 0; i < pieces->solids.count; i++)
+        if (pieces->kind[i] == PIECE_SHEET) {
+            area += extent[i].area;
+            sum = vec3_add(sum, extent[i].sum);
+        }
+    pieces->upside_down = sum.y < -.5 * area;
+    pieces->up = sum.z > .5 * area ? (struct vec3){0, 0, 1} : (struct vec3){0, 1, 0};
+}
+
+/* Turns what is the wrong way round, and says so. */
+static void turn(struct place_pieces *pieces, const bool *wrong, struct warnings *warnings)
+{
+    size_t rooms = 0, others = 0;
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        if (!wrong[i])
+            continue;
+        pieces->turned[i] = true;
+        if (pieces->kind[i] == PIECE_SOLID) {
+            pieces->kind[i] = PIECE_ROOM;
+            rooms++;
+        } else {
+            pieces->kind[i] = pieces->kind[i] == PIECE_ROOM ? PIECE_SOLID : PIECE_SHEET;
+            others++;
+        }
+    }
+    if (rooms)
+        warnings_add(warnings, "rooms",
+                     "%zu closed piece%s outward, but hold%s lights or furniture: taken for %s",
+                     rooms, rooms > 1 ? "s that face" : " that faces", rooms > 1 ? "" : "s",
+                     rooms > 1 ? "rooms" : "a room");
+    if (others)
+        warnings_add(warnings, "turned",
+                     "%zu piece%s the back to a lamp on nearly all sides: taken as turned "
+                     "inside out",
+                     others, others > 1 ? "s show" : " shows");
+}
+
+struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer *tracer,
+                                const struct place *place, struct warnings *warnings)
+{
+    struct extent *extent = NULL;
+    bool *wrong = NULL;
+    *pieces = (struct place_pieces){.tracer = tracer};
+    struct error *err = scene_solids(trace_scene(tracer), &pieces->solids, warnings);
+    if (!err)
+        err = array_create(&pieces->kind, pieces->solids.count, sizeof *pieces->kind);
+    if (!err)
+        err = array_create(&pieces->turned, pieces->solids.count, sizeof *pieces->turned);
+    if (!err)
+        err = array_create(&pieces->target, PLACE_TARGETS, sizeof *pieces->target);
+    if (!err)
+        err = array_create(&extent, pieces->solids.count, sizeof *extent);
+    if (!err)
+        err = array_create(&wrong, pieces->solids.count, sizeof *wrong);
+    if (!err) {
+        measure_pieces(pieces, extent);
+        judge_alone(pieces, extent);
+        find_levels(pieces, extent);
+        pieces->two_sided_means = two_sided_means(pieces);
+        find_up(pieces, extent);
+        find_targets(pieces, extent);
+        find_lit(pieces, extent, wrong);
+        err = find_rooms(pieces, extent, place, wrong);
+    }
+    if (!err)
+        turn(pieces, wrong, warnings);
+    free(extent);
+    free(wrong);
+    return err;
+}
+
+void place_pieces_clear(struct place_pieces *pieces)
+{
+    scene_solids_clear(&pieces->solids);
+    free(pieces->kind);
+    free(pieces->turned);
+    free(pieces->target);
+    *pieces = (struct place_pieces){0};
+}

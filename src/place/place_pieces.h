@@ -1,0 +1,69 @@
+/* place_pieces: what the sides of a scene's surface say of inside and outside.
+ *
+ * A closed piece whose faces look outward encloses matter: whoever sees its back is in it, whatever
+ * stands in its box. It is a room all the same when what it encloses is used: when a lamp within
+ * looks at its backs, when other pieces within fill it as furniture does, or when there is any such
+ * and nearly all probes are within. A closed piece whose faces look inward is a room, and whoever
+ * sees its back is outside of it, in the void; but when a lamp looks at its backs it was turned
+ * inside out. Open pieces are sheets, which have air before them and the ground, or the void,
+ * behind.
+ *
+ * Nothing is known from the sides of open pieces whose faces look to both sides, of surfaces with
+ * holes (leaves) and of lamps, nor from the backs of sheets that the file calls two-sided, unless
+ * it says so of all (an exporter's default).
+ */
+#ifndef PLACE_PIECES_H
+#define PLACE_PIECES_H
+
+#include "math/vec.h"
+#include "scene/scene.h"
+#include "topology/solids.h"
+#include "trace/trace.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct error;
+struct place;
+struct warnings;
+
+enum piece_kind { PIECE_SHEET, PIECE_SOLID, PIECE_ROOM, PIECE_UNKNOWN };
+
+struct place_pieces {
+    const struct tracer *tracer;
+    struct scene_solids solids;
+    enum piece_kind *kind;
+    bool *turned;         /* by piece: its fronts are backs */
+    bool two_sided_means; /* not all sheets are called two-sided */
+    struct vec3 up;       /* Y; Z where sheets look there for the most part */
+    bool upside_down;     /* sheets look down along Y for the most part */
+    double (*target)[3];  /* points on the surface, PLACE_TARGETS, evenly by area */
+};
+enum { PLACE_TARGETS = 64 };
+
+/* Judges the pieces of the tracer's scene; the tracer must outlive them. place: the probes. */
+struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer *tracer,
+                                const struct place *place, struct warnings *warnings);
+void place_pieces_clear(struct place_pieces *pieces);
+
+enum sight {
+    SIGHT_ESCAPED, /* no surface */
+    SIGHT_UNKNOWN, /* one that tells nothing */
+    SIGHT_FRONT,
+    SIGHT_LAMP,  /* a front that emits */
+    SIGHT_SOLID, /* the back of a closed piece, from within its matter */
+    SIGHT_VOID,  /* of a room, from outside of it */
+    SIGHT_BEHIND /* of a sheet */
+};
+enum { SIGHTS = SIGHT_BEHIND + 1 };
+
+/* What a ray meets first, and of which piece unless it escaped. */
+struct place_sight {
+    enum sight what;
+    size_t piece;
+    struct trace_hit hit;
+};
+struct place_sight place_sight(const struct place_pieces *pieces, const double from[3],
+                               struct vec3 direction);
+
+#endif
