@@ -41,14 +41,20 @@ static struct error *add_corners(const struct enclose *enclose, struct table *pr
     return err;
 }
 
-static struct error *build(struct stream *stream, const struct enclose *enclose, double merge,
-                           int threads, struct tetra *tetra, struct warnings *warnings)
+struct dials {
+    double merge, thin;
+};
+
+static struct error *build(struct stream *stream, const struct enclose *enclose,
+                           const struct dials *dials, int threads, struct tetra *tetra,
+                           struct warnings *warnings)
 {
     struct table *probes = stream_table(stream, "probe");
     struct tetra_settings settings = tetra_settings_default();
     struct error *err = enclose->wanted ? add_corners(enclose, probes) : NULL;
     const struct column *sh = table_column(probes, "sh");
-    settings.merge = merge;
+    settings.merge = dials->merge;
+    settings.thin = dials->thin;
     settings.threads = threads;
     settings.light = sh ? column_f32(sh) : NULL;
     settings.light_width = sh ? sh->width : 0;
@@ -86,13 +92,17 @@ static void print_report(const struct tetra_report *r, int corners, size_t probe
     const char *content = content_names[corners - 1];
     fprintf(stderr,
             "hull            %zu %s\n"
-            "%-15s %.9g, of the hull %.9g\n"
-            "of a cell       %.6g least, %.6g median, %.6g most\n",
+            "%-15s %.9g",
             r->hull_facets,
             corners == 2   ? "ends"
             : corners == 3 ? "edges"
                            : "faces",
-            content, r->volume, r->hull_volume, r->volume_least, r->volume_median, r->volume_most);
+            content, r->volume);
+    /* of what bends, the hull holds something else */
+    if (corners == 4 || fabs(r->volume - r->hull_volume) <= 1e-6 * r->volume)
+        fprintf(stderr, ", of the hull %.9g", r->hull_volume);
+    fprintf(stderr, "\nof a cell       %.6g least, %.6g median, %.6g most\n", r->volume_least,
+            r->volume_median, r->volume_most);
     if (corners == 2)
         return;
     const char *angle = corners == 4 ? "dihedral angle" : "angle";
@@ -140,7 +150,7 @@ int main(int argc, char **argv)
 {
     struct enclose enclose = {.margin = 0.05, .bounds = {NAN}};
     bool verify_only = false, want_report = false;
-    double merge = tetra_settings_default().merge;
+    struct dials dials = {.merge = tetra_settings_default().merge, .thin = 0.35};
     const struct option_row rows[] = {
         {.name = "enclose",
          .kind = OPTION_FLAG,
@@ -163,10 +173,17 @@ int main(int argc, char **argv)
         {.name = "merge",
          .argument = "SHARE",
          .kind = OPTION_REAL,
-         .value = &merge,
+         .value = &dials.merge,
          .most = 1,
          .help = "let one of probes that are nearer to each other than this share of\n"
                  "the box's largest side stand for the others in the cells"},
+        {.name = "thin",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &dials.thin,
+         .most = 1,
+         .help = "make triangles of probes that are off a sheet by at most this share\n"
+                 "of their spacing, segments along a line or a walk; 0: never"},
         {.name = "report",
          .kind = OPTION_FLAG,
          .value = &want_report,
@@ -204,7 +221,7 @@ int main(int argc, char **argv)
     if (!err && verify_only)
         err = tetra_of_stream(&own, stream);
     else if (!err)
-        err = build(stream, &enclose, merge, common.threads, &tetra, &warnings);
+        err = build(stream, &enclose, &dials, common.threads, &tetra, &warnings);
     if (!err && verify_only)
         err = verify(stream, &own, &program, common.quiet);
     if (stream)

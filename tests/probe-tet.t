@@ -128,4 +128,69 @@ for closed in '<&-' '>&-' '2>&-' '<&- >&- 2>&-'; do
 done
 cp grid.probe self.probe
 check "in place as well" probe-tet -o self.probe self.probe and cmp self.probe cells.probe
+
+# -- one layer or one row --------------------------------------------------------------------------
+# lit [FILE]: a stream of positions, whose red is a known field
+lit() {
+    awk '{ print $1, $2, $3, 2 + cos(.8 * $1) * cos(.8 * $3), 1, 1 }' "$@" |
+        stream_of 'sh-order 1' 'sh-content radiance' 'table probe position:f64:3 sh:f32:3'
+}
+# off STREAM POINTS KIND: the mean error of this kind of interpolation
+off() {
+    probe-query -q --interpolate "$3" "$1" "$2" | paste "$2" - | awk '
+        { e = $4 - 2 - cos(.8 * $1) * cos(.8 * $3); sum += e < 0 ? -e : e }
+        END { if (NR) print sum / NR }'
+}
+# packs_alike STREAM POINTS: the packed stream gives the same bytes
+packs_alike() {
+    probe-query -q "$1" "$2" >plain.light && probe-query -q --pack float -o packed "$1" &&
+        probe-query -q packed "$2" | cmp plain.light -
+}
+
+awk 'BEGIN { srand(1); for (i = 0; i < 900; i++) print 15*rand(), 1.7 + .04*rand(), 15*rand() }' \
+    >layer
+awk "BEGIN { srand(2); for (i = 0; i < 400; i++) print 1+13*rand(), 1.7+.1*rand(), 1+13*rand() }" \
+    >between
+lit layer >layer.probe
+probe-tet layer.probe >layer.baked 2>err
+check "a floor with noise is a sheet, and it is said" says layer.baked '^table tri' and \
+    says err 'nearly in a sheet, 95 % of them off it by at most [0-9.]* % of their spacing'
+off layer.baked between barycentric >off
+off layer.baked between nearest >off_nearest
+check "where light is twice as near as that of the nearest probe" \
+    every '$1 < .04' off and every '$1 > .08' off_nearest
+check "--verify takes it" probe-tet --verify layer.baked
+check "packed it is the same" packs_alike layer.baked between
+probe-tet --thin 0 layer.probe >full.baked 2>err
+check "--thin 0 makes tetrahedra of it, and says nothing" says full.baked '^table tet' and empty err
+
+awk 'BEGIN { for (i = 0; i < 120; i++) print i / 3, 1.7 + .05*sin(i * 1.7), 3 * sin(i / 12) }' >row
+awk 'BEGIN {
+    srand(3)
+    for (i = 0; i < 400; i++) {
+        t = 118 * rand()
+        print t / 3 + .2*rand() - .1, 1.6 + .2*rand(), 3 * sin(t / 12) + .2*rand() - .1
+    }
+}' >beside
+lit row >row.probe
+probe-tet --report row.probe >row.baked 2>err
+check "a walk is strung along its steps, and it is said" says row.baked '^table segment' and \
+    says err 'strung along a walk: its 119 steps' '^length  *[0-9.]*$'
+off row.baked beside barycentric >off
+check "light beside it is near" every '$1 < .03' off
+check "--verify takes it" probe-tet --verify row.baked
+check "packed it is the same" packs_alike row.baked beside
+sort row | lit | probe-tet -q | probe-query -q - beside >shuffled.light
+check "in any order, too" cmp shuffled.light plain.light
+
+awk 'BEGIN {
+    for (i = 0; i < 320; i++) print i % 8, int(i / 8) % 5, int(i / 40)
+    for (i = 0; i < 52; i++) print i + 8, 2 + .05*sin(i * i), 4 + .05*cos(i * i)
+}' | lit >hall.probe
+probe-tet hall.probe >hall.baked 2>err
+check "a hall with a corridor one probe wide is told of" says hall.baked '^table tet' and \
+    says err 'parts of the probes are one layer or one row'
+awk 'BEGIN { for (i = 0; i < 200; i++) print i % 10, int(i / 100), int(i / 10) % 10 }' | lit |
+    probe-tet >two.baked 2>err
+check "two layers are not" says two.baked '^table tet' and empty err
 tap_done

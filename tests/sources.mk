@@ -37,6 +37,7 @@ MODULE_TESTS = \
 	tests/place \
 	tests/leak \
 	tests/tetra \
+	tests/thin \
 	tests/measure \
 	tests/render \
 	tests/fuzz/fuzz_gltf \
@@ -81,6 +82,7 @@ check_PROGRAMS = $(MODULE_TESTS)
 tests_query_LDADD = $(TETRA_LIBS)
 tests_interpolate_LDADD = $(TETRA_LIBS)
 tests_tetra_LDADD = $(TETRA_LIBS)
+tests_thin_LDADD = $(TETRA_LIBS)
 tests_fuzz_fuzz_tetra_LDADD = $(TETRA_LIBS)
 IMAGE_TEST_CPPFLAGS = $(AM_CPPFLAGS) $(STB_CFLAGS) $(WEBP_CFLAGS)
 tests_image_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)

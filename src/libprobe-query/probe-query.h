@@ -64,7 +64,8 @@ struct probe_mesh {
     size_t probes;
     const double *position; /* 3 a probe */
     /* of a cell: 4 tetrahedra; 3, 2, 1: triangles, segments, a point, of probes in a plane, on a
-     * line, in a place */
+     * line, in a place. Triangles of a bent sheet and segments of a walk, too: there, light is that
+     * of their nearest point (man probe.5) */
     int corners;
     size_t cells;
     const int32_t *vertex;    /* `corners` a cell: its probes. Tetrahedra are right-handed */

@@ -3,6 +3,7 @@
 libprobe_query_sources = \
 	%D%/lattice.c %D%/lattice.h \
 	%D%/sh.c %D%/sh.h \
+	%D%/span.c %D%/span.h \
 	%D%/volume.c %D%/volume.h \
 	%D%/volume_blend.c \
 	%D%/volume_image.c \

@@ -17,7 +17,7 @@ void volume_measure(const struct probe_volume *v, size_t cell, const double p[3]
 {
     const double *s[4] = {p, p, p, p};
     for (int i = 0; i < v->corners; i++)
-        s[i] = volume_site(v, volume_vertex(v, cell, i));
+        s[i] = volume_span_site(v, volume_vertex(v, cell, i));
     volume[0] = volume[1] = volume[2] = volume[3] = 0;
     switch (v->corners) {
     case 4:
@@ -47,7 +47,7 @@ int volume_facet_vertex(const struct probe_volume *v, const struct volume_facet 
                         int32_t vertex[3])
 {
     const size_t cell = (size_t)facet->cell;
-    const int count = v->corners > 1 ? v->corners - 1 : 1;
+    const int count = facet->corner < 0 ? v->corners : v->corners > 1 ? v->corners - 1 : 1;
     for (int k = 0; k < 3; k++) {
         const int other = k < count ? k : count - 1;
         const int corner = v->corners == 4   ? volume_facet_corner[facet->corner][k]

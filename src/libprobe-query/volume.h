@@ -1,5 +1,6 @@
 /* volume: what the parts of libprobe-query share (probe-query.h is its face).
  *
+ *     span.c           the plane or line that probes lie near (span.h)
  *     volume_tree.c    trees of boxes, sorting along a Morton curve (volume_tree.h)
  *     volume.c         what all parts ask a volume and its cells
  *     volume_outer.c   places outside the hull
@@ -17,6 +18,7 @@
 
 #include "lattice.h"
 #include "probe-query.h"
+#include "span.h"
 #include "volume_tree.h"
 
 #include <stdbool.h>
@@ -33,7 +35,7 @@ struct volume_cell {
 /* A face of the hull. */
 struct volume_facet {
     int32_t cell;   /* whose it is */
-    int32_t corner; /* of the cell: the one opposite */
+    int32_t corner; /* of the cell: the one opposite; -1: it is the whole cell (bent) */
     /* tetrahedra: the facet across the edge opposite each corner of this one, in the order of
      * volume_facet_vertex */
     int32_t across[3];
@@ -55,6 +57,15 @@ struct probe_volume {
     int axis[3];
     /* 3 corners: of the plane; 2 corners: of the line; unit, lattice units */
     double origin[3], normal[3];
+    /* fewer than 4 corners: places are looked up where they fall in the plane or on the line, seen
+     * along the lattice's axes; or, where probes stand off it by more than rounding, along frame:
+     * flat, 3 a probe, are the sites' places there (else NULL) */
+    double *flat;
+    struct span_frame frame;
+    double flat_low[3], flat_high[3];
+    /* fewer than 4 corners that lie in no plane or line: light is that of the nearest point of all
+     * cells, which are the facets then */
+    bool bent;
     const double *site; /* 3 a probe */
     double *site_owned;
     const void *vertex, *neighbour; /* as given: of 2 or 4 bytes an index */
@@ -120,6 +131,12 @@ static inline int32_t volume_number(const struct probe_volume *v, size_t cell)
 static inline const double *volume_site(const struct probe_volume *v, int32_t probe)
 {
     return v->site + 3 * (size_t)probe;
+}
+
+/* Where a probe is in what the cells span. */
+static inline const double *volume_span_site(const struct probe_volume *v, int32_t probe)
+{
+    return (v->flat ? v->flat : v->site) + 3 * (size_t)probe;
 }
 
 /* Weights and probes of a place, from the measures of a cell. */

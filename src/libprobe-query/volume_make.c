@@ -11,11 +11,11 @@
 /* -- checking what is given ------------------------------------------------------------------- */
 
 /* Whether `other` has a neighbour `cell` across a facet with the corners of cell's facet opposite
- * `corner`. */
+ * `corner`; of bent ones, more than two of which may meet, whether it has these corners at all. */
 static bool shares_facet(const struct probe_volume *v, size_t cell, int corner, size_t other)
 {
     for (int j = 0; j < v->corners; j++) {
-        if (volume_neighbour(v, other, j) != (int32_t)cell)
+        if (!v->bent && volume_neighbour(v, other, j) != (int32_t)cell)
             continue;
         int shared = 0;
         for (int a = 0; a < v->corners; a++)
@@ -37,24 +37,6 @@ static enum probe_status check_indices(const struct probe_volume *v, size_t *row
             if (p < 0 || (size_t)p >= v->probes)
                 return PROBE_BAD_VERTEX;
             if (n < -1 || n >= (int32_t)v->cells)
-                return PROBE_BAD_NEIGHBOUR;
-        }
-    }
-    return PROBE_OK;
-}
-
-static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
-{
-    for (size_t cell = 0; cell < v->cells; cell++) {
-        *row = cell;
-        lattice_volume volume[4];
-        /* that of corner 0 is the whole cell's */
-        volume_measure(v, cell, volume_site(v, volume_vertex(v, cell, 0)), volume);
-        if (volume[0] <= 0)
-            return PROBE_BAD_SHAPE;
-        for (int i = 0; i < v->corners; i++) {
-            const int32_t n = volume_neighbour(v, cell, i);
-            if (n >= 0 && !shares_facet(v, cell, i, (size_t)n))
                 return PROBE_BAD_NEIGHBOUR;
         }
     }
@@ -145,6 +127,114 @@ static void find_span(struct probe_volume *v)
     normalise(v->normal);
 }
 
+/* -- what they span --------------------------------------------------------------------------- */
+
+/* Whether a triangle has no area, a segment no length. */
+static bool is_nothing(const struct probe_volume *v, size_t cell)
+{
+    return !along_axis(v, cell, 0) && !along_axis(v, cell, 1) && !along_axis(v, cell, 2);
+}
+
+/* A length as long as cells are wide: the root of twice their mean area, or their mean length. */
+static double width_of_cells(const struct probe_volume *v)
+{
+    double sum = 0;
+    for (size_t cell = 0; cell < v->cells; cell++) {
+        double square = 0;
+        for (int k = 0; k < 3; k++)
+            square += (double)along_axis(v, cell, k) * (double)along_axis(v, cell, k);
+        sum += sqrt(square);
+    }
+    sum /= (double)v->cells;
+    return v->corners == 3 ? sqrt(sum) : sum;
+}
+
+/* Whether cells lie side by side where they fall in the plane or on the line. */
+static bool are_alike(const struct probe_volume *v)
+{
+    const int sides = v->corners;
+    size_t forth = 0, back = 0;
+    for (size_t cell = 0; cell < v->cells; cell++) {
+        const double *s[3];
+        for (int i = 0; i < sides; i++)
+            s[i] = volume_span_site(v, volume_vertex(v, cell, i));
+        int64_t d[2][2];
+        for (int i = 0; i + 1 < sides; i++)
+            for (int k = 0; k < 2; k++)
+                d[i][k] = lattice_whole(s[i + 1][k] - s[0][k]);
+        const lattice_volume area = sides == 2 ? d[0][0]
+                                               : (lattice_volume)d[0][0] * d[1][1] -
+                                                     (lattice_volume)d[0][1] * d[1][0];
+        forth += area > 0;
+        back += area < 0;
+    }
+    return forth == v->cells || back == v->cells;
+}
+
+static enum probe_status flatten(struct probe_volume *v)
+{
+    v->flat = malloc(3 * v->probes * sizeof *v->flat);
+    if (!v->flat)
+        return PROBE_NO_MEMORY;
+    for (int k = 0; k < 3; k++) {
+        v->flat_low[k] = INFINITY;
+        v->flat_high[k] = -INFINITY;
+    }
+    for (size_t i = 0; i < 3 * v->probes; i++) {
+        if (i % 3 == 0)
+            span_flatten(&v->frame, v->corners, volume_site(v, (int32_t)(i / 3)), v->flat + i);
+        v->flat[i] = rint(v->flat[i]);
+        v->flat_low[i % 3] = fmin(v->flat_low[i % 3], v->flat[i]);
+        v->flat_high[i % 3] = fmax(v->flat_high[i % 3], v->flat[i]);
+    }
+    return PROBE_OK;
+}
+
+/* Triangles and segments: within rounding of a plane or line, near one, or bent. */
+static enum probe_status judge_span(struct probe_volume *v)
+{
+    enum { ROUNDING = 16 }; /* steps */
+    unsigned char *used = calloc(v->probes ? v->probes : 1, 1);
+    if (!used)
+        return PROBE_NO_MEMORY;
+    for (size_t cell = 0; cell < v->cells; cell++)
+        for (int i = 0; i < v->corners; i++)
+            used[volume_vertex(v, cell, i)] = 1;
+    span_find(&v->frame, v->probes, v->site, used, v->corners);
+    free(used);
+    if (v->frame.off <= ROUNDING)
+        return PROBE_OK;
+    const bool near = v->frame.off <= width_of_cells(v);
+    enum probe_status status = near ? flatten(v) : PROBE_OK;
+    if (status || (near && are_alike(v))) {
+        for (int k = 0; k < 3; k++)
+            v->axis[k] = k;
+        return status;
+    }
+    free(v->flat);
+    v->flat = NULL;
+    v->bent = true;
+    return status;
+}
+
+static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
+{
+    for (size_t cell = 0; cell < v->cells; cell++) {
+        *row = cell;
+        lattice_volume volume[4];
+        /* that of corner 0 is the whole cell's */
+        volume_measure(v, cell, volume_span_site(v, volume_vertex(v, cell, 0)), volume);
+        if (v->bent ? is_nothing(v, cell) : volume[0] <= 0)
+            return PROBE_BAD_SHAPE;
+        for (int i = 0; i < v->corners; i++) {
+            const int32_t n = volume_neighbour(v, cell, i);
+            if (n >= 0 && !shares_facet(v, cell, i, (size_t)n))
+                return PROBE_BAD_NEIGHBOUR;
+        }
+    }
+    return PROBE_OK;
+}
+
 /* -- cells and their matrices ----------------------------------------------------------------- */
 
 /* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole
@@ -226,7 +316,7 @@ static enum probe_status make_cell_tree(struct probe_volume *v)
     const enum probe_status status = volume_tree_init(&v->cell_tree, v->cells);
     for (size_t i = 0; !status && i < v->cells; i++)
         for (int k = 0; k < v->corners; k++) {
-            const double *s = volume_site(v, volume_vertex(v, i, k));
+            const double *s = volume_span_site(v, volume_vertex(v, i, k));
             double p[3] = {s[0], s[1], s[2]};
             for (int j = v->corners - 1; j < 3; j++)
                 p[v->axis[j]] = 0;
@@ -263,9 +353,11 @@ static enum probe_status make_start(struct probe_volume *v)
 
 static enum probe_status make_facets(struct probe_volume *v, size_t *row)
 {
-    for (size_t i = 0; i < v->cells; i++)
+    for (size_t i = 0; i < v->cells && !v->bent; i++)
         for (int k = 0; k < v->corners; k++)
             v->facets += volume_neighbour(v, i, k) < 0;
+    if (v->bent)
+        v->facets = v->cells;
     if (!v->facets) { /* cells without an end: there is no such mesh in flat space */
         *row = 0;
         return PROBE_BAD_NEIGHBOUR;
@@ -278,7 +370,10 @@ static enum probe_status make_facets(struct probe_volume *v, size_t *row)
     if (status)
         return status;
     size_t n = 0;
-    for (size_t i = 0; i < v->cells; i++) /* cells are in Morton order: so are these */
+    for (size_t i = 0; i < v->cells && v->bent; i++)
+        v->facet[n++] =
+            (struct volume_facet){.cell = (int32_t)i, .corner = -1, .across = {-1, -1, -1}};
+    for (size_t i = 0; i < v->cells && !v->bent; i++) /* in Morton order: so are these */
         for (int k = 0; k < v->corners; k++)
             if (volume_neighbour(v, i, k) < 0)
                 v->facet[n++] =
@@ -287,7 +382,7 @@ static enum probe_status make_facets(struct probe_volume *v, size_t *row)
         int32_t vertex[3];
         volume_facet_vertex(v, &v->facet[i], vertex);
         for (int k = 0; k < 3; k++)
-            volume_tree_add(&v->facet_tree, i, volume_site(v, vertex[k]));
+            volume_tree_add(&v->facet_tree, i, volume_span_site(v, vertex[k]));
     }
     volume_tree_finish(&v->facet_tree);
     return PROBE_OK;
@@ -397,11 +492,13 @@ static enum probe_status make_rest(struct probe_volume *v, size_t *row)
     enum probe_status status = check_indices(v, row);
     if (!status && v->corners < 4)
         find_span(v);
+    if (!status && (v->corners == 3 || v->corners == 2))
+        status = judge_span(v);
     if (!status)
         status = check_cells(v, row);
     if (!status && v->corners == 4 && !(v->flags & PROBE_LEAN))
         status = make_cells(v);
-    if (!status)
+    if (!status && !v->bent)
         status = make_cell_tree(v);
     if (!status && v->corners == 4)
         status = make_start(v);
@@ -412,6 +509,7 @@ static enum probe_status make_rest(struct probe_volume *v, size_t *row)
     if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) &&
         (!v->convex || v->flags & PROBE_EXTEND))
         status = volume_outer_init(v);
+    v->bytes += v->flat ? 3 * v->probes * sizeof *v->flat : 0;
     v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) +
                 tree_bytes(&v->image_tree) + v->facets * sizeof *v->facet;
     return status;
@@ -457,6 +555,7 @@ void probe_volume_destroy(struct probe_volume *v)
     if (!v)
         return;
     free(v->site_owned);
+    free(v->flat);
     free(v->cell);
     free(v->number);
     free(v->inner);

@@ -23,6 +23,10 @@
 #define sh_radiance probe_private_sh_radiance
 #define sh_scale_bands probe_private_sh_scale_bands
 
+#define span_axes probe_private_span_axes
+#define span_find probe_private_span_find
+#define span_flatten probe_private_span_flatten
+
 #define volume_coordinates probe_private_volume_coordinates
 #define volume_facet_corner probe_private_volume_facet_corner
 #define volume_facet_vertex probe_private_volume_facet_vertex

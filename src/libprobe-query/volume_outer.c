@@ -1,8 +1,7 @@
 /* Based on:
  * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each
  * facet of the hull, bounded by rays from its corners; light is constant along rays. van Oosterom,
- * Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983. Golub, Van
- * Loan, "Matrix Computations", 4th ed., 2013, sec. 8.5: Jacobi's rotations.
+ * Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30(2), 1983.
  *
  * A corner p of the hull sends out a ray p + t n. The outer cell of a facet abc holds the points
  * u_a (a + t n_a) + u_b (b + t n_b) + u_c (c + t n_c) with u >= 0, sum 1, t >= 0, and gives them
@@ -132,9 +131,9 @@ static void try_facet(void *context, size_t facet)
     int32_t vertex[3];
     double w[3];
     volume_facet_vertex(n->volume, &n->volume->facet[facet], vertex);
-    const double square = nearest_on_triangle(n->p, volume_site(n->volume, vertex[0]),
-                                              volume_site(n->volume, vertex[1]),
-                                              volume_site(n->volume, vertex[2]), w);
+    const double square = nearest_on_triangle(n->p, volume_span_site(n->volume, vertex[0]),
+                                              volume_span_site(n->volume, vertex[1]),
+                                              volume_span_site(n->volume, vertex[2]), w);
     if (!(square < n->square))
         return;
     n->square = square;
@@ -335,33 +334,6 @@ static bool find_mean(const struct probe_volume *v, double mean[3])
     return true;
 }
 
-/* The directions in which a symmetric matrix only stretches, by Jacobi's rotations. */
-static void find_axes(double m[3][3], double axis[3][3])
-{
-    for (int k = 0; k < 9; k++)
-        axis[k / 3][k % 3] = k % 4 == 0;
-    for (int sweep = 0; sweep < 3 * 16; sweep++) {
-        const int i = sweep % 3, j = (i + 1) % 3;
-        if (fabs(m[i][j]) <= 0x1p-52 * sqrt(fabs(m[i][i] * m[j][j])))
-            continue;
-        const double theta = (m[j][j] - m[i][i]) / (2 * m[i][j]),
-                     t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
-        const double c = 1 / sqrt(t * t + 1), s = t * c;
-        for (int k = 0; k < 3; k++) {
-            const double x = m[k][i], y = m[k][j];
-            m[k][i] = c * x - s * y;
-            m[k][j] = s * x + c * y;
-        }
-        for (int k = 0; k < 3; k++) {
-            const double x = m[i][k], y = m[j][k], p = axis[i][k], q = axis[j][k];
-            m[i][k] = c * x - s * y;
-            m[j][k] = s * x + c * y;
-            axis[i][k] = c * p - s * q;
-            axis[j][k] = s * p + c * q;
-        }
-    }
-}
-
 /* Corners of a facet from the core's centre, along its axes. */
 static void along_axes(const struct probe_volume *v, size_t facet, const struct core *core,
                        double x[3][3])
@@ -479,7 +451,7 @@ enum probe_status volume_outer_init(struct probe_volume *v)
         return PROBE_OK;
     find_middle(v, core.centre, moment);
     turned = core;
-    find_axes(moment, turned.axis);
+    span_axes(moment, turned.axis);
     const double volume = fit_core(v, &core);
     if (fit_core(v, &turned) > TURNED * volume)
         core = turned;
@@ -704,17 +676,65 @@ static bool find_prism(const struct probe_volume *v, const double p[3], size_t *
     return hold->off < INFINITY;
 }
 
+/* How far p is from a place, steps. */
+static double distance_from(const struct probe_volume *v, const struct probe_place *place,
+                            const double p[3])
+{
+    double off[3] = {-p[0], -p[1], -p[2]};
+    for (int c = 0; c < 3 * v->corners; c++)
+        off[c % 3] += place->weight[c / 3] * volume_site(v, place->probe[c / 3])[c % 3];
+    return sqrt(dot(off, off));
+}
+
+/* Whether p is beyond the rim at the place that is nearest to it: some of it is open there, where a
+ * corner has no weight, and p is on the side away from that corner. */
+static bool beyond_rim(const struct probe_volume *v, size_t cell, const double weight[4],
+                       const double p[3])
+{
+    double off[3] = {p[0], p[1], p[2]};
+    for (int c = 0; c < 3 * v->corners; c++)
+        off[c % 3] -= weight[c / 3] * volume_site(v, volume_vertex(v, cell, c / 3))[c % 3];
+    for (int i = 0; i < v->corners; i++) {
+        double inward[3], foot[3] = {0};
+        if (volume_neighbour(v, cell, i) >= 0 || weight[i] > 0)
+            continue;
+        /* from the facet's foot of the corner: its edge's nearest point, or its other end */
+        const double *a = volume_site(v, volume_vertex(v, cell, (i + 1) % v->corners)),
+                     *b = volume_site(v, volume_vertex(v, cell, (i + 2) % v->corners)),
+                     *c = volume_site(v, volume_vertex(v, cell, i));
+        double ab[3], ac[3];
+        for (int k = 0; k < 3; k++) {
+            ab[k] = v->corners == 3 ? b[k] - a[k] : 0;
+            ac[k] = c[k] - a[k];
+        }
+        const double along = v->corners == 3 ? dot(ab, ac) / dot(ab, ab) : 0;
+        for (int k = 0; k < 3; k++) {
+            foot[k] = along * ab[k];
+            inward[k] = ac[k] - foot[k];
+        }
+        if (dot(off, inward) < -1e-9 * sqrt(dot(off, off) * dot(inward, inward)))
+            return true;
+    }
+    return false;
+}
+
 bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_place *place)
 {
-    struct nearest n = {.volume = v, .p = p, .square = INFINITY, .weight = {1, 0, 0}};
+    double flat[3];
+    const double *q = p; /* where facets are looked for */
+    if (v->flat) {
+        span_flatten(&v->frame, v->corners, p, flat);
+        q = flat;
+    }
+    struct nearest n = {.volume = v, .p = q, .square = INFINITY, .weight = {1, 0, 0}};
     struct hold hold;
     size_t facet = 0;
     const bool held = v->rays && find_prism(v, p, &facet, &hold);
-    const size_t first = held ? facet : volume_tree_near(&v->facet_tree, p);
+    const size_t first = held ? facet : volume_tree_near(&v->facet_tree, q);
     /* the nearer what is known, the less is searched */
     for (size_t i = first; i < v->facets && i < first + (held ? 1 : VOLUME_LEAF); i++)
         try_facet(&n, i);
-    volume_tree_search(&v->facet_tree, p, &n.square, try_facet, &n);
+    volume_tree_search(&v->facet_tree, q, &n.square, try_facet, &n);
     const double distance = sqrt(n.square);
     place->distance = distance * v->lattice.step;
     /* nearer to the hull than a step of the lattice, rounding decides which side p is on */
@@ -722,5 +742,9 @@ bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_
         place_on_facet(v, facet, hold.weight, place);
     else
         place_on_facet(v, n.facet, n.weight, place);
+    if (v->flat)
+        place->distance = distance_from(v, place, p) * v->lattice.step;
+    if (v->bent)
+        return beyond_rim(v, (size_t)v->facet[n.facet].cell, place->weight, p);
     return held && distance > 2 + 2 * miss(v, facet, &hold, p);
 }

@@ -110,6 +110,12 @@ static inline void round_to_lattice(const struct probe_volume *v, const double p
 static void project(const struct probe_volume *v, const double p[3], double q[3])
 {
     double along = 0;
+    if (v->flat) {
+        span_flatten(&v->frame, v->corners, p, q);
+        for (int k = 0; k < v->corners - 1; k++)
+            q[k] = rint(q[k]);
+        return;
+    }
     for (int k = 0; k < 3; k++)
         along += (p[k] - v->origin[k]) * v->normal[k];
     for (int k = 0; k < 3; k++)
@@ -308,14 +314,16 @@ enum walker_state {
 __attribute__((noinline)) static bool begin_anywhere(const struct probe_volume *v,
                                                      const double point[3], struct walker *w)
 {
-    bool within = true;
+    bool within = !v->bent;
     w->far = coordinates_of(v, point, w->exactly);
-    if (v->corners < 4) {
+    if (v->corners < 4 && within) {
+        const double *low = v->flat ? v->flat_low : v->low,
+                     *high = v->flat ? v->flat_high : v->high;
         project(v, w->exactly, w->p);
         for (int j = 0; j < v->corners - 1; j++)
-            within = within && w->p[v->axis[j]] >= v->low[v->axis[j]] &&
-                     w->p[v->axis[j]] <= v->high[v->axis[j]];
-    } else {
+            within = within && w->p[v->axis[j]] >= low[v->axis[j]] &&
+                     w->p[v->axis[j]] <= high[v->axis[j]];
+    } else if (within) {
         round_to_lattice(v, point, w->p);
         for (int k = 0; k < 3; k++)
             within = within && w->p[k] >= v->low[k] && w->p[k] <= v->high[k];
@@ -376,12 +384,16 @@ static inline enum walker_state step(const struct probe_volume *v, struct walker
 static inline void arrive(const struct probe_volume *v, struct walker *w, enum walker_state state,
                           struct probe_place *place)
 {
-    place->inside = state == INSIDE ||
-                    (state != INSIDE && !volume_outer(v, w->exactly, place) && state == LEFT &&
-                     search_tree(v, w->p, &w->cell, &w->weights));
+    if (v->bent)
+        place->inside = !volume_outer(v, w->exactly, place);
+    else
+        place->inside = state == INSIDE ||
+                        (state != INSIDE && !volume_outer(v, w->exactly, place) && state == LEFT &&
+                         search_tree(v, w->p, &w->cell, &w->weights));
     if (place->inside) {
         place->distance = 0;
-        volume_place(v, w->cell, w->weights.weight, place);
+        if (!v->bent)
+            volume_place(v, w->cell, w->weights.weight, place);
     } else if (w->far > 0) {
         place->distance = w->far;
     }

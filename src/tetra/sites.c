@@ -308,6 +308,12 @@ void sites_axes(size_t count, const double *site, int corners, int axis[2])
     axes_of(&span, corners, axis);
 }
 
+void sites_extremes(size_t count, const double *site, size_t extreme[4])
+{
+    const struct span span = span_of(count, site);
+    memcpy(extreme, span.extreme, sizeof span.extreme);
+}
+
 void sites_metric(size_t count, const double *site, const int axis[2], double m[2][2])
 {
     const int a = axis[0], b = axis[1], c = 3 - a - b;

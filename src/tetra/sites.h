@@ -55,6 +55,9 @@ void sites_clear(struct sites *sites);
  * dropped first where it hardly matters. Turns clockwise or not as the plane lies. */
 void sites_axes(size_t count, const double *site, int corners, int axis[2]);
 
+/* Four sites that span as widely as is found by going for the farthest. */
+void sites_extremes(size_t count, const double *site, size_t extreme[4]);
+
 /* A matrix that makes a plane's projection along its axes as it is in space, up to a rotation: the
  * Cholesky factor of its metric. */
 void sites_metric(size_t count, const double *site, const int axis[2], double metric[2][2]);

@@ -10,4 +10,5 @@ tetra_sources = \
 	%D%/tetra_measure.c \
 	%D%/tetra_run.c \
 	%D%/tetra_stream.c %D%/tetra_stream.h \
-	%D%/tetra_tetgen.cc
+	%D%/tetra_tetgen.cc \
+	%D%/thin.c %D%/thin.h

@@ -9,8 +9,10 @@
 #include "tetra/peel.h"
 #include "tetra/sites.h"
 #include "tetra/stretch.h"
+#include "tetra/thin.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -294,6 +296,194 @@ static struct error *make_cells(struct tetra *tetra, const struct sites *sites,
     }
 }
 
+/* -- thin sets -------------------------------------------------------------------------------- */
+
+static void give_up(struct tetra *tetra)
+{
+    tetra_await(tetra);
+    free_room(tetra);
+    *tetra = (struct tetra){0};
+}
+
+/* Segments of a walk. Where more than two meet, each has the next for a neighbour, all in a ring;
+ * where two do, each other. */
+static struct error *string_walk(struct tetra *tetra, size_t sites, const int32_t *walk,
+                                 size_t count)
+{
+    int32_t *last = NULL, *first = NULL; /* of a site's segment ends so far, 2 * segment + end */
+    struct error *err = array_create(&last, sites, sizeof *last);
+    if (!err)
+        err = array_create(&first, sites, sizeof *first);
+    if (!err)
+        err = make_room(tetra, 2, count);
+    for (size_t i = 0; i < sites && !err; i++)
+        last[i] = first[i] = -1;
+    for (size_t i = 0; i < 2 * count && !err; i++) {
+        const int32_t site = walk[i];
+        tetra->vertex[i] = site;
+        tetra->neighbour[i] = -1;
+        if (first[site] < 0)
+            first[site] = (int32_t)i;
+        else /* an end's neighbour is opposite the segment's other end */
+            tetra->neighbour[last[site] ^ 1] = (int32_t)(i / 2);
+        last[site] = (int32_t)i;
+    }
+    for (size_t i = 0; i < sites && !err; i++)
+        if (last[i] != first[i])
+            tetra->neighbour[last[i] ^ 1] = first[i] / 2;
+    free(last);
+    free(first);
+    return err;
+}
+
+static const char *percent(double share, char text[24])
+{
+    snprintf(text, 24, "%.2g %%", 100 * share);
+    return text;
+}
+
+/* Segments, if the sites lie near a line. */
+static struct error *try_line(struct tetra *tetra, const struct sites *sites,
+                              const struct tetra_settings *settings, struct warnings *warnings)
+{
+    struct span_frame frame;
+    struct sites flat = {0};
+    bool apart;
+    double share = INFINITY;
+    char text[24];
+    span_find(&frame, sites->count, sites->site, NULL, 2);
+    struct error *err = thin_flatten(sites, 2, &frame, &flat, &apart);
+    if (!err && apart)
+        err = thin_off_line(&flat, &frame, &share);
+    if (!err && share <= settings->thin) {
+        err = make_segments(tetra, &flat);
+        if (!err)
+            err = tetra_check_sites(tetra, flat.count, flat.site, flat.axis, settings->threads);
+        tetra->thin = TETRA_LINE;
+        warnings_add(
+            warnings, "thin",
+            "the probes are nearly on a line, off it by at most %s of their spacing: cells "
+            "are segments along it (--thin 0: tetrahedra)",
+            percent(share, text));
+    }
+    thin_clear(&flat);
+    return err;
+}
+
+/* Triangles, if the sites lie in a sheet that is seen in full along the frame's last axis. */
+static struct error *try_facing(struct tetra *tetra, const struct sites *sites,
+                                const struct span_frame *frame,
+                                const struct tetra_settings *settings, struct warnings *warnings)
+{
+    enum { FEW = 16 };
+    const double ledge = 1; /* few may stand off as far as this: at a step's edge */
+    struct sites flat = {0};
+    struct thin_off off = {.most = INFINITY};
+    bool apart;
+    char text[24], most[24];
+    struct error *err = thin_flatten(sites, 3, frame, &flat, &apart);
+    if (!err && apart)
+        err = make_triangles(tetra, &flat, settings);
+    if (!err && apart)
+        err = thin_off_sheet(tetra, sites, &flat, frame, &off);
+    double thin = settings->thin;
+    if (!err && sites->count < FEW) { /* any few are in a sheet, if it may bend as it likes */
+        off.most_of = off.most = fmax(off.most, frame->off / off.spacing);
+        thin *= (double)(sites->count * sites->count) / (FEW * FEW);
+    }
+    if (!err && off.most_of <= thin && off.most <= ledge) {
+        err = tetra_check_sites(tetra, flat.count, flat.site, flat.axis, settings->threads);
+        tetra->thin = TETRA_SHEET;
+        warnings_add(
+            warnings, "thin",
+            "the probes are nearly in a sheet, 95 %% of them off it by at most %s of their "
+            "spacing, all by at most %s: cells are triangles of it (--thin 0: tetrahedra)",
+            percent(off.most_of, text), percent(off.most, most));
+    } else if (!err && apart) {
+        give_up(tetra);
+    }
+    thin_clear(&flat);
+    return err;
+}
+
+static struct error *try_sheet(struct tetra *tetra, const struct sites *sites,
+                               const struct tetra_settings *settings, struct warnings *warnings)
+{
+    struct span_frame frame;
+    span_find(&frame, sites->count, sites->site, NULL, 3);
+    struct error *err = try_facing(tetra, sites, &frame, settings, warnings);
+    if (err || tetra->thin)
+        return err;
+    thin_face(sites, &frame);
+    return try_facing(tetra, sites, &frame, settings, warnings);
+}
+
+/* Segments in place of other cells, if those are of a walk. */
+static struct error *try_walk(struct tetra *tetra, const struct sites *sites,
+                              struct warnings *warnings)
+{
+    int32_t *walk = NULL;
+    size_t count;
+    struct error *err = thin_walk(tetra, sites, &walk, &count);
+    if (!err && walk) {
+        give_up(tetra);
+        err = string_walk(tetra, sites->count, walk, count);
+        tetra->thin = TETRA_WALK;
+        warnings_add(warnings, "thin",
+                     "the probes are strung along a walk: its %zu steps are the cells (--thin 0: "
+                     "triangles or tetrahedra)",
+                     count);
+    }
+    free(walk);
+    return err;
+}
+
+/* Says so where parts of the probes are thin. Of ordinary ones (grids, boxes of up to 1:4, octrees,
+ * random ones, rooms with a hole) at most .1 % of the cells are such; of a corridor one probe wide
+ * that ends in a hall 6 %, of storeys of one layer each 65 %. */
+static void warn_far(struct warnings *warnings, const struct tetra *tetra,
+                     const struct sites *sites)
+{
+    const struct thin_far far = thin_far(tetra, sites);
+    char cells[24], volume[24];
+    if (far.cells >= 0.05 || far.volume >= 0.1)
+        warnings_add(
+            warnings, "far",
+            "parts of the probes are one layer or one row, and %s of the cells, %s of the "
+            "volume, blend probes there that are more than %g times as far from each other "
+            "as from their neighbours: place a second layer or row beside them, or make "
+            "cells of each part in a stream of its own",
+            percent(far.cells, cells), percent(far.volume, volume), THIN_FAR);
+}
+
+/* Cells of checked shape of sites that span a plane or space. */
+static struct error *make_checked(struct tetra *tetra, const struct sites *sites,
+                                  const struct tetra_settings *settings, struct warnings *warnings)
+{
+    const bool ask = settings->thin > 0 && sites->corners >= 3;
+    const struct thin_look look = ask ? thin_look(sites) : (struct thin_look){0};
+    const bool line = ask && thin_may_be_line(&look),
+               sheet = ask && sites->corners == 4 && thin_may_be_sheet(&look);
+    struct error *err = line ? try_line(tetra, sites, settings, warnings) : NULL;
+    if (!err && !tetra->thin && line)
+        err = make_cells(tetra, sites, settings);
+    if (!err && !tetra->thin && line)
+        err = try_walk(tetra, sites, warnings);
+    if (!err && !tetra->thin && sheet) {
+        give_up(tetra);
+        err = try_sheet(tetra, sites, settings, warnings);
+    }
+    if (!err && !tetra->cell_count)
+        err = make_cells(tetra, sites, settings);
+    if (err || tetra->thin)
+        return err;
+    if (ask && sites->corners == 4)
+        warn_far(warnings, tetra, sites);
+    return tetra_check_sites(tetra, sites->count, sites->site, sites->axis, settings->threads);
+}
+
+/* -- and what is said of them ------------------------------------------------------------------ */
+
 static void warn_merged(struct warnings *warnings, const struct tetra *tetra, size_t count)
 {
     for (size_t i = 0; i < count; i++)
@@ -317,9 +507,7 @@ struct error *tetra_make(struct tetra *tetra, size_t count, const double *positi
     struct error *err = sites_make(&sites, count, position, &site_settings);
     if (err)
         return err;
-    err = make_cells(tetra, &sites, settings);
-    if (!err)
-        err = tetra_check_sites(tetra, sites.count, sites.site, sites.axis, settings->threads);
+    err = make_checked(tetra, &sites, settings, warnings);
     if (!err)
         err = hull_normals(tetra, count, &sites);
     struct numbering numbering = {tetra, sites.row};

@@ -4,6 +4,9 @@
  * (lattice.h), merged and put into a canonical order (sites.h), stretched a little where they form
  * a grid (stretch.h), before TetGen sees them. TetGen runs in a child process, whose death for any
  * reason becomes one clear error. Flat cells that noise leaves on the hull are peeled off (peel.h).
+ *
+ * Probes that span space by noise alone are put into the line or sheet that they lie near, or
+ * strung along the walk that they make, where settings.thin asks for it (thin.h).
  */
 #ifndef TETRA_H
 #define TETRA_H
@@ -22,12 +25,15 @@ struct tetra_settings {
     /* light_width * count, or NULL: of merged probes, one with light represents the others */
     const float *light;
     size_t light_width;
+    /* probes that stand off a line or sheet by at most this share of their spacing are put into it,
+     * and walks are strung; 0: neither */
+    double thin;
     int threads;
     /* TetGen without a child: where its death is no loss, as in a fuzzer's own child */
     bool in_process;
 };
 
-/* merge 1e-12: about one step of the lattice; no light; one thread. */
+/* merge 1e-12: about one step of the lattice; no light; thin 0; one thread. */
 struct tetra_settings tetra_settings_default(void);
 
 /* Makes the cells of `count` points (3 * count finite doubles). Errors: no point, one that is not

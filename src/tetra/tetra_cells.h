@@ -3,6 +3,8 @@
  * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0
  * on the lattice (cell.h); three of probes in a plane, all turning the same way; two on a line, in
  * order; or one. neighbour[i] is the cell across the facet opposite vertex i, or -1 on the hull.
+ * Segments of a walk run anyhow, and where more than two meet, each has the next of them for a
+ * neighbour, all in a ring; triangles may bend.
  * Tetrahedra and triangles stand in the canonical order of the first of their probes, which is a
  * tetrahedron's vertex[0]; segments stand along their line.
  */
@@ -21,6 +23,9 @@ extern "C" {
 
 enum { TETRA_CORNERS_MOST = 4 };
 
+/* What cells are made of that span space by noise alone (thin.h). */
+enum tetra_thin { TETRA_NOT_THIN, TETRA_LINE, TETRA_WALK, TETRA_SHEET };
+
 /* Cells; starts as {0}. */
 struct tetra {
     int corners; /* 4, 3, 2 or 1 a cell */
@@ -36,7 +41,8 @@ struct tetra {
     size_t merged_count;
     bool stretched; /* Delaunay up to STRETCH_TOLERANCE */
     size_t peeled;  /* flat cells that were taken off the hull */
-    void *room;     /* vertex and neighbour, mapped; owned */
+    enum tetra_thin thin;
+    void *room; /* vertex and neighbour, mapped; owned */
     size_t room_bytes;
     /* the process that made them and is freeing its memory; 0: none; ours to wait for */
     int child;

@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "libprobe-query/lattice.h"
+#include "libprobe-query/span.h"
 #include "math/cell.h"
 #include "math/vec.h"
 #include "tetra/sites.h"
@@ -565,30 +566,118 @@ static struct error *check_used(const struct tetra *t, size_t count)
 }
 
 /* The sites that cells use: what their plane or line is that of. */
-static struct error *find_plane(struct check *c, int axis[2])
+static struct error *find_used(const struct check *c, unsigned char **used)
 {
     const struct tetra *t = c->tetra;
-    unsigned char *used = NULL;
-    double *site = NULL;
-    size_t count = 0;
     struct error *err = check_indices(t, c->count, 0, t->cell_count);
     if (!err)
-        err = array_create(&used, c->count, 1);
-    if (!err)
-        err = array_create(&site, 3 * c->count, sizeof *site);
-    for (size_t i = 0; i < (size_t)t->corners * t->cell_count && !err; i++) {
-        if (used[t->vertex[i]])
-            continue;
-        used[t->vertex[i]] = 1;
-        memcpy(site + 3 * count++, site_of(c, t->vertex[i]), 3 * sizeof *site);
-    }
+        err = array_create(used, c->count, 1);
+    for (size_t i = 0; i < (size_t)t->corners * t->cell_count && !err; i++)
+        (*used)[t->vertex[i]] = 1;
+    return err;
+}
+
+static struct error *find_plane(struct check *c, const unsigned char *used, int axis[2])
+{
+    double *site = NULL;
+    size_t count = 0;
+    struct error *err = array_create(&site, 3 * c->count, sizeof *site);
+    for (size_t i = 0; i < c->count && !err; i++)
+        if (used[i])
+            memcpy(site + 3 * count++, site_of(c, (int32_t)i), 3 * sizeof *site);
     if (!err && count) {
-        sites_axes(count, site, t->corners, axis);
+        sites_axes(count, site, c->tetra->corners, axis);
         sites_metric(count, site, axis, c->metric);
     }
-    free(used);
     free(site);
     return err;
+}
+
+/* Sound, and if a verdict is asked for, Delaunay. */
+static struct error *check_cells(struct check *c)
+{
+    struct error *err = check_sites(c, threads_available());
+    return !err && c->verdict ? check_delaunay(c) : err;
+}
+
+/* The same where sites fall in the plane or line that they lie near. */
+static struct error *check_flat(const struct check *c, const struct span_frame *frame)
+{
+    static const int axis[2] = {0, 1};
+    struct check flat = *c;
+    double *site = NULL;
+    struct error *err = array_create(&site, 3 * c->count, sizeof *site);
+    for (size_t i = 0; i < c->count && !err; i++) {
+        span_flatten(frame, c->tetra->corners, site_of(c, (int32_t)i), site + 3 * i);
+        for (size_t k = 0; k < 3; k++)
+            site[3 * i + k] = rint(site[3 * i + k]);
+    }
+    flat.site = site;
+    flat.axis = axis;
+    flat.metric[0][0] = flat.metric[1][1] = 1;
+    flat.metric[0][1] = flat.metric[1][0] = 0;
+    if (!err)
+        err = check_cells(&flat);
+    free(site);
+    return err;
+}
+
+/* Cells that lie in no plane or line: of some area or length, with neighbours that share the
+ * facet. Of segments more than two may meet. */
+static struct error *check_bent(const struct check *c)
+{
+    const struct tetra *t = c->tetra;
+    const size_t corners = (size_t)t->corners;
+    for (size_t at = 0; at < corners * t->cell_count; at++) {
+        const int32_t *v = t->vertex + at / corners * corners, n = t->neighbour[at];
+        bool nothing = true;
+        for (int k = 0; k < 3; k++) {
+            const int across[2] = {k, (k + 1) % 3};
+            const double *p[4] = {site_of(c, v[0]), site_of(c, v[1]), site_of(c, v[corners - 1])};
+            nothing = nothing && !sites_volume(t->corners, across, p);
+        }
+        if (nothing)
+            return name_flat(t, at / corners);
+        int shared = 0;
+        for (size_t i = 0; i < corners * corners && n >= 0; i++)
+            shared += i / corners != at % corners &&
+                      v[i / corners] == t->vertex[corners * (size_t)n + i % corners];
+        if (n >= 0 && (shared != t->corners - 1 ||
+                       (corners == 3 &&
+                        tetra_facet_back(t, (size_t)n, at / corners, (int)(at % corners)) < 0)))
+            return error_new(
+                "cell %zu: its neighbour %d does not share the facet opposite probe %d",
+                at / corners, n, t->vertex[at]);
+    }
+    return NULL;
+}
+
+/* Triangles and segments may lie in a plane or line, near one, or be bent. */
+static struct error *check_thin(struct check *c, int axis[2])
+{
+    enum { ROUNDING = 16 }; /* steps */
+    unsigned char *used = NULL;
+    struct span_frame frame = {.off = 0};
+    struct error *err = find_used(c, &used);
+    if (!err)
+        span_find(&frame, c->count, c->site, used, c->tetra->corners);
+    if (!err)
+        err = find_plane(c, used, axis);
+    free(used);
+    if (!err)
+        err = check_cells(c);
+    if (!err || frame.off <= ROUNDING)
+        return err;
+    error_destroy(err);
+    if (c->verdict)
+        *c->verdict = (struct tetra_verdict){0};
+    err = check_flat(c, &frame);
+    if (!err)
+        return NULL;
+    error_destroy(err);
+    if (c->verdict)
+        *c->verdict = (struct tetra_verdict){0};
+    return check_bent(c);
 }
 
 static struct error *check_whole(const struct tetra *tetra, size_t count, const double *position,
@@ -602,16 +691,12 @@ static struct error *check_whole(const struct tetra *tetra, size_t count, const 
         lattice_snap(&lattice, position + 3 * i, site + 3 * i);
     struct check c = {
         .tetra = tetra, .count = count, .site = site, .axis = axis, .verdict = verdict};
-    if (!err && tetra->corners < 4)
-        err = find_plane(&c, axis);
     if (!err)
-        err = check_sites(&c, threads_available());
+        err = tetra->corners == 3 || tetra->corners == 2 ? check_thin(&c, axis) : check_cells(&c);
     if (!err && verdict)
         err = check_connected(tetra);
     if (!err && verdict)
         err = check_used(tetra, count);
-    if (!err && verdict)
-        err = check_delaunay(&c);
     free(site);
     return err;
 }

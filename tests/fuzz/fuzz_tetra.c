@@ -71,6 +71,7 @@ static void make_set(struct set *set, uint64_t seed, size_t number, int only)
     set->settings.merge = merge[random_u32(&r) % 8];
     set->settings.light = set->light;
     set->settings.light_width = LIGHT;
+    set->settings.thin = number % 3 ? 0 : 0.35;
     for (size_t i = 0; i < set->count; i++) { /* backwards: another order, and easy to map */
         memcpy(set->shuffled + 3 * i, set->position + 3 * (set->count - 1 - i), 3 * sizeof(double));
         memcpy(set->shuffled_light + LIGHT * i, set->light + LIGHT * (set->count - 1 - i),
