@@ -32,6 +32,7 @@ MODULE_TESTS = \
 	tests/capture_error \
 	tests/capture_emission \
 	tests/capture_extras \
+	tests/capture_frames \
 	tests/capture_extremes \
 	tests/capture_forms \
 	tests/place \

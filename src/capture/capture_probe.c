@@ -423,9 +423,11 @@ static void finish(const struct work *w, struct capture_probe *result)
  * of distances. */
 static const float farthest = 1e15f;
 
-struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings,
-                            const double p[3], const float *normal, struct capture_probe *result)
+struct error *capture_probe(const struct path_tracer *paths,
+                            const struct capture_settings *settings, const double p[3],
+                            const float *normal, struct capture_probe *result)
 {
+    const struct path_tracer *path = path_near(paths, p);
     struct work w = {
         .path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
     if (settings->normal_count && !normal)

@@ -301,7 +301,10 @@ struct error *render_picture(const struct render *r, enum render_light light,
     struct error *err = picture_init(picture, r->camera->width, r->camera->height);
     if (!err && variance)
         err = picture_init(variance, r->camera->width, r->camera->height);
-    struct job job = {.render = r,
+    struct render near = *r;
+    near.path =
+        path_near(r->path, (const double[3]){r->camera->eye.x, r->camera->eye.y, r->camera->eye.z});
+    struct job job = {.render = &near,
                       .light = light,
                       .picture = picture,
                       .variance = variance,

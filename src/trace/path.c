@@ -45,9 +45,21 @@ struct error *path_init(struct path_tracer *path, const struct tracer *tracer, i
         err = sky_init(&path->sky, tracer->scene);
     if (!err)
         err = add_suns(path);
+    if (!err && tracer->next)
+        err = array_create(&path->next, 1, sizeof *path->next);
+    if (!err && tracer->next)
+        err = path_init(path->next, tracer->next, bounces);
     if (err)
         path_clear(path);
     return err;
+}
+
+const struct path_tracer *path_near(const struct path_tracer *path, const double p[3])
+{
+    const struct tracer *near = trace_near(path->tracer, p);
+    while (path->tracer != near)
+        path = path->next;
+    return path;
 }
 
 void path_clear(struct path_tracer *path)
@@ -56,6 +68,10 @@ void path_clear(struct path_tracer *path)
     sky_clear(&path->sky);
     free(path->suns);
     path->suns = NULL;
+    if (path->next)
+        path_clear(path->next);
+    free(path->next);
+    path->next = NULL;
 }
 
 /* -- random numbers --------------------------------------------------------------------------- */

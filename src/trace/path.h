@@ -29,8 +29,9 @@ struct path_tracer {
     struct sky sky;
     struct path_sun *suns; /* owned */
     size_t sun_count;
-    bool emissive; /* the tree holds emissive surfaces */
-    int bounces;   /* how often a path may scatter */
+    bool emissive;            /* the tree holds emissive surfaces */
+    int bounces;              /* how often a path may scatter */
+    struct path_tracer *next; /* the same of tracer->next; owned */
 };
 
 /* How a receiver's directions are drawn, against which light that it could meet both ways is
@@ -61,6 +62,9 @@ struct path_found {
 
 struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
+
+/* Of a path tracer and those that follow it, the one to use for what p sees (trace_near). */
+const struct path_tracer *path_near(const struct path_tracer *path, const double p[3]);
 
 enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */
 

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "math/affine.h"
 #include "math/box.h"
+#include "trace/frames.h"
 #include "scene/scene_shade.h"
 #include "trace/trace_local.h"
 
@@ -12,6 +13,11 @@
 #include <string.h>
 
 /* -- making ----------------------------------------------------------------------------------- */
+
+static double largest(struct vec3 a)
+{
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
 
 /* The map from the mesh's coordinates to local ones, in double. */
 static void local_transform(const struct tracer *t, const struct scene_instance *instance,
@@ -175,24 +181,26 @@ static struct error *add_flat(struct tracer *t, size_t i)
     return NULL;
 }
 
-/* The local origin and scale: the box's centre, and the power of two that brings its largest side
- * to 1 .. 2. */
-static void set_frame(struct tracer *t)
+/* The local origin and scale: the centre of a box, and the power of two that brings its largest
+ * side to 1 .. 2. */
+static void set_frame(struct tracer *t, const struct box *box)
 {
     const struct scene *s = t->scene;
-    t->scale = 1;
-    if (!(s->box_min.x <= s->box_max.x))
+    t->scale = t->extent = 1;
+    if (!(box->low[0] <= box->high[0]))
         return;
-    t->centre = (struct vec3){s->box_min.x / 2 + s->box_max.x / 2,
-                              s->box_min.y / 2 + s->box_max.y / 2,
-                              s->box_min.z / 2 + s->box_max.z / 2};
-    const double half =
-        fmax(s->box_max.x / 2 - s->box_min.x / 2,
-             fmax(s->box_max.y / 2 - s->box_min.y / 2, s->box_max.z / 2 - s->box_min.z / 2));
+    double half = 0;
+    double *const centre[3] = {&t->centre.x, &t->centre.y, &t->centre.z};
+    for (int k = 0; k < 3; k++) {
+        *centre[k] = box->low[k] / 2 + box->high[k] / 2;
+        half = fmax(half, box->high[k] / 2 - box->low[k] / 2);
+    }
     int exponent = 0;
     if (half > 0)
         frexp(half, &exponent);
     t->scale = ldexp(1, -exponent);
+    t->extent = fmax(1, t->scale * fmax(largest(vec3_sub(s->box_min, t->centre)),
+                                        largest(vec3_sub(s->box_max, t->centre))));
 }
 
 static struct error *build(struct tracer *t)
@@ -228,7 +236,8 @@ static struct error *build(struct tracer *t)
     return err;
 }
 
-struct error *trace_create(struct tracer **tracer, const struct scene *scene)
+static struct error *create_about(struct tracer **tracer, const struct scene *scene,
+                                  const struct box *box)
 {
     struct tracer *t = NULL;
     *tracer = NULL;
@@ -237,7 +246,7 @@ struct error *trace_create(struct tracer **tracer, const struct scene *scene)
         return err;
     t->scene = scene;
     t->reach = 1;
-    set_frame(t);
+    set_frame(t, box);
     t->device = rtcNewDevice("isa=avx");
     if (!t->device)
         err = error_new("Embree does not run on this processor: it needs AVX");
@@ -252,10 +261,43 @@ struct error *trace_create(struct tracer **tracer, const struct scene *scene)
     return err;
 }
 
+struct error *trace_create(struct tracer **tracer, const struct scene *scene)
+{
+    const struct frames frames = frames_find(scene);
+    struct error *err = create_about(tracer, scene, &frames.box[0]);
+    struct tracer *last = *tracer;
+    for (int i = 1; i < frames.count && !err; i++) {
+        err = create_about(&last->next, scene, &frames.box[i]);
+        last = last->next;
+    }
+    if (err && *tracer) {
+        trace_destroy(*tracer);
+        *tracer = NULL;
+    }
+    return err;
+}
+
+const struct tracer *trace_near(const struct tracer *t, const double p[3])
+{
+    if (!t->next)
+        return t;
+    const struct tracer *best = t;
+    double least = (double)INFINITY;
+    for (; t; t = t->next) {
+        const double distance = vec3_length(vec3_sub(vec3_load(p), t->centre));
+        if (distance < least) {
+            least = distance;
+            best = t;
+        }
+    }
+    return best;
+}
+
 void trace_destroy(struct tracer *t)
 {
     if (!t)
         return;
+    trace_destroy(t->next);
     if (t->embree)
         rtcReleaseScene(t->embree);
     for (size_t i = 0; t->parts && i < t->scene->mesh_count; i++)
@@ -328,13 +370,9 @@ void trace_point_at(const struct tracer *t, uint32_t instance, uint32_t triangle
 struct eye {
     const struct tracer *tracer;
     struct vec3 place, start, normal;
+    double most;     /* how far it may be moved: what is far is coarse, but far */
     double rounding; /* what may be between a place on a surface and the surface, in double */
 };
-
-static double largest(struct vec3 a)
-{
-    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
-}
 
 /* How far an eye keeps off a surface, of the largest coordinate. trace_leave's 4 suffices for the
  * rays of the eye itself; beside an edge the points that they meet need room as well: of the light
@@ -364,7 +402,7 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
     exact_corners(t, instance, triangle, corner);
     for (int k = 0; k < 3; k++)
         size = fmax(size, largest(corner[k]));
-    const double gap = eye_gap * size;
+    const double gap = fmin(eye_gap * size, eye->most);
     struct vec3 n =
         vec3_normalize(vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
     for (int k = 0; k < 3; k++) { /* not beyond an edge */
@@ -409,11 +447,13 @@ float trace_start_room(const struct tracer *t, const double p[3])
 struct vec3f trace_start(const struct tracer *t, const double p[3], struct vec3f normal)
 {
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
-    const double size = fmax(1, largest(place)); /* no corner is farther out than 1 */
+    const double size =
+        fmax(1, largest(place)); /* of what is near, no corner is farther out than 1 */
     struct eye eye = {.tracer = t,
                       .place = place,
                       .start = place,
                       .normal = {(double)normal.x, (double)normal.y, (double)normal.z},
+                      .most = 2 * eye_gap * size,
                       .rounding = 8 * DBL_EPSILON * (size + t->scale * largest(vec3_load(p)))};
     struct RTCPointQuery query = {.x = (float)place.x,
                                   .y = (float)place.y,
@@ -470,15 +510,17 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
     return true;
 }
 
-double trace_distance(const struct tracer *t, const double p[3])
+double trace_distance(const struct tracer *tracer, const double p[3])
 {
+    const struct tracer *t = trace_near(tracer, p);
     const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
     struct nearness n = {.tracer = t, .place = place, .distance = (double)INFINITY};
-    struct RTCPointQuery query = {.x = (float)place.x,
-                                  .y = (float)place.y,
-                                  .z = (float)place.z,
-                                  /* no corner is farther out than sqrt 3 */
-                                  .radius = (float)((vec3_length(place) + 2) * t->reach)};
+    struct RTCPointQuery query = {
+        .x = (float)place.x,
+        .y = (float)place.y,
+        .z = (float)place.z,
+        /* no corner is farther out than sqrt 3 times the extent */
+        .radius = (float)((vec3_length(place) + 2 * t->extent) * t->reach)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
@@ -621,9 +663,10 @@ void trace_rays_occluded(const struct tracer *t, size_t count, const struct trac
     }
 }
 
-struct trace_hit trace_nearest(const struct tracer *t, const double origin[3],
+struct trace_hit trace_nearest(const struct tracer *tracer, const double origin[3],
                                const double direction[3], double most)
 {
+    const struct tracer *t = trace_near(tracer, origin);
     struct trace_hit hit = {0};
     const double reach = most * t->scale;
     const struct trace_ray ray = {
@@ -665,8 +708,9 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
     return through;
 }
 
-float trace_visibility(const struct tracer *t, const double a[3], const double b[3])
+float trace_visibility(const struct tracer *tracer, const double a[3], const double b[3])
 {
+    const struct tracer *t = trace_near(tracer, a);
     const struct vec3f from = trace_to_local(t, a), to = trace_to_local(t, b),
                        way = vec3f_sub(to, from);
     const float length = vec3f_length(way);
@@ -677,8 +721,10 @@ float trace_visibility(const struct tracer *t, const double a[3], const double b
                                               .most = length});
 }
 
-float trace_visibility_sky(const struct tracer *t, const double a[3], const double direction[3])
+float trace_visibility_sky(const struct tracer *tracer, const double a[3],
+                           const double direction[3])
 {
+    const struct tracer *t = trace_near(tracer, a);
     return transmission(t,
                         (struct trace_ray){.origin = trace_to_local(t, a),
                                            .direction = {(float)direction[0], (float)direction[1],

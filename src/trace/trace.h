@@ -2,7 +2,9 @@
  *
  * Rays are traced in float relative to a local origin, the centre of the scene's box, at a
  * power-of-two scale that brings the box near 1, so that a scene far from the world's origin, or of
- * any size, loses nothing; callers speak world coordinates in double. Embree runs with
+ * any size, loses nothing; callers speak world coordinates in double. Where pieces of a scene are
+ * small beside the space between them, each has an origin of its own and all of the scene about it
+ * (frames.h): what is far is coarse, what is near is not. Embree runs with
  * RTC_SCENE_FLAG_ROBUST and isa=avx (bytes agree between machines); meshes that are placed many
  * times are instances in Embree too.
  *

@@ -22,9 +22,11 @@ struct trace_geometry {
 
 struct tracer {
     const struct scene *scene;
-    struct vec3 centre; /* world coordinates of the local origin */
-    double scale;       /* local length of a world unit: a power of two */
-    double reach;       /* what the radius of trace_distance's query is to be multiplied with */
+    struct vec3 centre;  /* world coordinates of the local origin */
+    double scale;        /* local length of a world unit: a power of two */
+    double extent;       /* of the scene: its largest local coordinate, at least 1 */
+    struct tracer *next; /* the same about another centre (frames.h); owned; NULL: no more */
+    double reach;        /* what the radius of trace_distance's query is to be multiplied with */
     RTCDevice device;
     RTCScene embree;
     struct trace_geometry *geometry; /* by instance of the scene */
@@ -130,6 +132,10 @@ void trace_rays_occluded(const struct tracer *tracer, size_t count, const struct
                          int32_t *seen);
 
 /* -- points ----------------------------------------------------------------------------------- */
+
+/* Of a tracer and those that follow it, the one whose centre is nearest to p: local coordinates of
+ * what is seen from there are to be its. */
+const struct tracer *trace_near(const struct tracer *tracer, const double p[3]);
 
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
 struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
