@@ -1,6 +1,7 @@
 /* probe-capture: path traces the light that reaches each probe of a stream and projects it to
  * SH. */
 #include "base/error.h"
+#include "base/file.h"
 #include "base/interrupt.h"
 #include "base/options.h"
 #include "base/progress.h"
@@ -240,9 +241,11 @@ int main(int argc, char **argv)
     struct tracer *tracer = NULL;
     struct path_tracer path = {0};
     struct error *err = capture_options_parse(o, &program, argc, argv);
+    const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err)
-        err =
-            stream_reader_open(&run.reader, program.operand_count > 1 ? program.operands[1] : "-");
+        err = file_inputs_differ(program.operands[0], "the scene", input, "the probes");
+    if (!err)
+        err = stream_reader_open(&run.reader, input);
     if (!err)
         err = capture_options_take_over(o, &program, stream_reader_header(run.reader), argc, argv);
     if (!err)

@@ -131,6 +131,8 @@ int main(int argc, char **argv)
         err = options_record(&program, program.operands[0]);
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err)
+        err = file_inputs_differ(program.operands[0], "the scene", input, "the probes");
+    if (!err)
         err = stream_read(&stream, input);
     if (!err)
         err = error_wrap(complete(&job.settings, stream), "%s", file_input_name(input));

@@ -124,6 +124,7 @@ int main(int argc, char **argv)
                           .max_probes = 1e6,
                           .inside_rays = inside_default.rays,
                           .backface_share = inside_default.backface_share};
+    struct scene_settings settings = scene_settings_default();
     const struct option_row of_all[] = {
         {.name = "max-probes",
          .argument = "N",
@@ -157,6 +158,7 @@ int main(int argc, char **argv)
          .least = 1e-9,
          .help = "share of the sides that they meet of open surfaces and rooms which are\n"
                  "backs where there is no air"},
+         scene_lenient_row(&settings.lenient),
         {0}};
     struct common common = common_default();
     common.encoding = STREAM_BINARY;
@@ -176,7 +178,6 @@ int main(int argc, char **argv)
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};
-    struct scene_settings settings = scene_settings_default();
     struct scene *scene = NULL;
     struct stream *stream = NULL;
     struct place place = {0};
@@ -210,6 +211,8 @@ int main(int argc, char **argv)
         err = stream_create(&stream);
     if (!err)
         err = fill(stream, &a, &place, side, &warnings);
+    if (!err)
+        err = scene_lenient_to_header(settings.lenient, &stream->header);
     if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err)

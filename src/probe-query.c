@@ -199,8 +199,8 @@ int main(int argc, char **argv)
         err = interpolate_options_check(&a.how);
     const char *baked = err ? "-" : program.operands[0];
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
-    if (!err && !pack && !strcmp(baked, "-") && !strcmp(input, "-"))
-        err = error_usage("the baked stream and the points cannot both come from standard input");
+    if (!err && !pack)
+        err = file_inputs_differ(baked, "the baked stream", input, "the points");
     if (!err)
         err = open_baked(&in, &stream, baked, &a);
     if (!err)

@@ -52,6 +52,8 @@ static struct error *film_scene(struct render_options *o, struct program *progra
     const char *input = program->operand_count > 1 ? program->operands[1] : "-";
     const bool probes = program->operand_count > 1 || render_options_show_probes(o);
     if (probes) /* the truth alone needs no stream */
+        err = file_inputs_differ(program->operands[0], "the scene", input, "the probes");
+    if (!err && probes)
         err = stream_read(&stream, input);
     if (!err && probes)
         err = error_wrap(render_options_take_over(o, program, &stream->header, argc, argv), "%s",

@@ -333,7 +333,21 @@ refused 2 "greater than 0, got 0" probe-place grid --spacing 0 "$rooms"
 refused 2 "above" probe-place grid --spacing 1 --bounds 1,0,0,0,1,1
 refused 1 "nothing.obj" probe-place grid --count 10 nothing.obj
 : >empty.obj
-refused 1 "empty.obj" probe-place grid --count 10 empty.obj
+refused 1 "empty.obj: the file is empty" probe-place grid --count 10 empty.obj
+printf '%s\n' 'v 0 0 0' 'v 9 0 0' 'v 0 9 0' 'v 0 0 9' 'f 1 2 3' 'f 1 2 4' 'f 1 2 5' >broken.obj
+refused 1 "broken.obj:7: face 3" probe-place grid --count 10 broken.obj
+refused 2 "the scene and the positions cannot both" probe-place points - /dev/stdin
+probe-place vertices --lenient --text broken.obj >lenient.probe 2>err
+check "--lenient leaves out what is broken, says so, and the header keeps it" \
+    says err 'warning: broken.obj:7: .*left out' and says lenient.probe '^lenient yes'
+for pipe in 'cat cube.obj | probe-place vertices -' 'probe-place vertices /dev/stdin <cube.obj' \
+    'mkfifo p; cat cube.obj >p & probe-place vertices p'; do
+    sh -c "$pipe" 2>err | probe-cat --text --no-provenance >piped
+    probe-place vertices cube.obj 2>err | probe-cat --text --no-provenance >whole
+    check "a scene through a pipe: $pipe" cmp piped whole
+done
+printf '0 0 0 # the origin\n1 0 0# another\n#\n' | probe-place points - --text >commented
+check "comments behind points" says commented '^1 0 0'
 printf '1 2\n' >short.txt
 refused 1 "short.txt:1: expected x y z" probe-place points short.txt
 printf '1 2 x\n' >rubbish.txt

@@ -4,6 +4,7 @@
 #include "base/warning.h"
 #include "import/import_scene.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "support/files.h"
 #include "support/tap.h"
 
@@ -47,7 +48,9 @@ static void expect(const char *what, const char *name, const void *data, size_t 
     struct scene *s = NULL;
     warnings_clear(&warnings);
     files_write_bytes(name, data, size);
-    struct error *err = scene_read(&s, files_path(name), NULL, true, &warnings);
+    struct scene_settings settings = scene_settings_default();
+    settings.lenient = true;
+    struct error *err = scene_read(&s, files_path(name), &settings, true, &warnings);
     double sum = 0;
     for (size_t k = 0; s && s->mesh_count && k < 3 * s->meshes[0].triangle_count; k++)
         sum += s->meshes[0].position[3 * s->meshes[0].index[k]];
@@ -301,6 +304,8 @@ static void test_off(void)
     expect_text("Windows", "x.off", "OFF\r\n3 1 0\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n3 0 1 2\r\n", 1, 2);
     expect_text("an index out of range", "x.off",
                 "OFF\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 0 1 2\n", 1, 2);
+    refuse_text("an index out of range, but for --lenient", "x.off",
+                "OFF\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 0 1 2\n", "face 1 has a corner");
     refuse_text("a lying count of vertices", "x.off", "OFF\n4000000000 1 0\n0 0 0\n1 0 0\n",
                 "vertex 3 of 4000000000: the file ends here");
     refuse_text("of faces", "x.off", "OFF\n3 4000000000 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n",

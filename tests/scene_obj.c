@@ -4,6 +4,7 @@
 #include "base/warning.h"
 #include "import/import_scene.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "scene/scene_shade.h"
 #include "support/files.h"
 #include "support/tap.h"
@@ -20,7 +21,9 @@ static struct scene *read_obj(const char *text)
     struct scene *scene = NULL;
     warnings_clear(&warnings);
     files_write("x.obj", text);
-    struct error *err = scene_read(&scene, files_path("x.obj"), NULL, true, &warnings);
+    struct scene_settings settings = scene_settings_default();
+    settings.lenient = true;
+    struct error *err = scene_read(&scene, files_path("x.obj"), &settings, true, &warnings);
     if (err)
         bail("%s", error_message(err));
     return scene;
@@ -118,7 +121,8 @@ static void test_geometry(void)
     expect("a T-junction", CORNERS "v .5 0 0\nf 1 2 3\nf 1 3 4\nf 1 5 3\n", 3, 1.25, NULL);
     expect("free-form surfaces", CORNERS "cstype bspline\nsurf 0 1 0 1 1 2 3\nend\nf 1 2 3\n", 1,
            0.5, "free-form geometry");
-    expect("nothing at all", "", 0, 0, NULL);
+    expect("nothing at all", "", 0, 0, "file empty");
+    expect("a face that is cut off", CORNERS "f 1 2 3\nf 1 3", 1, 0.5, "file cut off");
 
     static char text[20000];
     char *to = text + sprintf(text, CORNERS);
@@ -427,7 +431,24 @@ static void test_files(void)
     refuse("none.obj", true, ": No such file or directory");
     refuse("sub", true, ": Is a directory");
     files_write("empty.obj", "");
-    refuse("empty.obj", false, ": no triangle");
+    refuse("empty.obj", true, ": the file is empty");
+    files_write("none.ply", " \n");
+    refuse("none.ply", true, ": the file is empty");
+    files_write("some.obj", CORNERS);
+    refuse("some.obj", false, ": no triangle");
+    static const char *const broken[][2] = {
+        {CORNERS "f 1 2 3\nf 1 2 9\n", "x.obj:6: face 2"},
+        {CORNERS "# f\n\nf 1 \\\n2 3\nf -5 2 3\n", "x.obj:9: face 2"},
+        {CORNERS "f\nf 0 1 2\n", "x.obj:6: face 1"},
+        {"v 0 0 0\nv 1 2\nf 1 1 2\n", "x.obj:2: expected a vertex of three numbers, got 'v 1 2'"},
+        {CORNERS "f 1 2 3\nv 1 2", "x.obj:6: expected a vertex"},
+        {CORNERS "f 1 2 3\nf 2 3", "x.obj:6: the file is cut off in the face 'f 2 3'"},
+        {CORNERS "f 1 2 3\nf", "x.obj:6: the file is cut off"},
+        {CORNERS "vt 0 0\nf 1/1 2/1 3/2\n", "x.obj:6: a corner names texture coordinate 2 of 1"}};
+    for (size_t i = 0; i < sizeof broken / sizeof *broken; i++) {
+        files_write("x.obj", broken[i][0]);
+        refuse("x.obj", true, broken[i][1]);
+    }
     files_write("flat.obj", CORNERS "f 1 1 2\nf 2 2 2\n");
     refuse("flat.obj", false, ": no triangle with an area among 2");
     files_write("what.txt", "This is not a scene.\n");

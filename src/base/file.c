@@ -77,6 +77,33 @@ const char *file_input_name(const char *path)
     return strcmp(path, "-") ? path : "stdin";
 }
 
+static bool is_standard_input(const char *path)
+{
+    static const char *const names[] = {"-", "/dev/stdin", "/dev/fd/0", "/proc/self/fd/0"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (!strcmp(path, names[i]))
+            return true;
+    return false;
+}
+
+struct error *file_inputs_differ(const char *a, const char *a_is, const char *b, const char *b_is)
+{
+    if (!is_standard_input(a) || !is_standard_input(b))
+        return NULL;
+    return error_usage("%s and %s cannot both come from standard input", a_is, b_is);
+}
+
+struct error *file_read_input(const char *path, char **data, size_t *size)
+{
+    if (strcmp(path, "-"))
+        return file_read(path, data, size);
+    *data = NULL;
+    *size = 0;
+    if (fcntl(STDIN_FILENO, F_GETFD) < 0)
+        return error_new("it is closed: there is nothing to read");
+    return read_rest(STDIN_FILENO, data, size, 0);
+}
+
 struct error *file_input_open(struct file_input *in, const char *path)
 {
     const bool standard = !strcmp(path, "-");

@@ -33,6 +33,13 @@ const char *file_output_name(const char *path);
  * the file. "-" is no standard input here: files that other files name may be called anything. */
 struct error *file_read(const char *path, char **data, size_t *size);
 
+/* The same of what a command line names, where "-" is standard input. */
+struct error *file_read_input(const char *path, char **data, size_t *size);
+
+/* A usage error where two inputs of a command line ("the scene", "the probes") both come from
+ * standard input, by whatever name. */
+struct error *file_inputs_differ(const char *a, const char *a_is, const char *b, const char *b_is);
+
 /* -- in -------------------------------------------------------------------------------------- */
 
 struct file_input {

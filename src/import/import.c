@@ -2,10 +2,12 @@
 #include "base/file.h"
 #include "import/import.h"
 #include "import/import_scene.h"
+#include "scene/scene_settings.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 /* -- formats ---------------------------------------------------------------------------------- */
 
@@ -63,16 +65,35 @@ static const struct format *find_ending(const char *ending)
     return NULL;
 }
 
+/* The folder that what the scene names is found from: its own, or where the program runs when it
+ * comes through a pipe. */
+static char *directory_of(const char *path)
+{
+    struct stat status;
+    const char *slash = strrchr(path, '/');
+    const bool file = slash && (stat(path, &status) || S_ISREG(status.st_mode));
+    return strndup(path, file ? (size_t)(slash - path) + 1 : 0);
+}
+
 static struct error *find_format(struct scene_import *import, const struct format **format)
 {
     *format = find_ending(strrchr(import->path, '.'));
     if (*format)
         return NULL;
-    struct error *err = file_read(import->path, &import->content, &import->content_size);
-    if (err)
-        return err;
     *format = find_ending(guess(import->content, import->content_size));
     return *format ? NULL : error_new("not a scene: expected OBJ, glTF, GLB, PLY, OFF or STL");
+}
+
+static struct error *read_as(const struct format *format, struct scene_import *import)
+{
+    struct error *err = NULL;
+    if (strspn(import->content, " \t\r\n") == import->content_size)
+        err = scene_import_broken(import, "file empty", 0, "the file is empty");
+    if (!err)
+        err = format->read(import);
+    if (err && import->broken_line)
+        return error_wrap(err, "%s:%zu", import->path, import->broken_line);
+    return error_wrap(err, "%s", import->path);
 }
 
 static struct error *check_empty(const struct scene *scene)
@@ -90,18 +111,26 @@ struct error *scene_read(struct scene **scene, const char *path,
                          struct warnings *warnings)
 {
     const struct format *format = NULL;
-    const char *slash = strrchr(path, '/');
-    char *directory = strndup(path, slash ? (size_t)(slash - path) + 1 : 0);
-    struct scene_import import = {.path = path, .directory = directory, .warnings = warnings};
-    struct error *err = directory ? error_wrap(find_format(&import, &format), "%s", path)
+    char *directory = directory_of(path);
+    struct scene_import import = {
+        .path = file_input_name(path),
+        .directory = directory,
+        .warnings = warnings,
+        .lenient = settings && settings->lenient,
+    };
+    struct error *err = directory ? file_read_input(path, &import.content, &import.content_size)
                                   : error_memory();
+    path = import.path;
+    if (!err)
+        err = find_format(&import, &format);
+    err = error_wrap(err, "%s", path);
     *scene = NULL;
     if (!err)
         err = scene_create(&import.scene);
     if (!err && !(import.scene->path = strdup(path)))
         err = error_memory();
     if (!err)
-        err = error_wrap(format->read(&import), "%s", path);
+        err = read_as(format, &import);
     if (!err)
         err = scene_finish(import.scene, settings, warnings);
     if (!err && !empty_allowed)

@@ -42,9 +42,11 @@ struct scene_import {
     const char *path;      /* the scene's file */
     const char *directory; /* where the files that it names are found: "", or ending with '/' */
     struct warnings *warnings;
-    /* the file's content, where its format was guessed from that, until it is taken; owned */
+    bool lenient; /* what is broken is left out with a warning */
+    /* the file's content, which was read once (it may be a pipe), until it is taken; owned */
     char *content;
     size_t content_size;
+    size_t broken_line; /* of the file, where the error is; 0: not known */
     struct texture_entry *entries; /* owned, import_files.c makes them */
     size_t entry_count, entry_capacity;
 };
@@ -69,10 +71,11 @@ struct scene_polygons {
     const uint32_t *corner;
     const float *uv;         /* two a corner, or NULL */
     const int32_t *material; /* one a face */
+    const uint32_t *line;    /* of the file, one a face, or NULL */
 };
 
 /* Pushes a mesh of these faces, split into triangles, placed as it stands. Faces of fewer than 3
- * corners and those with a corner out of range are left out with a warning. */
+ * corners are left out with a warning, those with a corner out of range are broken. */
 struct error *scene_import_polygons(struct scene_import *import,
                                     const struct scene_polygons *polygons);
 
@@ -97,9 +100,14 @@ void scene_faces_clear(struct scene_faces *faces);
 
 /* -- files and textures ----------------------------------------------------------------------- */
 
-/* The whole of the scene's file, one zero byte behind it; the caller frees it. To be called once.
- * Errors do not name the file. */
-struct error *scene_import_content(struct scene_import *import, char **data, size_t *size);
+/* The whole of the scene's file, one zero byte behind it; the caller frees it. To be called
+ * once. */
+void scene_import_content(struct scene_import *import, char **data, size_t *size);
+
+/* Something that the file holds and that is lost: an error without the file's name, or where the
+ * user said --lenient a warning of this kind. `line` of the file, from 1; 0: none. */
+struct error *scene_import_broken(struct scene_import *import, const char *kind, size_t line,
+                                  const char *format, ...) __attribute__((format(printf, 4, 5)));
 
 /* The path of a file that the scene names: absolute names as they are, others from
  * import->directory; backslashes are slashes where the name as written does not exist; letters may

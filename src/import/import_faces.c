@@ -5,26 +5,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Whether a face can be used; a warning says why not. */
-static bool check_face(struct scene_import *import, const struct scene_polygons *polygons,
-                       size_t face, size_t first)
+/* Whether a face can be used; a warning or an error says why not. */
+static struct error *check_face(struct scene_import *import, const struct scene_polygons *polygons,
+                                size_t face, size_t first, bool *usable)
 {
     const uint32_t size = polygons->size[face];
-    if (size < 3) {
+    *usable = size >= 3;
+    if (!*usable) {
         warnings_add(import->warnings, "faces of fewer than 3 corners",
                      "%s: face %zu has %u corners: left out", import->path, face + 1,
                      (unsigned)size);
-        return false;
+        return NULL;
     }
     for (size_t k = first; k < first + size; k++) {
         if (polygons->corner[k] < polygons->vertex_count)
             continue;
-        warnings_add(import->warnings, "index out of range",
-                     "%s: face %zu has a corner that is not among the %zu vertices: left out",
-                     import->path, face + 1, polygons->vertex_count);
-        return false;
+        *usable = false;
+        return scene_import_broken(import, "index out of range",
+                                   polygons->line ? polygons->line[face] : 0,
+                                   "face %zu has a corner that is not among the %zu vertices",
+                                   face + 1, polygons->vertex_count);
     }
-    return true;
+    return NULL;
 }
 
 /* Adds the triangles of one face to a mesh that has room for them. */
@@ -64,7 +66,9 @@ struct error *scene_import_polygons(struct scene_import *import,
     if (!err && mesh.vertex_count)
         memcpy(mesh.position, polygons->position, 3 * mesh.vertex_count * sizeof *mesh.position);
     for (size_t f = 0, first = 0; f < polygons->count && !err; first += polygons->size[f++]) {
-        if (!check_face(import, polygons, f, first))
+        bool usable = false;
+        err = check_face(import, polygons, f, first, &usable);
+        if (err || !usable)
             continue;
         err = polygon_room_for(&room, polygons->size[f]);
         if (!err)

@@ -3,6 +3,7 @@
 #include "import/import.h"
 
 #include <dirent.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,14 +12,34 @@
 
 /* -- files ------------------------------------------------------------------------------------ */
 
-struct error *scene_import_content(struct scene_import *import, char **data, size_t *size)
+void scene_import_content(struct scene_import *import, char **data, size_t *size)
 {
-    if (!import->content)
-        return file_read(import->path, data, size);
     *data = import->content;
     *size = import->content_size;
     import->content = NULL;
-    return NULL;
+}
+
+struct error *scene_import_broken(struct scene_import *import, const char *kind, size_t line,
+                                  const char *format, ...)
+{
+    char *text = NULL;
+    va_list args;
+    va_start(args, format);
+    const int length = vasprintf(&text, format, args);
+    va_end(args);
+    if (length < 0)
+        return error_memory();
+    struct error *err = NULL;
+    if (!import->lenient) {
+        import->broken_line = line;
+        err = error_new("%s (--lenient leaves out what is broken)", text);
+    } else if (line) {
+        warnings_add(import->warnings, kind, "%s:%zu: %s: left out", import->path, line, text);
+    } else {
+        warnings_add(import->warnings, kind, "%s: %s: left out", import->path, text);
+    }
+    free(text);
+    return err;
 }
 
 /* No pipe and no device, which might never end. */

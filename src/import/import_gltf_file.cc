@@ -291,7 +291,7 @@ gltf_file gltf_open(struct scene_import *import)
 {
     char *data = nullptr;
     size_t size = 0;
-    gltf_check(scene_import_content(import, &data, &size));
+    scene_import_content(import, &data, &size);
     const gltf_bytes whole = keep(data, size);
     gltf_bytes text = whole, chunk;
     if (whole.size >= 4 && !std::memcmp(whole.data, "glTF", 4))

@@ -96,6 +96,14 @@ bool is_number(string_view s)
     return digits && i == s.size();
 }
 
+size_t count_words(string_view line)
+{
+    size_t count = 0;
+    while (!take_word(line).empty())
+        count++;
+    return count;
+}
+
 /* Takes the numbers that a line begins with, at most `most`. */
 std::vector<string_view> take_numbers(string_view &line, size_t most)
 {
@@ -127,6 +135,7 @@ class lines
     {
         if (rest.empty())
             return false;
+        first = taken + 1;
         line = take();
         if (line.empty() || line.back() != '\\')
             return true;
@@ -137,18 +146,34 @@ class lines
         return true;
     }
 
+    /* of the newest line, from 1 */
+    size_t number() const
+    {
+        return first;
+    }
+
+    /* whether the newest line is the last, and nothing ends it */
+    bool is_cut() const
+    {
+        return rest.empty() && !ended;
+    }
+
   private:
     string_view take()
     {
+        taken++;
         const size_t end = std::min(rest.find_first_of("\r\n"), rest.size());
         const string_view line = rest.substr(0, end);
         const size_t newline = rest.substr(end, 2) == "\r\n" ? 2 : 1;
+        ended = end < rest.size();
         rest.remove_prefix(std::min(end + newline, rest.size()));
         return line;
     }
 
     string_view rest;
     string joined;
+    size_t first = 0, taken = 0;
+    bool ended = false;
 };
 
 /* -- MTL -------------------------------------------------------------------------------------- */
@@ -403,6 +428,7 @@ struct geometry {
     std::vector<float> texture; /* (u, v) */
     std::vector<uint32_t> size, corner, corner_texture;
     std::vector<int32_t> material; /* of each face: index into materials::list, or -1 */
+    std::vector<uint32_t> line;    /* of the file, of each face */
     int32_t current = -1;
 };
 
@@ -473,9 +499,9 @@ void clean_face(string &out, string_view line)
 /* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads
  * the material files. A vertex that is not three numbers, which it would put at 0, goes to
  * infinity: its triangles are left out and counted. */
-struct error *obj_clean(const char *text, size_t size, struct scene_import *import, materials &all,
-                        string &out)
+struct error *obj_clean(const char *text, size_t size, geometry &g, materials &all, string &out)
 {
+    struct scene_import *const import = g.import;
     struct error *err = nullptr;
     out.reserve(size);
     lines reader(text, size);
@@ -487,14 +513,22 @@ struct error *obj_clean(const char *text, size_t size, struct scene_import *impo
                 out.append(whole).push_back('\n');
             } else {
                 out += "v 9e999 0 0\n";
-                warnings_add(import->warnings, "vertex not understood",
-                             "%s: the vertex '%.*s' is not three numbers: its faces are left out",
-                             import->path, (int)std::min<size_t>(whole.size(), 60), whole.data());
+                err = scene_import_broken(
+                    import, "vertex not understood", reader.number(),
+                    "expected a vertex of three numbers, got '%.*s': its faces are lost",
+                    (int)std::min<size_t>(whole.size(), 60), whole.data());
             }
         } else if (word == "vt") {
             out.append(whole).push_back('\n');
         } else if (word == "f" || word == "fo") {
-            clean_face(out, numbers_without_comment(line));
+            line = numbers_without_comment(line);
+            clean_face(out, line);
+            if (!line.empty()) /* tinyobjloader hands on no face without corners */
+                g.line.push_back((uint32_t)reader.number());
+            if (reader.is_cut() && count_words(line) < 3)
+                err = scene_import_broken(import, "file cut off", reader.number(),
+                                          "the file is cut off in the face 'f %.*s'",
+                                          (int)std::min<size_t>(line.size(), 60), line.data());
         } else if (word == "usemtl") {
             out.append("usemtl ").append(line).push_back('\n');
         } else if (word == "mtllib") {
@@ -537,25 +571,27 @@ struct error *push_materials(geometry &g)
 }
 
 /* Texture coordinates corner by corner; 0 where a corner has none. Empty when none has. */
-std::vector<float> corner_uv(const geometry &g)
+struct error *corner_uv(const geometry &g, std::vector<float> &uv)
 {
-    std::vector<float> uv;
-    if (g.texture.empty())
-        return uv;
-    uv.resize(2 * g.corner.size());
+    struct error *err = nullptr;
     const size_t count = g.texture.size() / 2;
-    for (size_t i = 0; i < g.corner.size(); i++) {
-        const uint32_t from = g.corner_texture[i];
-        if (from < count) {
-            uv[2 * i] = g.texture[2 * (size_t)from];
-            uv[2 * i + 1] = g.texture[2 * (size_t)from + 1];
-        } else if (from != nowhere) {
-            warnings_add(g.import->warnings, "texture coordinate missing",
-                         "%s: a corner names texture coordinate %u of %zu: 0 is used",
-                         g.import->path, from + 1, count);
+    if (count)
+        uv.resize(2 * g.corner.size());
+    for (size_t f = 0, i = 0; f < g.size.size() && count; f++) {
+        for (const size_t end = i + g.size[f]; i < end && !err; i++) {
+            const uint32_t from = g.corner_texture[i];
+            if (from < count) {
+                uv[2 * i] = g.texture[2 * (size_t)from];
+                uv[2 * i + 1] = g.texture[2 * (size_t)from + 1];
+            } else if (from != nowhere) {
+                err = scene_import_broken(g.import, "texture coordinate missing",
+                                          f < g.line.size() ? g.line[f] : 0,
+                                          "a corner names texture coordinate %u of %zu", from + 1,
+                                          count);
+            }
         }
     }
-    return uv;
+    return err;
 }
 
 struct error *read(struct scene_import *import)
@@ -568,10 +604,9 @@ struct error *read(struct scene_import *import)
         string clean;
         char *text = nullptr;
         size_t size = 0;
-        struct error *err = scene_import_content(import, &text, &size);
+        scene_import_content(import, &text, &size);
         const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
-        if (!err)
-            err = obj_clean(text, size, import, all, clean);
+        struct error *err = obj_clean(text, size, g, all, clean);
         if (err)
             return err;
         tinyobj::callback_t callbacks;
@@ -587,7 +622,10 @@ struct error *read(struct scene_import *import)
     struct error *err = push_materials(g);
     if (err)
         return err;
-    const std::vector<float> uv = corner_uv(g);
+    std::vector<float> uv;
+    err = corner_uv(g, uv);
+    if (err)
+        return err;
     struct scene_polygons polygons = {};
     polygons.position = g.position.data();
     polygons.vertex_count = g.position.size() / 3;
@@ -596,6 +634,7 @@ struct error *read(struct scene_import *import)
     polygons.corner = g.corner.data();
     polygons.uv = uv.empty() ? nullptr : uv.data();
     polygons.material = g.material.data();
+    polygons.line = g.line.size() == g.size.size() ? g.line.data() : nullptr;
     return scene_import_polygons(import, &polygons);
 }
 

@@ -110,10 +110,9 @@ struct error *scene_read_off(struct scene_import *import)
     size_t size = 0;
     uint32_t vertex_count = 0, face_count = 0;
     struct scene_faces faces = {0};
-    struct error *err = scene_import_content(import, &data, &size);
-    struct off off = {.at = data, .end = data ? data + size : NULL};
-    if (!err)
-        err = take_header(&off, &vertex_count, &face_count);
+    scene_import_content(import, &data, &size);
+    struct off off = {.at = data, .end = data + size};
+    struct error *err = take_header(&off, &vertex_count, &face_count);
     for (uint32_t v = 0; v < vertex_count && !err; v++)
         err = error_wrap(take_vertex(&off, &faces), "vertex %u of %u", v + 1, vertex_count);
     for (uint32_t f = 0; f < face_count && !err; f++)

@@ -312,12 +312,10 @@ struct error *scene_read_ply(struct scene_import *import)
     size_t size = 0;
     struct ply ply = {0};
     struct scene_faces faces = {0};
-    struct error *err = scene_import_content(import, &data, &size);
-    if (!err) {
-        ply.at = (const unsigned char *)data;
-        ply.end = ply.at + size;
-        err = parse_header(&ply);
-    }
+    scene_import_content(import, &data, &size);
+    ply.at = (const unsigned char *)data;
+    ply.end = ply.at + size;
+    struct error *err = parse_header(&ply);
     if (!err)
         err = check_vertices(&ply);
     for (size_t e = 0; e < ply.element_count && !err; e++)

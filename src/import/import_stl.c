@@ -116,9 +116,8 @@ struct error *scene_read_stl(struct scene_import *import)
     char *data = NULL;
     size_t size = 0;
     struct scene_faces faces = {0};
-    struct error *err = scene_import_content(import, &data, &size);
-    if (!err)
-        err = (is_text(data, size) ? read_text : read_binary)(data, size, &faces);
+    scene_import_content(import, &data, &size);
+    struct error *err = (is_text(data, size) ? read_text : read_binary)(data, size, &faces);
     if (!err)
         err = scene_import_faces(import, &faces);
     scene_faces_clear(&faces);

@@ -1,5 +1,6 @@
 #include "place/place_method.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 
 #include <math.h>
@@ -86,7 +87,7 @@ struct error *place_operands(int count, const char *const *operands,
         return error_usage("unexpected operand '%s'", operands[next + 1]);
     *file = (*method)->file_of ? operands[1] : NULL;
     *scene = count > next ? operands[next] : NULL;
-    return NULL;
+    return *file && *scene ? file_inputs_differ(*scene, "the scene", *file, "the positions") : NULL;
 }
 
 /* Error: an option of a method was given, which is not the one that places. */

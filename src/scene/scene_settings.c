@@ -127,6 +127,7 @@ static struct error *parse_spot(void *value, const char *text)
     return err ? err : give_light(value, &light);
 }
 
+static const char *const lenient_names[] = {"no", "yes", NULL};
 static const char *const emit_names[] = {"both", "front", NULL}; /* by emit_front_only */
 
 static struct error *parse_emit(void *value, const char *text)
@@ -136,6 +137,16 @@ static struct error *parse_emit(void *value, const char *text)
         return error_usage("expected one of both, front, got '%s'", text);
     settings->emit_front_only = !strcmp(text, "front");
     return NULL;
+}
+
+struct option_row scene_lenient_row(bool *lenient)
+{
+    return (struct option_row){
+        .name = "lenient",
+        .kind = OPTION_FLAG,
+        .value = lenient,
+        .help = "what is broken in the scene's file is left out with a warning, and\n"
+                "is no error"};
 }
 
 const struct option_row *scene_settings_rows(struct scene_settings *settings,
@@ -195,6 +206,7 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
          .value = &settings->light_scale,
          .most = (double)INFINITY,
          .help = "multiplies the lights and the emission of the scene's file"},
+        scene_lenient_row(&settings->lenient),
     };
     memcpy(rows, table, sizeof table);
     return rows;
@@ -279,6 +291,20 @@ static struct error *set_light(struct stream_header *header, const struct scene_
     return header_set_reals(header, name, form->count, numbers);
 }
 
+struct error *scene_lenient_to_header(bool lenient, struct stream_header *header)
+{
+    header_remove_key(header, "lenient");
+    return lenient ? header_set_key(header, "lenient", lenient_names[true]) : NULL;
+}
+
+struct error *scene_lenient_from_header(bool *lenient, const struct stream_header *header)
+{
+    int value = *lenient;
+    struct error *err = header_get_choice(header, "lenient", lenient_names, &value);
+    *lenient = value;
+    return err;
+}
+
 struct error *scene_settings_to_header(const struct scene_settings *settings,
                                        struct stream_header *header)
 {
@@ -299,7 +325,7 @@ struct error *scene_settings_to_header(const struct scene_settings *settings,
         err = header_set_real(header, "max-albedo", settings->max_albedo);
     if (!err)
         err = header_set_real(header, "light-scale", settings->light_scale);
-    return err;
+    return err ? err : scene_lenient_to_header(settings->lenient, header);
 }
 
 /* A wrong value is bad data here, not a wrong command line. */
@@ -341,6 +367,8 @@ struct error *scene_settings_from_header(struct scene_settings *settings,
         err = header_get_real(header, "max-albedo", 0, 1, &settings->max_albedo);
     if (!err)
         err = header_get_real(header, "light-scale", 0, DBL_MAX, &settings->light_scale);
+    if (!err)
+        err = scene_lenient_from_header(&settings->lenient, header);
     for (size_t k = 0; k < header->key_count && !err; k++) {
         const struct light_form *form = form_of_key(header->keys[k].name);
         if (form)

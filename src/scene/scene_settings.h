@@ -25,16 +25,17 @@ struct scene_settings {
     double max_albedo;    /* limits every albedo after that, at most 1 */
     /* multiplies the file's emission and lights; not the sky, nor lights from options */
     double light_scale;
+    bool lenient; /* what is broken in the file is left out with a warning, else it is an error */
 };
 
 /* black sky, no lights, scales 1, max_albedo 1, emit both sides */
 struct scene_settings scene_settings_default(void);
 void scene_settings_clear(struct scene_settings *settings);
 
-enum { SCENE_SETTINGS_ROWS = 9 };
+enum { SCENE_SETTINGS_ROWS = 10 };
 
 /* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sun, --point, --spot, --emit, --albedo-scale,
- * --max-albedo, --light-scale. */
+ * --max-albedo, --light-scale, --lenient. */
 const struct option_row *scene_settings_rows(struct scene_settings *settings,
                                              struct option_row *rows);
 
@@ -50,6 +51,7 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
  *     albedo-scale 1
  *     max-albedo 1
  *     light-scale 1
+ *     lenient yes                         (only then)
  *
  * and reads them back into default settings: scene_settings_from_header(x) of
  * scene_settings_to_header(x) is x to the bit. Keys that are missing keep their default; lights
@@ -58,5 +60,10 @@ struct error *scene_settings_to_header(const struct scene_settings *settings,
                                        struct stream_header *header);
 struct error *scene_settings_from_header(struct scene_settings *settings,
                                          const struct stream_header *header);
+
+/* --lenient and its key alone: all that a program needs of them that places probes. */
+struct option_row scene_lenient_row(bool *lenient);
+struct error *scene_lenient_to_header(bool lenient, struct stream_header *header);
+struct error *scene_lenient_from_header(bool *lenient, const struct stream_header *header);
 
 #endif

@@ -86,16 +86,21 @@ static bool holds_point(const char *line, const char *end)
     return line < end && *line != '#';
 }
 
+static bool ends_word(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '#';
+}
+
 /* The numbers of a line that holds some; no more than 6 are kept. */
 static struct error *read_line(const char *line, const char *end, double value[6], size_t *count)
 {
     *count = 0;
-    for (const char *at = skip_blanks(line, end); at < end;) {
+    for (const char *at = skip_blanks(line, end); at < end && *at != '#';) {
         double x;
         const char *behind = number_read_f64(at, end, &x);
-        if (!behind || (behind < end && *behind != ' ' && *behind != '\t' && *behind != '\r')) {
+        if (!behind || (behind < end && !ends_word(*behind))) {
             size_t length = 0;
-            while (at + length < end && !strchr(" \t\r", at[length]))
+            while (at + length < end && !ends_word(at[length]))
                 length++;
             return error_new("expected a number, got '%.*s'", (int)(length < 40 ? length : 40), at);
         }

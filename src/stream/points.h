@@ -1,7 +1,7 @@
 /* points: positions, with or without a normal, from text lines or raw numbers.
  *
- * Text: one point a line, `x y z` or `x y z nx ny nz`, all lines alike; blank lines and # comments
- * are skipped. Binary: little-endian doubles, 3 or 6 a point.
+ * Text: one point a line, `x y z` or `x y z nx ny nz`, all lines alike; blank lines and # comments,
+ * behind a point too, are skipped. Binary: little-endian doubles, 3 or 6 a point.
  *
  * They come in blocks. Taking a block is quick and done by one thread at a time; parsing it can be
  * done by many:
