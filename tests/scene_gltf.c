@@ -11,6 +11,7 @@
 #include "import/import_scene.h"
 #include "math/affine.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "scene/scene_shade.h"
 #include "support/files.h"
 #include "support/tap.h"
@@ -33,6 +34,7 @@ static char views[1 << 14]; /* its views, as JSON */
 static int view_count;
 static char *text; /* the JSON that was written last */
 static struct warnings warnings;
+static bool lenient; /* as --lenient */
 
 static void put(struct bytes *to, const void *data, size_t size)
 {
@@ -96,8 +98,10 @@ static void compose(const char *uri, const char *format, va_list args)
 
 static struct error *read_file(const char *name, struct scene **scene)
 {
+    struct scene_settings settings = scene_settings_default();
+    settings.lenient = lenient;
     warnings_clear(&warnings);
-    return scene_read(scene, files_path(name), NULL, true, &warnings);
+    return scene_read(scene, files_path(name), &settings, true, &warnings);
 }
 
 /* Reads the scene that the JSON describes; its buffer lies in x.bin. */
@@ -349,6 +353,7 @@ static void test_shared_vertices(void)
     view(p, sizeof p, 0);
     view(wrong, sizeof wrong, 0);
     view(index, sizeof index, 0);
+    lenient = true;
     s = read_scene("'accessors':[{'bufferView':0,'componentType':5126,'count':6,'type':'VEC3'},{'"
                    "bufferView':1,"
                    "'componentType':5123,'count':6,'type':'SCALAR'},{'bufferView':2,'componentType'"
@@ -356,9 +361,11 @@ static void test_shared_vertices(void)
                    "'type':'SCALAR'}],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'"
                    "indices':1},{'attributes':"
                    "{'POSITION':0},'indices':2}]}],'nodes':[{'mesh':0}]");
+    lenient = false;
     ok(scene_triangle_count(s) == 2 && warnings_of_kind(&warnings, "index out of range") == 2,
        "triangles with a corner that is no vertex are left out, with a warning");
     scene_destroy(s);
+    expect_error("without --lenient", "x.gltf", "is not among its primitive's vertices");
 }
 
 /* -- nodes ------------------------------------------------------------------------------------ */
@@ -545,13 +552,46 @@ static void test_factors(void)
     snprintf(json, sizeof json, one,
              "'pbrMetallicRoughness':{'baseColorFactor':[0.1,0.1,0.1,1]},'extensions':"
              "{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.5,0.25,0.75,1]},"
-             "'KHR_materials_unlit':{},'KHR_materials_transmission':{'transmissionFactor':1}}");
+             "'KHR_materials_unlit':{},'KHR_materials_transmission':{'transmissionFactor':0.5}}");
     s = read_scene("%s", json);
-    ok(is_colour(albedo_at(s, 0), 0.5f, 0.25f, 0.75f),
-       "the diffuse factor of KHR_materials_pbrSpecularGlossiness");
+    ok(is_colour(albedo_at(s, 0), 0.5f / 1.5f, 0.25f / 1.5f, 0.75f / 1.5f),
+       "the diffuse factor of KHR_materials_pbrSpecularGlossiness, less what passes");
     ok(warnings_of_kind(&warnings, "unlit") == 1 &&
            warnings_of_kind(&warnings, "transmission") == 1,
-       "unlit and transparent materials are warned about");
+       "unlit materials and coloured glass are warned about");
+    scene_destroy(s);
+
+    static const struct {
+        const char *alpha, *factor;
+        float base[2], through, albedo; /* base: colour and alpha */
+    } panes[] = {{"OPAQUE", "1", {1, 1}, 1, -1},
+                 {"OPAQUE", "0.5", {1, 1}, 0.5f, 1},
+                 {"OPAQUE", "0.5", {0.5f, 0.3f}, 0.25f, 0.5f * 0.5f / 0.75f},
+                 {"BLEND", "0.5", {1, 0.5f}, 0.75f, 1},
+                 {"OPAQUE", "0", {1, 1}, 0, 1}};
+    for (size_t i = 0; i < sizeof panes / sizeof *panes; i++) {
+        const double c = (double)panes[i].base[0];
+        s = read_scene(ACCESSORS
+                       ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}],"
+                       "'nodes':[{'mesh':0}],'extensionsUsed':['KHR_materials_transmission'],"
+                       "'materials':[{'alphaMode':'%s','pbrMetallicRoughness':{'baseColorFactor':"
+                       "[%g,%g,%g,%g]},'extensions':{'KHR_materials_transmission':"
+                       "{'transmissionFactor':%s}}}]",
+                       panes[i].alpha, c, c, c, (double)panes[i].base[1], panes[i].factor);
+        ok(fabsf(scene_transparency(s, &s->materials[0], 0, 0) - panes[i].through) < 1e-6f &&
+               (panes[i].albedo < 0 || fabsf(albedo_at(s, 0).x - panes[i].albedo) < 1e-6f) &&
+               warnings.count == 0,
+           "a pane, %s, that transmits %s of %g lets %g through", panes[i].alpha, panes[i].factor,
+           c, (double)panes[i].through);
+        scene_destroy(s);
+    }
+    s = read_scene(ACCESSORS
+                   ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}],"
+                   "'nodes':[{'mesh':0}],'materials':[{'name':'glass','alphaMode':'BLEND',"
+                   "'pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.12]},'extensions':"
+                   "{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[1,1,1,1]}}}]");
+    ok(warnings_of_kind(&warnings, "two opacities") == 1,
+       "opacities of two models that contradict each other are warned about");
     scene_destroy(s);
 
     snprintf(json, sizeof json, one,
@@ -1013,7 +1053,16 @@ static void test_documents(void)
                PLAIN ",'extensionsUsed':['%s'],'extensionsRequired':['%s']", unknown[i],
                unknown[i]);
         struct scene *s = read_scene(PLAIN ",'extensionsUsed':['%s']", unknown[i]);
-        ok(scene_triangle_count(s) == 1, "%s that is not required is no hindrance", unknown[i]);
+        ok(scene_triangle_count(s) == 1 && warnings_of_kind(&warnings, "unknown extension") == 1,
+           "%s that is not required is no hindrance, and named", unknown[i]);
+        scene_destroy(s);
+    }
+    static const char *const lights[] = {"EXT_lights_image_based", "EXT_lights_ies",
+                                         "FB_environment_sky"};
+    for (size_t i = 0; i < sizeof lights / sizeof *lights; i++) {
+        struct scene *s = read_scene(PLAIN ",'extensionsUsed':['%s']", lights[i]);
+        ok(warnings_of_kind(&warnings, "light of an unknown extension") == 1,
+           "the light of %s is missed", lights[i]);
         scene_destroy(s);
     }
     struct scene *s = read_scene(
@@ -1026,12 +1075,30 @@ static void test_documents(void)
         ACCESSORS
         ",'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0,'COLOR_0':0,'JOINTS_0':0}"
         ","
-        "'targets':[{'POSITION':0}]}]}],'nodes':[{'mesh':0,'skin':0}],'skins':[{'joints':[0]}]");
-    ok(warnings_of_kind(&warnings, "skins") == 1 &&
-           warnings_of_kind(&warnings, "morph targets") == 1 &&
-           warnings_of_kind(&warnings, "vertex colours") == 1 && warnings.count == 3,
-       "skins, morph targets and colours of vertices: a warning each");
+        "'targets':[{'POSITION':0}]}]}],'nodes':[{'mesh':0}]");
+    ok(warnings_of_kind(&warnings, "vertex colours") == 1 && warnings.count == 1,
+       "colours of vertices: a warning");
     scene_destroy(s);
+    static const char *const wrong[][2] = {
+        {"'meshes':{'primitives':[]}", "meshes: expected a list of objects, got {"},
+        {"'meshes':[{'primitives':{}}]", "meshes 0: primitives: expected a list of objects"},
+        {"'meshes':[{'primitives':[{'attributes':[0]}]}]",
+         "mesh 0, primitive 0: attributes: expected an object, got [0]"},
+        {"'nodes':[{'mesh':'0'}]", "nodes 0: mesh: expected a whole number, got \"0\""},
+        {"'nodes':[{'translation':[0,'1',2]}]", "nodes 0: translation: expected a list of numbers"},
+        {"'nodes':[3]", "nodes: expected a list of objects"},
+        {"'scenes':[{'nodes':0}]", "scenes 0: nodes: expected a list of whole numbers, got 0"},
+        {"'materials':[{'pbrMetallicRoughness':1}]", "pbrMetallicRoughness: expected an object"},
+        {"'materials':[{'alphaMode':2}]", "materials 0: alphaMode: expected text, got 2"},
+        {"'scene':'main'", "scene: expected a whole number, got \"main\""}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        refuse(wrong[i][1], wrong[i][1], "%s", wrong[i][0]);
+        lenient = true;
+        s = read_scene("%s", wrong[i][0]);
+        ok(warnings_of_kind(&warnings, "glTF of the wrong type") > 0, "a warning when lenient");
+        scene_destroy(s);
+        lenient = false;
+    }
 }
 
 /* -- extremes --------------------------------------------------------------------------------- */
@@ -1089,6 +1156,54 @@ static void test_graph(void)
                              "{'POSITION':0}}]}],'nodes':[{'mesh':0},{'mesh':1},{'mesh':2},{}]");
     ok(scene_triangle_count(s) == 1, "empty meshes and nodes are none");
     scene_destroy(s);
+}
+
+/* Two joints at x of 10 and y of 20, bound at x of 1; the mesh's node is at 100. */
+static void test_poses(void)
+{
+    const float p[9] = {1, 0, 0, 2, 0, 0, 1, 1, 0}, by[9] = {0, 0, 4, 0, 0, 0, 0, 0, 0};
+    const uint8_t joint[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};
+    const uint8_t weight[12] = {255, 0, 0, 0, 255, 0, 0, 0, 51, 204, 0, 0};
+    const float bind[32] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1,
+                            1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1};
+    begin();
+    view(p, sizeof p, 0);
+    view(joint, sizeof joint, 0);
+    view(weight, sizeof weight, 0);
+    view(bind, sizeof bind, 0);
+    view(by, sizeof by, 0);
+#define POSED                                                                                      \
+    "'accessors':[" ACCESSOR ",{'bufferView':1,'componentType':5121,'count':3,'type':'VEC4'},"     \
+    "{'bufferView':2,'componentType':5121,'normalized':true,'count':3,'type':'VEC4'},"             \
+    "{'bufferView':3,'componentType':5126,'count':2,'type':'MAT4'},"                               \
+    "{'bufferView':4,'componentType':5126,'count':3,'type':'VEC3'}],"                              \
+    "'meshes':[{'weights':[0.5],'primitives':[{'attributes':{'POSITION':0,'JOINTS_0':1,"           \
+    "'WEIGHTS_0':2},'targets':[{'POSITION':4}]}]}],"
+    struct scene *s = read_scene(
+        POSED "'nodes':[{'mesh':0,'skin':0,'translation':[100,0,0]},{'translation':[10,0,0],"
+              "'children':[2]},{'translation':[-10,20,0]}],'scenes':[{'nodes':[0,1]}],"
+              "'skins':[{'joints':[1,2],'inverseBindMatrices':3}]");
+    ok(is_at(placed(s, 0, 0, 0), 10, 0, 2) && is_at(placed(s, 0, 0, 1), 1, 20, 0) &&
+           is_at(placed(s, 0, 0, 2), 2, 17, 0) && warnings.count == 0,
+       "a skin: joints by inverse bind matrices, the node ignored; morphed by the mesh's weights");
+    scene_destroy(s);
+    s = read_scene(POSED "'nodes':[{'mesh':0,'weights':[1]},{'mesh':0,'translation':[5,0,0]},"
+                         "{'mesh':0,'weights':[-1]}]");
+    ok(s->instance_count == 3 && is_at(placed(s, 0, 0, 0), 1, 0, 4) &&
+           is_at(placed(s, 1, 0, 0), 6, 0, 2) && is_at(placed(s, 2, 0, 0), 1, 0, -4),
+       "morph targets by the node's weights, else the mesh's");
+    scene_destroy(s);
+    s = read_scene(POSED "'nodes':[{'mesh':0,'skin':0},{'translation':[7,0,0]},{}],"
+                         "'skins':[{'joints':[1,2]}]");
+    ok(is_at(placed(s, 0, 0, 0), 8, 0, 2), "without inverse bind matrices: the identity");
+    scene_destroy(s);
+    refuse("a skin that does not exist", "skin 1 does not exist",
+           POSED "'nodes':[{'mesh':0,'skin':1}],'skins':[{'joints':[0]}]");
+    refuse("a joint that the skin lacks", "joint 1 of 1",
+           POSED "'nodes':[{'mesh':0,'skin':0}],'skins':[{'joints':[0]}]");
+    refuse("fewer matrices than joints", "has 3 joints and 2 inverse bind matrices",
+           POSED "'nodes':[{'mesh':0,'skin':0},{},{}],"
+                 "'skins':[{'joints':[0,1,2],'inverseBindMatrices':3}]");
 }
 
 static void test_bounds(void)
@@ -1182,8 +1297,13 @@ static void test_numbers(void)
            "{'emissiveStrength':1e200}}}],"
            "'accessors':[" ACCESSOR "],'meshes':[{'primitives':[{'attributes':{'POSITION':0},'"
            "material':0}]}],'nodes':[{'mesh':0}]");
+    refuse("a material that does not exist", "material 77 does not exist",
+           ACCESSORS ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':77}"
+                     "]}],'nodes':[{'mesh':0}]");
+    lenient = true;
     s = read_scene(ACCESSORS ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':77}"
                              "]}],'nodes':[{'mesh':0}]");
+    lenient = false;
     ok(is_colour(albedo_at(s, 0), 1, 1, 1) && warnings_of_kind(&warnings, "material missing") == 1,
        "a material that does not exist is white, with a warning");
     scene_destroy(s);
@@ -1211,6 +1331,7 @@ int main(void)
     test_documents();
     test_depth();
     test_graph();
+    test_poses();
     test_bounds();
     test_numbers();
     files_end();

@@ -228,6 +228,13 @@ static void test_albedo(void)
                   "colour not understood");
     expect_albedo("Kd of no numbers", "newmtl m\nKd nan nan nan\n", .8, .8, .8,
                   "colour not understood");
+    expect_albedo("Kd 0 with a picture", "newmtl m\nKd 0 0 0\nmap_Kd four.png\n", 0, 0, 0,
+                  "Kd 0 with a picture");
+    expect_albedo("Kd 0 alone", "newmtl m\nKd 0 0 0\n", 0, 0, 0, NULL);
+    expect_albedo("d 0", "newmtl m\nKd 1 1 1\nd 0\n", 1, 1, 1, "nothing to be seen");
+    expect_albedo("Tr 1", "newmtl m\nKd 1 1 1\nTr 1\n", 1, 1, 1, "nothing to be seen");
+    expect_albedo("a lamp that is lost", "newmtl m\nKd 1 1 1\nnewmtl lamp\nKe 9 9 9\n", 1, 1, 1,
+                  "light that nothing has");
     expect_albedo("Kd below 0", "newmtl m\nKd .5 -.5 .5\n", .5, 0, .5, "material out of range");
     expect_albedo("Kd above 1", "newmtl m\nKd 2 .5 .5\n", 1, .5, .5, "albedo limited");
     expect_albedo("tabs, blanks and comments", "  newmtl\tm \n\tKd\t.1  .2\t.3 # colour\n", .1, .2,

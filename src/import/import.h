@@ -30,6 +30,7 @@ extern "C" {
 #include "math/angle.h"
 #include "scene/scene.h"
 #include "scene/scene_build.h"
+#include "scene/scene_shade.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -46,7 +47,7 @@ struct scene_import {
     /* the file's content, which was read once (it may be a pipe), until it is taken; owned */
     char *content;
     size_t content_size;
-    size_t broken_line; /* of the file, where the error is; 0: not known */
+    size_t broken_line;            /* of the file, where the error is; 0: not known */
     struct texture_entry *entries; /* owned, import_files.c makes them */
     size_t entry_count, entry_capacity;
 };

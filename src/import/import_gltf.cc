@@ -3,7 +3,8 @@
  *
  * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake
  * does not use (metalness, normal maps, cameras, animations) is left alone; what it would use and
- * cannot (skins, morph targets, vertex colours) is left alone with a warning.
+ * cannot (vertex colours) is left alone with a warning. Skins and morph targets stand in their
+ * default pose.
  */
 #include "import/import_gltf.h"
 
@@ -26,7 +27,10 @@ struct importer {
     vector<int> uv_set;
     int32_t default_material = SCENE_NONE; /* for primitives without one */
     vector<long> mesh_index;               /* by glTF mesh: the scene's, no_triangles or not_read */
+    vector<int> parent;                    /* by node; -1: none */
 };
+
+using matrix = std::array<double, 12>; /* rows of a 3x4 matrix */
 
 const long no_triangles = -1, not_read = -2;
 
@@ -310,13 +314,80 @@ struct scene_map read_map(const importer &g, const slot &from)
 
 /* -- materials -------------------------------------------------------------------------------- */
 
-void warn_material(const importer &g, const tinygltf::Material &from)
+/* The mean of a map's colour, its factor apart. */
+struct vec3f mean_of(const importer &g, const struct scene_map &map)
+{
+    if (map.texture == SCENE_NONE)
+        return {1, 1, 1};
+    const struct scene_texture &t = g.import->scene->textures[map.texture];
+    const struct scene_map plain = scene_map_of(map.texture);
+    const uint32_t most = 256; /* samples along a side */
+    const uint32_t columns = std::min(t.width, most), rows = std::min(t.height, most);
+    struct vec3 sum = {};
+    for (uint32_t y = 0; y < rows; y++) {
+        for (uint32_t x = 0; x < columns; x++) {
+            float rgba[4];
+            scene_map_sample(g.import->scene, &plain,
+                             (static_cast<float>(x) + 0.5f) / static_cast<float>(columns),
+                             (static_cast<float>(y) + 0.5f) / static_cast<float>(rows), rgba);
+            sum = {sum.x + static_cast<double>(rgba[0]), sum.y + static_cast<double>(rgba[1]),
+                   sum.z + static_cast<double>(rgba[2])};
+        }
+    }
+    const double count = static_cast<double>(columns) * rows;
+    return {static_cast<float>(sum.x / count), static_cast<float>(sum.y / count),
+            static_cast<float>(sum.z / count)};
+}
+
+/* KHR_materials_transmission of a thin pane: its base colour times the factor passes, the rest is
+ * scattered as its base colour says. What lets light through here has no colour of its own, so the
+ * share is the mean over the colours, and over the picture. */
+void let_through(const importer &g, const tinygltf::Material &from, struct scene_material &m)
 {
     const Value *const transmission = extension(from.extensions, "KHR_materials_transmission");
-    if (number_of(transmission, "transmissionFactor", 0) > 0)
+    const float factor =
+        static_cast<float>(std::clamp(number_of(transmission, "transmissionFactor", 0), 0.0, 1.0));
+    if (!(factor > 0))
+        return;
+    const struct vec3f mean = mean_of(g, m.albedo_map),
+                       base = {m.albedo.x * mean.x, m.albedo.y * mean.y, m.albedo.z * mean.z};
+    const float through = factor * std::clamp((base.x + base.y + base.z) / 3, 0.0f, 1.0f);
+    if (m.alpha == SCENE_CUTOUT || !std::isfinite(through)) {
         warnings_add(g.import->warnings, "transmission",
-                     "%s: material '%.60s' lets light through: it is opaque here", g.import->path,
-                     from.name.c_str());
+                     "%s: material '%.60s' is a cut-out that lets light through: the rest of it is "
+                     "opaque here",
+                     g.import->path, from.name.c_str());
+        return;
+    }
+    const bool coloured = vec3f_most(base) - std::min({base.x, base.y, base.z}) > 0.1f;
+    if (coloured || member(transmission, "transmissionTexture"))
+        warnings_add(g.import->warnings, "transmission",
+                     "%s: material '%.60s' lets coloured or patterned light through: the mean, "
+                     "%.3g of it, passes without colour",
+                     g.import->path, from.name.c_str(), static_cast<double>(through));
+    m.opacity = (m.alpha == SCENE_BLEND ? m.opacity : 1) * (1 - through);
+    m.alpha = SCENE_BLEND;
+    if (through < 1) {
+        const float rest = (1 - factor) / (1 - through);
+        m.albedo = {m.albedo.x * rest, m.albedo.y * rest, m.albedo.z * rest};
+    }
+}
+
+/* Where both models of a material state how much of the light passes, and differ. */
+void warn_contradiction(const importer &g, const tinygltf::Material &from, const Value *glossy)
+{
+    const double opacity = at(from.pbrMetallicRoughness.baseColorFactor, 3, 1),
+                 used = number_of(glossy, "diffuseFactor", 3, 1);
+    if (from.alphaMode != "OPAQUE" && opacity < 1 && std::fabs(opacity - used) > 0.01)
+        warnings_add(g.import->warnings, "two opacities",
+                     "%s: material '%.60s' has opacity %.3g in pbrMetallicRoughness and %.3g in "
+                     "KHR_materials_pbrSpecularGlossiness: the latter is used%s",
+                     g.import->path, from.name.c_str(), opacity, used,
+                     used > 0.9 ? ", which shuts light out" : "");
+}
+
+void warn_material(const importer &g, const tinygltf::Material &from)
+{
     if (extension(from.extensions, "KHR_materials_unlit"))
         warnings_add(g.import->warnings, "unlit",
                      "%s: material '%.60s' is unlit: its colour is used as its albedo",
@@ -351,6 +422,7 @@ void read_material(importer &g, const tinygltf::Material &from)
         for (size_t k = 0; k < 4; k++)
             factor[k] = number_of(glossy, "diffuseFactor", k, 1);
         base = slot_of(member(glossy, "diffuseTexture"));
+        warn_contradiction(g, from, glossy);
     }
     const Value *const strong = extension(from.extensions, "KHR_materials_emissive_strength");
     for (size_t k = 0; k < 3; k++)
@@ -369,6 +441,7 @@ void read_material(importer &g, const tinygltf::Material &from)
         m.cutoff = static_cast<float>(from.alphaCutoff);
         m.alpha_map = m.albedo_map;
     }
+    let_through(g, from, m);
     warn_material(g, from);
     g.uv_set.push_back(uv_set_of(g, m, base, glow, from.name));
     m.name = strdup(from.name.c_str());
@@ -380,8 +453,8 @@ int32_t material_of(importer &g, int index)
     if (index >= 0 && static_cast<size_t>(index) < g.file.model.materials.size())
         return index;
     if (index >= 0)
-        warnings_add(g.import->warnings, "material missing",
-                     "%s: material %d does not exist: white is used", g.import->path, index);
+        gltf_check(scene_import_broken(g.import, "material missing", 0,
+                                       "material %d does not exist: without it, white", index));
     if (g.default_material == SCENE_NONE) {
         g.uv_set.push_back(-1);
         gltf_check(
@@ -432,10 +505,9 @@ vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, in
         if (three[0] != no_vertex && three[1] != no_vertex && three[2] != no_vertex)
             corner.insert(corner.end(), three, three + 3);
         else
-            warnings_add(
-                g.import->warnings, "index out of range",
-                "%s: a triangle has a corner that is not among its primitive's vertices: left out",
-                g.import->path);
+            gltf_check(scene_import_broken(
+                g.import, "index out of range", 0,
+                "a triangle has a corner that is not among its primitive's vertices"));
     }
     return corner;
 }
@@ -476,17 +548,77 @@ void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set
                      {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
 }
 
+/* How the vertices of a mesh stand: glTF 2.0, 3.7.2.2 and 3.7.3. */
+struct pose {
+    const vector<double> *weights; /* of the morph targets */
+    const vector<matrix> *joints;  /* of the skin: mesh to scene; nullptr without one */
+};
+
+/* Adds the morph targets by their weights to the positions. */
+void morph(const gltf_file &file, const tinygltf::Primitive &primitive,
+           const vector<double> &weights, vector<double> &vertex)
+{
+    for (size_t t = 0; t < primitive.targets.size() && t < weights.size(); t++) {
+        const auto moved = primitive.targets[t].find("POSITION");
+        if (weights[t] == 0 || moved == primitive.targets[t].end())
+            continue;
+        const vector<double> by = read_accessor(file, moved->second, 3);
+        if (by.size() < vertex.size())
+            gltf_fail(error_new("morph target %zu moves %zu of %zu vertices", t, by.size() / 3,
+                                vertex.size() / 3));
+        for (size_t i = 0; i < vertex.size(); i++)
+            vertex[i] += weights[t] * by[i];
+    }
+}
+
+/* Moves each vertex by the sum of its joints' matrices, by weight. */
+void apply_skin(const gltf_file &file, const tinygltf::Primitive &primitive,
+                const vector<matrix> &joints, vector<double> &vertex)
+{
+    const size_t vertices = vertex.size() / 3;
+    vector<matrix> sum(vertices, matrix{});
+    vector<double> whole(vertices);
+    for (int set = 0;; set++) {
+        const auto which = primitive.attributes.find("JOINTS_" + std::to_string(set)),
+                   much = primitive.attributes.find("WEIGHTS_" + std::to_string(set));
+        if (which == primitive.attributes.end() || much == primitive.attributes.end())
+            break;
+        const vector<double> joint = read_accessor(file, which->second, 4),
+                             weight = read_accessor(file, much->second, 4);
+        if (joint.size() < 4 * vertices || weight.size() < 4 * vertices)
+            gltf_fail(error_new("fewer joints than its %zu vertices", vertices));
+        for (size_t i = 0; i < 4 * vertices; i++) {
+            if (weight[i] == 0)
+                continue;
+            if (!(joint[i] >= 0 && joint[i] < static_cast<double>(joints.size())))
+                gltf_fail(
+                    error_new("a vertex hangs on joint %.0f of %zu", joint[i], joints.size()));
+            const matrix &m = joints[static_cast<size_t>(joint[i])];
+            for (size_t k = 0; k < m.size(); k++)
+                sum[i / 4][k] += weight[i] * m[k];
+            whole[i / 4] += weight[i];
+        }
+    }
+    for (size_t v = 0; v < vertices; v++) {
+        const bool hangs = whole[v] > 0;
+        const matrix &m = hangs ? sum[v] : joints[0];
+        const double scale = hangs ? 1 / whole[v] : 1, x = vertex[3 * v], y = vertex[3 * v + 1],
+                     z = vertex[3 * v + 2];
+        for (size_t row = 0; row < 3; row++)
+            vertex[3 * v + row] =
+                scale * (m[4 * row] * x + m[4 * row + 1] * y + m[4 * row + 2] * z + m[4 * row + 3]);
+    }
+}
+
 void warn_primitive(const importer &g, const tinygltf::Primitive &primitive)
 {
-    if (!primitive.targets.empty())
-        warnings_add(g.import->warnings, "morph targets", "%s: morph targets are left out",
-                     g.import->path);
     if (primitive.attributes.count("COLOR_0"))
         warnings_add(g.import->warnings, "vertex colours", "%s: colours of vertices are left out",
                      g.import->path);
 }
 
-void add_primitive(importer &g, const tinygltf::Primitive &primitive, triangles &to)
+void add_primitive(importer &g, const tinygltf::Primitive &primitive, const pose &stands,
+                   triangles &to)
 {
     const int mode = primitive.mode;
     if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
@@ -499,7 +631,10 @@ void add_primitive(importer &g, const tinygltf::Primitive &primitive, triangles 
     if (position == primitive.attributes.end())
         return; /* nothing to be drawn: glTF 2.0, 3.7.2.1 */
     warn_primitive(g, primitive);
-    const vector<double> vertex = read_accessor(g.file, position->second, 3);
+    vector<double> vertex = read_accessor(g.file, position->second, 3);
+    morph(g.file, primitive, *stands.weights, vertex);
+    if (stands.joints)
+        apply_skin(g.file, primitive, *stands.joints, vertex);
     const size_t vertices = vertex.size() / 3;
     if (vertices >= no_vertex)
         gltf_fail(error_new("%zu vertices, expected fewer than 2^32", vertices));
@@ -541,30 +676,37 @@ long push_mesh(const importer &g, triangles &t)
     return static_cast<long>(pushed);
 }
 
-/* The scene's mesh for a glTF mesh, which is read when it is placed for the first time. */
-long mesh_of(importer &g, int index)
+long read_mesh(importer &g, int index, const pose &stands)
 {
-    const size_t i = static_cast<size_t>(index);
-    if (index < 0 || i >= g.mesh_index.size())
-        gltf_fail(error_new("mesh %d does not exist", index));
-    if (g.mesh_index[i] != not_read)
-        return g.mesh_index[i];
-    const vector<tinygltf::Primitive> &primitives = g.file.model.meshes[i].primitives;
+    const vector<tinygltf::Primitive> &primitives =
+        g.file.model.meshes[static_cast<size_t>(index)].primitives;
     triangles t;
     for (size_t p = 0; p < primitives.size(); p++) {
         try {
-            add_primitive(g, primitives[p], t);
+            add_primitive(g, primitives[p], stands, t);
         } catch (const gltf_error &e) {
             gltf_fail(error_wrap(e.err, "mesh %d, primitive %zu", index, p));
         }
     }
-    g.mesh_index[i] = t.index.empty() ? no_triangles : push_mesh(g, t);
+    return t.index.empty() ? no_triangles : push_mesh(g, t);
+}
+
+/* The scene's mesh for a glTF mesh, which is read when it is placed for the first time; where its
+ * node or a skin has a say in its shape, for each node. */
+long mesh_of(importer &g, int index, const vector<double> &weights, const vector<matrix> *joints)
+{
+    const size_t i = static_cast<size_t>(index);
+    if (index < 0 || i >= g.mesh_index.size())
+        gltf_fail(error_new("mesh %d does not exist", index));
+    if (joints || !weights.empty())
+        return read_mesh(g, index,
+                         {weights.empty() ? &g.file.model.meshes[i].weights : &weights, joints});
+    if (g.mesh_index[i] == not_read)
+        g.mesh_index[i] = read_mesh(g, index, {&g.file.model.meshes[i].weights, nullptr});
     return g.mesh_index[i];
 }
 
 /* -- nodes ------------------------------------------------------------------------------------ */
-
-using matrix = std::array<double, 12>; /* rows of a 3x4 matrix */
 
 matrix multiply(const matrix &a, const matrix &b)
 {
@@ -676,13 +818,80 @@ void add_instances(const importer &g, size_t mesh, const Value *attributes, cons
     }
 }
 
-void add_node(importer &g, const tinygltf::Node &node, const matrix &m)
+/* The place of a node in the scene. */
+matrix world_of(const importer &g, int node)
 {
-    if (node.skin >= 0)
-        warnings_add(g.import->warnings, "skins",
-                     "%s: skins are left out: skinned meshes stand as they were modelled",
-                     g.import->path);
-    const long mesh = node.mesh >= 0 ? mesh_of(g, node.mesh) : no_triangles;
+    const vector<tinygltf::Node> &nodes = g.file.model.nodes;
+    if (node < 0 || static_cast<size_t>(node) >= nodes.size())
+        gltf_fail(error_new("node %d does not exist", node));
+    matrix m = matrix_of(nodes[static_cast<size_t>(node)]);
+    size_t depth = 0;
+    for (int up = g.parent[static_cast<size_t>(node)]; up >= 0;
+         up = g.parent[static_cast<size_t>(up)]) {
+        if (++depth > nodes.size())
+            gltf_fail(error_new("node %d is its own ancestor", node));
+        m = multiply(matrix_of(nodes[static_cast<size_t>(up)]), m);
+    }
+    return m;
+}
+
+/* The matrices that take a skinned mesh's vertices to the scene: each joint's times its inverse
+ * bind matrix. */
+vector<matrix> joints_of(const importer &g, int index)
+{
+    if (static_cast<size_t>(index) >= g.file.skins.size())
+        gltf_fail(error_new("skin %d does not exist", index));
+    const gltf_skin &skin = g.file.skins[static_cast<size_t>(index)];
+    vector<double> bind;
+    if (skin.joints.empty())
+        gltf_fail(error_new("skin %d has no joints", index));
+    if (skin.bind >= 0)
+        bind = read_accessor(g.file, skin.bind, 16);
+    if (!bind.empty() && bind.size() < 16 * skin.joints.size())
+        gltf_fail(error_new("skin %d has %zu joints and %zu inverse bind matrices", index,
+                            skin.joints.size(), bind.size() / 16));
+    vector<matrix> joints;
+    for (size_t j = 0; j < skin.joints.size(); j++) {
+        matrix inverse;
+        std::copy(scene_identity, scene_identity + 12, inverse.begin());
+        for (size_t k = 0; k < inverse.size() && !bind.empty(); k++) /* column-major */
+            inverse[k] = bind[16 * j + 4 * (k % 4) + k / 4];
+        joints.push_back(multiply(world_of(g, skin.joints[j]), inverse));
+    }
+    return joints;
+}
+
+/* A skinned mesh stands where its joints are; its own node has no say (glTF 2.0, 3.7.3.1). */
+void add_skinned(importer &g, size_t number)
+{
+    const tinygltf::Node &node = g.file.model.nodes[number];
+    const vector<matrix> joints = joints_of(g, node.skin);
+    const long mesh = mesh_of(g, node.mesh, g.file.weights[number], &joints);
+    if (mesh >= 0)
+        gltf_check(scene_push_instance(g.import->scene, static_cast<size_t>(mesh), scene_identity));
+}
+
+bool is_skinned(const importer &g, const tinygltf::Node &node)
+{
+    if (node.skin < 0 || node.mesh < 0 ||
+        static_cast<size_t>(node.mesh) >= g.file.model.meshes.size())
+        return false;
+    for (const tinygltf::Primitive &p :
+         g.file.model.meshes[static_cast<size_t>(node.mesh)].primitives)
+        if (p.attributes.count("JOINTS_0") && p.attributes.count("WEIGHTS_0"))
+            return true;
+    return false;
+}
+
+void add_node(importer &g, size_t number, const matrix &m)
+{
+    const tinygltf::Node &node = g.file.model.nodes[number];
+    const bool skinned = is_skinned(g, node);
+    if (skinned)
+        add_skinned(g, number);
+    const long mesh = node.mesh >= 0 && !skinned
+                          ? mesh_of(g, node.mesh, g.file.weights[number], nullptr)
+                          : no_triangles;
     const Value *const many =
         member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
     if (mesh >= 0 && many)
@@ -753,7 +962,7 @@ void add_nodes(importer &g)
             continue;
         try {
             const matrix m = multiply(next.m, matrix_of(nodes[i]));
-            add_node(g, nodes[i], m);
+            add_node(g, i, m);
             for (auto child = nodes[i].children.rbegin(); child != nodes[i].children.rend();
                  ++child)
                 left.push_back({*child, m});
@@ -769,6 +978,12 @@ struct error *read(struct scene_import *import)
         importer g = {};
         g.import = import;
         g.file = gltf_open(import);
+        g.file.weights.resize(g.file.model.nodes.size());
+        g.parent.assign(g.file.model.nodes.size(), -1);
+        for (size_t i = 0; i < g.parent.size(); i++)
+            for (const int child : g.file.model.nodes[i].children)
+                if (child >= 0 && static_cast<size_t>(child) < g.parent.size())
+                    g.parent[static_cast<size_t>(child)] = static_cast<int>(i);
         g.mesh_index.assign(g.file.model.meshes.size(), not_read);
         for (const tinygltf::Material &material : g.file.model.materials)
             read_material(g, material);

@@ -46,11 +46,19 @@ struct gltf_picture {
     int view = -1;
 };
 
+/* Joints as nodes, and the accessor of their inverse bind matrices; -1: the identity. */
+struct gltf_skin {
+    std::vector<int> joints;
+    int bind = -1;
+};
+
 struct gltf_file {
     /* without buffers, images, and what an importer of light has no use for */
     tinygltf::Model model;
     std::vector<gltf_bytes> buffers; /* as long as they say they are */
     std::vector<gltf_picture> pictures;
+    std::vector<gltf_skin> skins;
+    std::vector<std::vector<double>> weights; /* of each node's morph targets; empty: its mesh's */
 };
 
 /* Opens import->path. Throws a gltf_error when a buffer is missing or short, or an unknown

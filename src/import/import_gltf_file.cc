@@ -12,9 +12,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <set>
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -44,8 +46,10 @@ const char *const known_extensions[] = {"EXT_mesh_gpu_instancing",
                                         "KHR_materials_pbrSpecularGlossiness",
                                         "KHR_materials_sheen",
                                         "KHR_materials_specular",
+                                        "KHR_materials_transmission",
                                         "KHR_materials_unlit",
                                         "KHR_materials_variants",
+                                        "KHR_materials_volume",
                                         "KHR_mesh_quantization",
                                         "KHR_node_visibility",
                                         "KHR_texture_transform",
@@ -184,14 +188,46 @@ void check_version(const json &document)
                             (least.empty() ? version : least).c_str()));
 }
 
+bool is_known(const string &name)
+{
+    return std::any_of(std::begin(known_extensions), std::end(known_extensions),
+                       [&name](const char *known) { return name == known; });
+}
+
+/* Names the extensions that a file uses and nobody here understands, those of light above all. */
+void warn_extensions(const struct scene_import *import, const json &document)
+{
+    std::set<string> used;
+    for (const json &name : list_of(document, "extensionsUsed"))
+        if (name.is_string())
+            used.insert(name.get<string>());
+    const json *const own = member(document, "extensions");
+    for (json::const_iterator at = own && own->is_object() ? own->begin() : json::const_iterator();
+         own && own->is_object() && at != own->end(); ++at)
+        used.insert(at.key());
+    string lights, others;
+    for (const string &name : used) {
+        const bool light = name.find("light") != name.npos || name.find("environment") != name.npos;
+        string &list = light ? lights : others;
+        if (!is_known(name))
+            list += (list.empty() ? "" : ", ") + name;
+    }
+    if (!lights.empty())
+        warnings_add(import->warnings, "light of an unknown extension",
+                     "%s: the light of the extension %.200s is not understood: it is left out "
+                     "(--sky, --sun, --point and --spot add light)",
+                     import->path, lights.c_str());
+    if (!others.empty())
+        warnings_add(import->warnings, "unknown extension",
+                     "%s: what the extension %.200s says is not understood: it is left out",
+                     import->path, others.c_str());
+}
+
 void check_extensions(const json &document)
 {
     for (const json &required : list_of(document, "extensionsRequired")) {
         const string name = required.is_string() ? required.get<string>() : string();
-        bool known = false;
-        for (const char *const extension : known_extensions)
-            known = known || name == extension;
-        if (!known)
+        if (!is_known(name))
             gltf_fail(error_new("the file requires the extension %.60s, which is not supported",
                                 name.c_str()));
     }
@@ -257,6 +293,144 @@ void list_pictures(const json &document, gltf_file &file)
     }
 }
 
+/* -- types ------------------------------------------------------------------------------------ */
+
+enum type { INDEX, NUMBER, BOOLEAN, TEXT, OBJECT, NUMBERS, INDICES, OBJECTS, TYPES };
+
+const char *const type_names[TYPES] = {
+    "a whole number", "a number",          "true or false",           "text",
+    "an object",      "a list of numbers", "a list of whole numbers", "a list of objects"};
+
+/* What glTF says of the members that a bake depends on; of lists of objects in the file's root. */
+const struct {
+    const char *list, *name;
+    enum type type;
+} members[] = {{"accessors", "bufferView", INDEX},
+               {"accessors", "byteOffset", INDEX},
+               {"accessors", "componentType", INDEX},
+               {"accessors", "count", INDEX},
+               {"accessors", "normalized", BOOLEAN},
+               {"accessors", "sparse", OBJECT},
+               {"accessors", "type", TEXT},
+               {"bufferViews", "buffer", INDEX},
+               {"bufferViews", "byteLength", INDEX},
+               {"bufferViews", "byteOffset", INDEX},
+               {"bufferViews", "byteStride", INDEX},
+               {"buffers", "uri", TEXT},
+               {"images", "bufferView", INDEX},
+               {"images", "uri", TEXT},
+               {"materials", "alphaCutoff", NUMBER},
+               {"materials", "alphaMode", TEXT},
+               {"materials", "emissiveFactor", NUMBERS},
+               {"materials", "emissiveTexture", OBJECT},
+               {"materials", "extensions", OBJECT},
+               {"materials", "pbrMetallicRoughness", OBJECT},
+               {"meshes", "primitives", OBJECTS},
+               {"meshes", "weights", NUMBERS},
+               {"nodes", "children", INDICES},
+               {"nodes", "extensions", OBJECT},
+               {"nodes", "matrix", NUMBERS},
+               {"nodes", "mesh", INDEX},
+               {"nodes", "rotation", NUMBERS},
+               {"nodes", "scale", NUMBERS},
+               {"nodes", "skin", INDEX},
+               {"nodes", "translation", NUMBERS},
+               {"nodes", "weights", NUMBERS},
+               {"samplers", "magFilter", INDEX},
+               {"samplers", "wrapS", INDEX},
+               {"samplers", "wrapT", INDEX},
+               {"scenes", "nodes", INDICES},
+               {"skins", "inverseBindMatrices", INDEX},
+               {"skins", "joints", INDICES},
+               {"textures", "sampler", INDEX},
+               {"textures", "source", INDEX}};
+
+/* of a primitive */
+const struct {
+    const char *name;
+    enum type type;
+} primitive_members[] = {{"attributes", OBJECT},
+                         {"indices", INDEX},
+                         {"material", INDEX},
+                         {"mode", INDEX},
+                         {"targets", OBJECTS}};
+
+bool is_of_type(const json &value, enum type type)
+{
+    const auto all_are = [&value](enum type one) {
+        return value.is_array() && std::all_of(value.begin(), value.end(),
+                                               [one](const json &x) { return is_of_type(x, one); });
+    };
+    switch (type) {
+    case INDEX: return value.is_number() && value.get<double>() == std::floor(value.get<double>());
+    case NUMBER: return value.is_number();
+    case BOOLEAN: return value.is_boolean();
+    case TEXT: return value.is_string();
+    case OBJECT: return value.is_object();
+    case NUMBERS: return all_are(NUMBER);
+    case INDICES: return all_are(INDEX);
+    default: return all_are(OBJECT);
+    }
+}
+
+/* Takes a member out that is of another type than it should be; an error but for --lenient. */
+void check_member(struct scene_import *import, json &object, const char *name, enum type type,
+                  const string &where)
+{
+    const json *const value = member(object, name);
+    if (!value || is_of_type(*value, type))
+        return;
+    gltf_check(scene_import_broken(import, "glTF of the wrong type", 0,
+                                   "%s%s: expected %s, got %.60s", where.c_str(), name,
+                                   type_names[type], value->dump().c_str()));
+    object.erase(name);
+}
+
+void check_types(struct scene_import *import, json &document)
+{
+    check_member(import, document, "scene", INDEX, "");
+    for (const char *const name : {"accessors", "bufferViews", "buffers", "images", "materials",
+                                   "meshes", "nodes", "samplers", "scenes", "skins", "textures"})
+        check_member(import, document, name, OBJECTS, "");
+    for (const auto &rule : members) {
+        const auto list = document.find(rule.list);
+        for (size_t i = 0; list != document.end() && i < list->size(); i++)
+            check_member(import, (*list)[i], rule.name, rule.type,
+                         string(rule.list) + " " + std::to_string(i) + ": ");
+    }
+    const auto meshes = document.find("meshes");
+    for (size_t i = 0; meshes != document.end() && i < meshes->size(); i++) {
+        const auto primitives = (*meshes)[i].find("primitives");
+        for (size_t p = 0; primitives != (*meshes)[i].end() && p < primitives->size(); p++)
+            for (const auto &rule : primitive_members)
+                check_member(import, (*primitives)[p], rule.name, rule.type,
+                             "mesh " + std::to_string(i) + ", primitive " + std::to_string(p) +
+                                 ": ");
+    }
+}
+
+/* The weights of morph targets that nodes state, which tinygltf leaves out. */
+void list_weights(const json &document, gltf_file &file)
+{
+    for (const json &node : list_of(document, "nodes")) {
+        file.weights.emplace_back();
+        for (const json &weight : list_of(node, "weights"))
+            file.weights.back().push_back(weight.get<double>());
+    }
+}
+
+/* Skins, which tinygltf wants to have inverse bind matrices. */
+void list_skins(const json &document, gltf_file &file)
+{
+    for (const json &skin : list_of(document, "skins")) {
+        file.skins.emplace_back();
+        for (const json &joint : list_of(skin, "joints"))
+            file.skins.back().joints.push_back(joint.get<int>());
+        if (const json *const bind = member(skin, "inverseBindMatrices"))
+            file.skins.back().bind = bind->get<int>();
+    }
+}
+
 } // namespace
 
 bool gltf_is_data(const string &uri)
@@ -299,7 +473,11 @@ gltf_file gltf_open(struct scene_import *import)
     json document = parse(text);
     check_version(document);
     check_extensions(document);
+    warn_extensions(import, document);
+    check_types(import, document);
     gltf_file file;
+    list_weights(document, file);
+    list_skins(document, file);
     read_buffers(import, document, chunk, file);
     list_pictures(document, file);
     for (const char *const name : {"buffers", "images", "animations", "cameras", "skins"})
@@ -316,8 +494,6 @@ gltf_file gltf_open(struct scene_import *import)
         gltf_fail(error_new("%.200s",
                             wrong.empty() ? "not a glTF file that can be read" : wrong.c_str()));
     if (!wrong.empty())
-        warnings_add(import->warnings, "glTF",
-                     "%s: %.200s: the part that this belongs to is left out", import->path,
-                     wrong.c_str());
+        gltf_check(scene_import_broken(import, "glTF", 0, "%.200s", wrong.c_str()));
     return file;
 }

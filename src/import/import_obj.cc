@@ -147,16 +147,10 @@ class lines
     }
 
     /* of the newest line, from 1 */
-    size_t number() const
-    {
-        return first;
-    }
+    size_t number() const { return first; }
 
     /* whether the newest line is the last, and nothing ends it */
-    bool is_cut() const
-    {
-        return rest.empty() && !ended;
-    }
+    bool is_cut() const { return rest.empty() && !ended; }
 
   private:
     string_view take()
@@ -388,6 +382,26 @@ struct error *to_map(struct scene_import *import, const string &directory, const
     return err;
 }
 
+/* What exporters write without meaning it, and what makes things black or hides them. */
+void warn_material(struct scene_import *import, const struct scene_material &m, const string &name)
+{
+    if (m.albedo_map.texture != SCENE_NONE && !(vec3f_most(m.albedo) > 0))
+        warnings_add(import->warnings, "Kd 0 with a picture",
+                     "%s: material '%.60s': Kd 0 times its picture map_Kd is black: without the "
+                     "line, or as Kd 1 1 1, the picture is seen",
+                     import->path, name.c_str());
+    if (m.emission_map.texture != SCENE_NONE && !scene_emits(&m))
+        warnings_add(import->warnings, "Ke 0 with a picture",
+                     "%s: material '%.60s': Ke 0 times its picture map_Ke is dark: without the "
+                     "line, or as Ke 1 1 1, it shines",
+                     import->path, name.c_str());
+    if (!(m.opacity > 0))
+        warnings_add(import->warnings, "nothing to be seen",
+                     "%s: material '%.60s' hides all that has it: d 0 (Tr 1) lets all light "
+                     "through",
+                     import->path, name.c_str());
+}
+
 struct error *push_material(struct scene_import *import, const tinyobj::material_t &from,
                             const string &directory, int32_t *index)
 {
@@ -412,6 +426,7 @@ struct error *push_material(struct scene_import *import, const tinyobj::material
         m.alpha = SCENE_BLEND;
     else if (m.alpha_map.texture != SCENE_NONE)
         m.alpha = SCENE_CUTOUT;
+    warn_material(import, m, from.name);
     m.name = strdup(from.name.c_str());
     return m.name ? scene_push_material(import->scene, m, index) : error_memory();
 }
@@ -567,6 +582,14 @@ struct error *push_materials(geometry &g)
         pushed[material] = index;
         material = index;
     }
+    for (size_t i = 0; i < g.all->list.size(); i++) {
+        const tinyobj::material_t &m = g.all->list[i];
+        if (!pushed.count((int32_t)i) && is_stated(m.emission) &&
+            std::max({m.emission[0], m.emission[1], m.emission[2]}) > 0)
+            warnings_add(import->warnings, "light that nothing has",
+                         "%s: material '%.60s' emits light, and no face has it", import->path,
+                         m.name.c_str());
+    }
     return nullptr;
 }
 
@@ -584,10 +607,9 @@ struct error *corner_uv(const geometry &g, std::vector<float> &uv)
                 uv[2 * i] = g.texture[2 * (size_t)from];
                 uv[2 * i + 1] = g.texture[2 * (size_t)from + 1];
             } else if (from != nowhere) {
-                err = scene_import_broken(g.import, "texture coordinate missing",
-                                          f < g.line.size() ? g.line[f] : 0,
-                                          "a corner names texture coordinate %u of %zu", from + 1,
-                                          count);
+                err = scene_import_broken(
+                    g.import, "texture coordinate missing", f < g.line.size() ? g.line[f] : 0,
+                    "a corner names texture coordinate %u of %zu", from + 1, count);
             }
         }
     }
