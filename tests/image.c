@@ -189,12 +189,118 @@ static void test_damage(void)
     WebPFree(w.data);
 }
 
+/* -- dialects of the Radiance format ---------------------------------------------------------- */
+
+/* A header and texels as one file; expects these values of one channel, or this message. */
+static void expect_light(const char *name, const char *header, const uint8_t *texels, size_t count,
+                         uint32_t width, uint32_t height, const float *light)
+{
+    struct bytes f = {0};
+    struct image t = {0};
+    append(&f, (void *)(uintptr_t)header, (int)strlen(header));
+    append(&f, (void *)(uintptr_t)texels, (int)count);
+    struct error *err = image_decode(&t, f.data, f.size, IMAGE_COLOUR);
+    bool right = !err && !t.bytes && t.width == width && t.height == height && t.channels == 3;
+    for (uint32_t i = 0; right && i < 3 * width * height; i++)
+        right = fabsf(((const float *)t.texels)[i] - light[i]) <= 1e-6f * light[i];
+    ok(right, "%s%s%s", name, err ? ": " : "", err ? error_message(err) : "");
+    error_destroy(err);
+    free(t.texels);
+    free(f.data);
+}
+
+/* Texel i is (i, 2 i, 3 i) / 128, wherever the file has it. */
+static void test_orientations(void)
+{
+    static const char *const sides[] = {"-Y 2 +X 3", "-Y 2 -X 3", "+Y 2 +X 3", "+Y 2 -X 3",
+                                        "+X 3 -Y 2", "+X 3 +Y 2", "-X 3 -Y 2", "-X 3 +Y 2"};
+    /* the file's texels, by their place in the picture */
+    static const int order[][6] = {{0, 1, 2, 3, 4, 5}, {2, 1, 0, 5, 4, 3}, {3, 4, 5, 0, 1, 2},
+                                   {5, 4, 3, 2, 1, 0}, {0, 3, 1, 4, 2, 5}, {3, 0, 4, 1, 5, 2},
+                                   {2, 5, 1, 4, 0, 3}, {5, 2, 4, 1, 3, 0}};
+    float light[18];
+    for (int i = 0; i < 18; i++)
+        light[i] = (float)((i / 3 + 9) * (i % 3 + 1)) / 128;
+    for (int k = 0; k < 8; k++) {
+        char header[80];
+        uint8_t texels[24];
+        snprintf(header, sizeof header, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n%s\n", sides[k]);
+        for (int i = 0; i < 24; i++)
+            texels[i] = (uint8_t)(i % 4 < 3 ? (order[k][i / 4] + 9) * (i % 4 + 1) : 129);
+        expect_light(sides[k], header, texels, sizeof texels, 3, 2, light);
+    }
+}
+
+static void test_dialects(void)
+{
+    static const float ones[3 * 600] = {1, 1, 1};
+    float even[3 * 600], xyz[] = {2.6896552f, 0, 0.06122446f}, last[] = {0.5f, 0.25f, 0.125f};
+    uint8_t wide[8 + 4 * 16];
+    for (int i = 0; i < 3 * 600; i++)
+        even[i] = 1;
+    /* 1 + 87 + 2 * 256 texels, over the ends of rows */
+    static const uint8_t runs[] = {128, 128, 128, 129, 1, 1, 1, 87, 1, 1, 1, 2};
+    static const uint8_t one[] = {128, 128, 128, 129}, cold[] = {128, 64, 32, 128},
+                         x[] = {128, 0, 0, 129};
+    expect_light("old run lengths, the second of 256 each", "#?RADIANCE\n\n-Y 6 +X 100\n", runs,
+                 sizeof runs, 100, 6, even);
+    expect_light("another name, no FORMAT, ends of lines of two bytes",
+                 "#?RGBE\r\nSOFTWARE=x\r\n\r\n-Y 1 +X 1\r\n", one, 4, 1, 1, ones);
+    expect_light("XYZE: equal energy is white", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n",
+                 one, 4, 1, 1, ones);
+    expect_light("XYZE: X alone is red, and what is no colour is cut",
+                 "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n", x, 4, 1, 1, xyz);
+    expect_light("EXPOSURE and COLORCORR are divided out, all of them, but for those of others",
+                 "#?RADIANCE\nEXPOSURE=4\nEXPOSURE = .25\n\tEXPOSURE=9\nEXPOSURE=1e0\n"
+                 "COLORCORR= 1 .5 .25\nCOLORCORR=.5 .5 .5\n\n-Y 1 +X 1\n",
+                 cold, 4, 1, 1, (const float[]){1, 1, 1});
+    expect_light("EXPOSURE=.5 makes light of twice as much",
+                 "#?RADIANCE\nEXPOSURE=.5\n\n-Y 1 +X 1\n", cold, 4, 1, 1,
+                 (const float[]){1, 0.5f, 0.25f});
+    expect_light("flat", "#?RADIANCE\n\n-Y 1 +X 1\n", cold, 4, 1, 1, last);
+    /* rows of channels and of texels in one file, in columns */
+    static const uint8_t coded[] = {2, 2, 0, 8, 136, 128, 136, 128, 136, 128, 136, 129};
+    memcpy(wide, coded, sizeof coded);
+    for (size_t i = 12; i < 12 + 4 * 8; i++)
+        wide[i] = i % 4 == 3 ? 129 : 128;
+    expect_light("scan lines coded and flat, in columns", "#?RADIANCE\n\n-X 2 +Y 8\n", wide, 44, 2,
+                 8, even);
+}
+
+static void refuse_radiance(const char *header, const char *said)
+{
+    struct image t = {0};
+    struct error *err = image_decode(&t, header, strlen(header), IMAGE_COLOUR);
+    ok(err && strstr(error_message(err), said), "refused, '%s': %s", said,
+       err ? error_message(err) : "");
+    error_destroy(err);
+    free(t.texels);
+}
+
+static void test_radiance_damage(void)
+{
+    refuse_radiance("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", "does not end");
+    refuse_radiance("#?RADIANCE\nFORMAT=48-bit\n\n-Y 1 +X 1\nxxxx", "got '48-bit'");
+    refuse_radiance("#?RADIANCE\nEXPOSURE=0\n\n-Y 1 +X 1\nxxxx", "EXPOSURE: expected a number");
+    refuse_radiance("#?RADIANCE\nCOLORCORR=1 2\n\n-Y 1 +X 1\nxxxx", "COLORCORR: expected 3");
+    refuse_radiance("#?RADIANCE\n\n-Y 1 +Y 1\nxxxx", "got '-Y 1 +Y 1'");
+    refuse_radiance("#?RADIANCE\n\n-Y 0 +X 1\nxxxx", "expected 1 to 16384 a side");
+    refuse_radiance("#?RADIANCE\n\n-Y 1 +X 1\nxxx", "cut off");
+    refuse_radiance("#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1", "beyond its texels");
+    refuse_radiance("#?RADIANCE\n\n-Y 1 +X 2\nxxxx\1\1\1\2", "beyond its texels");
+    refuse_radiance("#?RADIANCE\n\n-Y 1 +X 9\n\2\2\1\1xxxx", "a scan line of 257 texels");
+    refuse_radiance("#?RADIANCE\nEXPOSURE=1e-30\n\n-Y 1 +X 1\n\2\2\2\377", "too bright");
+}
+
 int main(void)
 {
     test_codes();
     test_lossy();
     test_radiance();
     test_cut_radiance();
+    test_orientations();
+    test_dialects();
+    test_radiance_damage();
     test_damage();
     return tap_done();
 }

@@ -43,6 +43,7 @@ MODULE_TESTS = \
 	tests/render \
 	tests/fuzz/fuzz_gltf \
 	tests/fuzz/fuzz_query \
+	tests/fuzz/fuzz_image \
 	tests/fuzz/fuzz_scene \
 	tests/fuzz/fuzz_stream \
 	tests/fuzz/fuzz_tetra

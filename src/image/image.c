@@ -1,15 +1,15 @@
 #include "image/image.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "image/image_formats.h"
 #include "math/luminance.h"
 
+#include <inttypes.h>
 #include <limits.h>
 #include <stb_image.h>
 #include <stdlib.h>
 #include <string.h>
 #include <webp/decode.h>
-
-enum { SIDE_MOST = 16384 };
 
 const float image_linear[256] = {
     0.f,           0.000303527f,  0.000607054f, 0.000910581f,  0.001214108f,  0.001517635f,
@@ -57,11 +57,11 @@ const float image_linear[256] = {
     0.9734453f,    0.9822506f,    0.9911021f,   1.f,
 };
 
-static struct error *check_sides(int width, int height)
+struct error *image_check_sides(int64_t width, int64_t height)
 {
-    if (width < 1 || height < 1 || width > SIDE_MOST || height > SIDE_MOST)
-        return error_new("a picture of %d x %d texels, expected 1 to %d a side", width, height,
-                         SIDE_MOST);
+    if (width < 1 || height < 1 || width > IMAGE_SIDE_MOST || height > IMAGE_SIDE_MOST)
+        return error_new("a picture of %" PRId64 " x %" PRId64 " texels, expected 1 to %d a side",
+                         width, height, IMAGE_SIDE_MOST);
     return NULL;
 }
 
@@ -78,7 +78,7 @@ static struct error *decode_bytes(const unsigned char *data, size_t size, uint8_
     if (is_webp(data, size)) {
         if (!WebPGetInfo(data, size, width, height))
             return error_new("a damaged WebP picture");
-        err = check_sides(*width, *height);
+        err = image_check_sides(*width, *height);
         if (!err)
             err = array_create(rgba, 4 * (size_t)*width * (size_t)*height, 1);
         if (!err && !WebPDecodeRGBAInto(data, size, *rgba, 4 * (size_t)*width * (size_t)*height,
@@ -91,7 +91,7 @@ static struct error *decode_bytes(const unsigned char *data, size_t size, uint8_
     int channels;
     if (!stbi_info_from_memory(data, (int)size, width, height, &channels))
         return error_new("not a picture that can be read (%s)", stbi_failure_reason());
-    err = check_sides(*width, *height);
+    err = image_check_sides(*width, *height);
     if (err)
         return err;
     *rgba = stbi_load_from_memory(data, (int)size, width, height, &channels, 4);
@@ -119,68 +119,21 @@ static unsigned pack_bytes(uint8_t *rgba, size_t count, enum image_use use)
     return 1;
 }
 
-/* Bytes of one run-length coded row of a .hdr picture (G. Ward, Real Pixels, Graphics Gems II); 0
- * if cut off. */
-static size_t hdr_row_bytes(const unsigned char *row, size_t left, size_t width)
-{
-    size_t at = 4;
-    for (int channel = 0; channel < 4; channel++)
-        for (size_t x = 0; x < width;) {
-            if (at >= left || row[at] == 0)
-                return 0;
-            const bool run = row[at] > 128;
-            x += run ? row[at] - 128u : row[at];
-            at += run ? 2 : 1 + (size_t)row[at];
-            if (at > left || x > width)
-                return 0;
-        }
-    return at;
-}
-
-/* Whether a .hdr picture holds all its rows: stb_image makes black ones of those that are cut
- * off. */
-static bool hdr_is_whole(const unsigned char *data, size_t size, size_t width, size_t height)
-{
-    const unsigned char *end = data + size, *at = memmem(data, size, "\n\n", 2);
-    /* behind the line of the resolution */
-    at = at ? memchr(at + 2, '\n', (size_t)(end - at) - 2) : NULL;
-    if (!at++)
-        return false;
-    const bool coded = width >= 8 && width < 32768 && end - at >= 4 && at[0] == 2 && at[1] == 2 &&
-                       at[2] < 128;
-    if (!coded)
-        return (size_t)(end - at) / 4 / width >= height;
-    for (size_t y = 0; y < height; y++) {
-        const size_t bytes = hdr_row_bytes(at, (size_t)(end - at), width);
-        if (bytes == 0)
-            return false;
-        at += bytes;
-    }
-    return true;
-}
-
-static struct error *decode_floats(const unsigned char *data, size_t size, enum image_use use,
+static struct error *decode_floats(const void *data, size_t size, enum image_use use,
                                    struct image *image)
 {
-    int width, height, channels;
-    if (!stbi_info_from_memory(data, (int)size, &width, &height, &channels))
-        return error_new("a damaged .hdr picture (%s)", stbi_failure_reason());
-    struct error *err = check_sides(width, height);
+    struct image_floats light;
+    struct error *err = image_decode_hdr(data, size, &light);
     if (err)
         return err;
-    if (!hdr_is_whole(data, size, (size_t)width, (size_t)height))
-        return error_new("a .hdr picture that is cut off");
-    float *rgb = stbi_loadf_from_memory(data, (int)size, &width, &height, &channels, 3);
-    if (!rgb)
-        return error_new("a damaged .hdr picture (%s)", stbi_failure_reason());
-    const size_t count = (size_t)width * (size_t)height;
+    float *rgb = light.rgb;
+    const size_t count = (size_t)light.width * light.height;
     for (size_t i = 0; use == IMAGE_MASK && i < count; i++)
         rgb[i] = luminance_vec3f((struct vec3f){rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]});
-    image->width = (uint32_t)width;
-    image->height = (uint32_t)height;
-    image->channels = use == IMAGE_MASK ? 1 : 3;
-    image->bytes = false;
-    image->texels = rgb;
+    *image = (struct image){.width = light.width,
+                            .height = light.height,
+                            .channels = use == IMAGE_MASK ? 1 : 3,
+                            .texels = rgb};
     return NULL;
 }
 
@@ -201,7 +154,7 @@ struct error *image_decode(struct image *image, const void *data, size_t size, e
     if (size > INT_MAX)
         return error_new("a picture of %zu bytes, expected less than 2 GiB", size);
     struct error *err = NULL;
-    if (stbi_is_hdr_from_memory(data, (int)size)) {
+    if (image_is_hdr(data, size)) {
         err = decode_floats(data, size, use, image);
     } else {
         uint8_t *rgba = NULL;
