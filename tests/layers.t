@@ -13,7 +13,7 @@ trace           embree3/
 tetra           tetgen
 topology        OpenMesh/
 import          tiny_gltf|tiny_obj|nlohmann/
-image           stb_image|webp/
+image           stb_image|webp/|openexr
 math            Random123/
 vtk             vtk
 base            pthread

@@ -19,6 +19,7 @@ MODULE_TESTS = \
 	tests/octree \
 	tests/library \
 	tests/image \
+	tests/image_exr \
 	tests/picture \
 	tests/polygon \
 	tests/scene \
@@ -88,6 +89,7 @@ tests_thin_LDADD = $(TETRA_LIBS)
 tests_fuzz_fuzz_tetra_LDADD = $(TETRA_LIBS)
 IMAGE_TEST_CPPFLAGS = $(AM_CPPFLAGS) $(STB_CFLAGS) $(WEBP_CFLAGS)
 tests_image_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
+tests_image_exr_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS) $(OPENEXR_CFLAGS)
 tests_scene_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
 tests_scene_obj_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)
 tests_scene_gltf_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS)

@@ -123,7 +123,8 @@ static struct error *decode_floats(const void *data, size_t size, enum image_use
                                    struct image *image)
 {
     struct image_floats light;
-    struct error *err = image_decode_hdr(data, size, &light);
+    struct error *err = image_is_hdr(data, size) ? image_decode_hdr(data, size, &light)
+                                                 : image_decode_exr(data, size, &light);
     if (err)
         return err;
     float *rgb = light.rgb;
@@ -154,7 +155,7 @@ struct error *image_decode(struct image *image, const void *data, size_t size, e
     if (size > INT_MAX)
         return error_new("a picture of %zu bytes, expected less than 2 GiB", size);
     struct error *err = NULL;
-    if (image_is_hdr(data, size)) {
+    if (image_is_hdr(data, size) || image_is_exr(data, size)) {
         err = decode_floats(data, size, use, image);
     } else {
         uint8_t *rgba = NULL;

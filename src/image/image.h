@@ -1,9 +1,10 @@
 /* image: pictures in memory, decoded and made ready to be sampled as textures.
  *
- * PNG and JPEG through stb_image, WebP through libwebp, Radiance .hdr by image_hdr.c; the content
- * decides, not the name. 8-bit pictures keep their codes (a quarter of the memory of floats);
- * image_linear turns a code of a colour channel into linear light. Alpha and masks are linear: code
- * / 255. Pictures of 16 bits a channel are reduced to 8. .hdr pictures are linear floats.
+ * PNG and JPEG through stb_image, WebP through libwebp, Radiance .hdr and OpenEXR
+ * (image_formats.h); the content decides, not the name. 8-bit pictures keep their codes (a quarter
+ * of the memory of floats); image_linear turns a code of a colour channel into linear light. Alpha
+ * and masks are linear: code / 255. Pictures of 16 bits a channel are reduced to 8. .hdr and .exr
+ * pictures are linear floats.
  */
 #ifndef IMAGE_H
 #define IMAGE_H

@@ -6,6 +6,11 @@
  * mantissa * 2^(exponent - 136), as most programs write it. EXPOSURE and COLORCORR, which multiply
  * where they come again, are divided out. XYZE becomes RGB of Rec. 709's primaries about Radiance's
  * white, which is that of equal energy: X = Y = Z is R = G = B; colours outside are cut at 0.
+ *
+ * OpenEXR through the plain C part of its library: rows or tiles, half, float or whole numbers, any
+ * compression that the library reads; channels R, G, B or Y, of no layer or else of the first that
+ * has them. The picture is the display window, black where there are no data. Light below 0 is 0.
+ * Refused by name: several parts, deep ones, chroma, what is not finite.
  */
 #ifndef IMAGE_FORMATS_H
 #define IMAGE_FORMATS_H
@@ -28,5 +33,8 @@ struct error *image_check_sides(int64_t width, int64_t height);
 
 bool image_is_hdr(const void *data, size_t size);
 struct error *image_decode_hdr(const void *data, size_t size, struct image_floats *out);
+
+bool image_is_exr(const void *data, size_t size);
+struct error *image_decode_exr(const void *data, size_t size, struct image_floats *out);
 
 #endif

@@ -7,5 +7,5 @@ image_sources = \
 	%D%/display.c %D%/display.h \
 	%D%/flip.c %D%/flip.h \
 	%D%/image.c %D%/image.h \
-	%D%/image_formats.h %D%/image_hdr.c \
+	%D%/image_formats.h %D%/image_exr.c %D%/image_hdr.c \
 	%D%/picture.c %D%/picture.h

@@ -434,7 +434,8 @@ static struct error *read_sky(struct scene_texture **picture, const char *path)
         err = image_decode(&image, data, size, IMAGE_COLOUR);
     free(data);
     if (!err && image.bytes)
-        err = error_new("expected a Radiance .hdr picture: 8-bit pictures hold no radiance");
+        err = error_new(
+            "expected a Radiance .hdr or OpenEXR picture: 8-bit pictures hold no radiance");
     if (!err)
         err = array_create(picture, 1, sizeof **picture);
     if (err) {

@@ -1,7 +1,8 @@
 /* A hostile picture: whatever its bytes, decoding ends, with light that is finite and not below 0,
  * or with an error.
  *
- *     fuzz_image [MUTATIONS [SEED]]     small pictures, mutated; part of make check with few
+ *     fuzz_image [MUTATIONS [SEED [FILE]...]]     small pictures, mutated: of its own, which are
+ * part of make check with few mutations, or these
  *
  * With clang -fsanitize=fuzzer -DFUZZ_ENGINE: LLVMFuzzerTestOneInput takes a file.
  */
@@ -41,12 +42,12 @@ static uint32_t draw(uint32_t below)
     return (uint32_t)((state >> 33) % below);
 }
 
-enum { SEED_MOST = 8192 };
+enum { SEED_MOST = 32768, SEEDS_MOST = 8 };
 
 static struct seed {
     uint8_t data[SEED_MOST];
     size_t size;
-} seeds[8];
+} seeds[SEEDS_MOST];
 
 static int seed_count;
 
@@ -68,6 +69,16 @@ static void make_seeds(void)
     add("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 2 +X 8\n", coded, sizeof coded);
     add("#?RGBE\nFORMAT=32-bit_rle_xyze\nCOLORCORR=1 2 3\n\n+X 6 -Y 100\n", old, sizeof old);
     add("#?RADIANCE\n\n-Y 2 +X 1\n", coded, 8);
+}
+
+static void add_file(const char *path)
+{
+    struct seed *s = &seeds[seed_count++];
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        bail(path);
+    s->size = fread(s->data, 1, SEED_MOST, file);
+    fclose(file);
 }
 
 /* A few bytes changed, and at times a piece cut out or the end cut off. */
@@ -96,7 +107,10 @@ int main(int argc, char **argv)
 {
     const long mutations = argc > 1 ? atol(argv[1]) : 3000;
     state = argc > 2 ? strtoull(argv[2], NULL, 10) : 1;
-    make_seeds();
+    for (int i = 3; i < argc && seed_count < SEEDS_MOST; i++)
+        add_file(argv[i]);
+    if (!seed_count)
+        make_seeds();
     for (long i = 0; i < mutations; i++) {
         const struct seed *s = &seeds[i % seed_count];
         uint8_t *data = malloc(s->size); /* to the byte: sanitizers see what is beyond */
