@@ -171,6 +171,91 @@ static void test_materials(void)
 
 /* -- sky and lights --------------------------------------------------------------------------- */
 
+/* The picture of test_sky turned, put upright in other frames, and brighter. */
+static void test_sky_axes(struct scene_settings *settings, struct warnings *warnings)
+{
+    const struct {
+        double turn, up[3], scale;
+        struct vec3f centre, top, right; /* where these look */
+    } frames[] = {{90, {0, 1, 0}, 1, {0, 0, -1}, {0, 1, 0}, {1, 0, 0}},
+                  {0, {0, 0, 1}, 2, {1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+                  {90, {0, 0, 1}, 1, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}},
+                  {-180, {0, -1, 0}, 1, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
+                  {0, {1, 0, 0}, 0.5, {0, -1, 0}, {1, 0, 0}, {0, 0, 1}}};
+    for (size_t i = 0; i < sizeof frames / sizeof *frames; i++) {
+        struct scene *s;
+        settings->sky_turn = frames[i].turn;
+        settings->sky_scale = frames[i].scale;
+        memcpy(settings->sky_up, frames[i].up, sizeof settings->sky_up);
+        must(scene_create(&s));
+        must(scene_finish(s, settings, warnings));
+        const struct vec3f centre = scene_sky_radiance(s, frames[i].centre),
+                           right = scene_sky_radiance(s, frames[i].right),
+                           top = scene_sky_radiance(s, frames[i].top);
+        const double scale = frames[i].scale;
+        ok(fabs((double)centre.x / scale - 32.5) < 0.1 &&
+               fabs((double)right.x / scale - 48.5) < 0.1 &&
+               fabs((double)centre.y / scale - 16.5) < 0.1 && fabs((double)top.y / scale - 1) < 0.1,
+           "the sky turned by %g, up %g %g %g, times %g", frames[i].turn, frames[i].up[0],
+           frames[i].up[1], frames[i].up[2], scale);
+        scene_destroy(s);
+    }
+    settings->sky_turn = 0;
+    settings->sky_scale = settings->sky_up[1] = 1;
+    settings->sky_up[0] = 0;
+}
+
+/* The middle of a square picture that is brighter to the right and the top, as an angular map. */
+static void test_sky_maps(void)
+{
+    enum { W = 64 };
+    static float pixels[W][W][3];
+    struct warnings warnings = {0};
+    for (int y = 0; y < W; y++)
+        for (int x = 0; x < W; x++) {
+            pixels[y][x][0] = 64 + (float)(2 * x + 1 - W);
+            pixels[y][x][1] = 64 - (float)(2 * y + 1 - W);
+            pixels[y][x][2] = 1;
+        }
+    stbi_write_hdr(files_path("probe.hdr"), W, W, 3, &pixels[0][0][0]);
+    struct scene_settings settings = scene_settings_default();
+    struct scene *s;
+    settings.sky_file = strdup(files_path("probe.hdr"));
+    must(scene_create(&s));
+    struct error *err = scene_finish(s, &settings, &warnings);
+    ok(err && strstr(error_message(err), "64 x 64 texels") &&
+           strstr(error_message(err), "--sky-map angular"),
+       "a square is no panorama: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    scene_destroy(s);
+    settings.sky_map = SCENE_SKY_ANGULAR;
+    must(scene_create(&s));
+    must(scene_finish(s, &settings, &warnings));
+    const struct {
+        struct vec3f direction;
+        double right, top; /* of the half side */
+    } ways[] = {{{1, 0, 0}, 0, 0},
+                {{0, 0, 1}, 0.5, 0},
+                {{0, 1, 0}, 0, 0.5},
+                {{0, 0, -1}, -0.5, 0},
+                {{sqrtf(0.5f), -sqrtf(0.5f), 0}, 0, -0.25}};
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+        const struct vec3f r = scene_sky_radiance(s, ways[i].direction);
+        ok(fabs((double)r.x - 64 - 64 * ways[i].right) < 1.5 &&
+               fabs((double)r.y - 64 - 64 * ways[i].top) < 1.5 && fabs((double)r.z - 1) < 0.01,
+           "an angular map: %g to the right, %g up", ((double)r.x - 64) / 64,
+           ((double)r.y - 64) / 64);
+    }
+    scene_destroy(s);
+    settings.sky_map = SCENE_SKY_LATLONG;
+    must(scene_create(&s));
+    must(scene_finish(s, &settings, &warnings));
+    ok(s->sky.picture && s->sky.picture->width == W, "latlong takes any sides");
+    scene_destroy(s);
+    scene_settings_clear(&settings);
+    warnings_clear(&warnings);
+}
+
 static void test_sky(void)
 {
     enum { W = 64, H = 32 };
@@ -226,6 +311,7 @@ static void test_sky(void)
     ok(fabs(mean / (rows / weights) - 1) < 1e-3,
        "mean radiance over all directions is the picture's: %g, %g", mean, rows / weights);
     scene_destroy(s);
+    test_sky_axes(&settings, &warnings);
     free(settings.sky_file);
     settings.sky_file = strdup(files_path("none.hdr"));
     must(scene_create(&s));
@@ -571,10 +657,14 @@ static void test_settings(void)
     scene_settings_clear(&back);
     header_clear(&header);
 
-    must(read_options("--sky clouds.hdr", &settings));
+    must(read_options(
+        "--sky clouds.hdr --sky-turn 30 --sky-up 0,0,9 --sky-scale 2 --sky-map angular",
+        &settings));
     must(scene_settings_to_header(&settings, &header));
     must(scene_settings_from_header(&back, &header));
-    ok(settings.sky_file && same_settings(&settings, &back) && settings.sky[0] == 0,
+    ok(settings.sky_file && same_settings(&settings, &back) && settings.sky[0] == 0 &&
+           back.sky_turn == 30 && back.sky_up[2] == 1 && back.sky_up[1] == 0 &&
+           back.sky_scale == 2 && back.sky_map == SCENE_SKY_ANGULAR,
        "a picture of the sky, too");
     must(read_options("--sky 1,1,1", &settings));
     ok(!settings.sky_file && settings.sky[0] == 1, "the last --sky wins");
@@ -763,6 +853,7 @@ int main(void)
     test_maps();
     test_materials();
     test_sky();
+    test_sky_maps();
     test_lights();
     test_degenerate();
     test_instances();

@@ -120,5 +120,9 @@ uint64_t scene_key(const struct scene *scene)
     hash_add(&hash, &scene->max_albedo, sizeof scene->max_albedo);
     if (scene->sky.picture)
         hash_texture(&hash, scene->sky.picture);
+    if (scene->sky.picture && scene->sky.turned) {
+        hash_add(&hash, &scene->sky.front, sizeof scene->sky.front);
+        hash_add(&hash, &scene->sky.up, sizeof scene->sky.up);
+    }
     return hash_value(&hash);
 }

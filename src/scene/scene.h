@@ -113,6 +113,10 @@ struct scene_sky {
     /* owned; NULL: uniform. Equirectangular, float RGB; +Y up, the picture's centre column looks
      * along +X, its right quarter along +Z (man probe-tools(7)) */
     struct scene_texture *picture;
+    /* whether the picture is turned; then where its centre, its upper edge and its right quarter
+     * look, instead of +X, +Y and +Z */
+    bool turned;
+    struct vec3 front, up, right;
 };
 
 struct scene {

@@ -14,7 +14,8 @@
 
 struct scene_settings scene_settings_default(void)
 {
-    return (struct scene_settings){.albedo_scale = 1, .max_albedo = 1, .light_scale = 1};
+    return (struct scene_settings){
+        .sky_up = {0, 1, 0}, .sky_scale = 1, .albedo_scale = 1, .max_albedo = 1, .light_scale = 1};
 }
 
 void scene_settings_clear(struct scene_settings *settings)
@@ -76,7 +77,8 @@ static struct error *parse_sky(void *value, const char *text)
         err = options_reals("--sky", text, 3, rgb);
         if (!err)
             err = check_light(rgb);
-    } else if (!(file = strdup(text))) {
+    } else if (!(file = realpath(text, NULL)) && !(file = strdup(text))) {
+        /* a later stage may run in another folder; what is not there is named as it was given */
         err = error_memory();
     }
     if (err)
@@ -85,6 +87,22 @@ static struct error *parse_sky(void *value, const char *text)
     free(settings->sky_file);
     settings->sky_file = file;
     return NULL;
+}
+
+static const char *const map_names[] = {"auto", "latlong", "angular", NULL};
+
+static struct error *parse_sky_up(void *value, const char *text)
+{
+    struct scene_settings *settings = value;
+    double n[3];
+    struct error *err = options_reals("--sky-up", text, 3, n);
+    if (err)
+        return err;
+    struct vec3 up = vec3_load(n);
+    err = make_unit(&up);
+    if (!err)
+        vec3_store(settings->sky_up, up);
+    return err;
 }
 
 static struct error *parse_sun(void *value, const char *text)
@@ -154,13 +172,41 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
 {
     const struct option_row table[SCENE_SETTINGS_ROWS] = {
         {.name = "sky",
-         .argument = "R,G,B|FILE.hdr",
+         .argument = "R,G,B|FILE",
          .kind = OPTION_CALL,
          .value = settings,
          .parse = parse_sky,
          .help = "radiance where there is no surface: one colour, or an\n"
-                 "equirectangular Radiance picture",
+                 "panorama (Radiance .hdr, OpenEXR)",
          .shown = "0,0,0"},
+        {.name = "sky-map",
+         .argument = "MAP",
+         .kind = OPTION_CHOICE,
+         .value = OPTION_ENUM(settings->sky_map),
+         .choices = map_names,
+         .help = "what the picture is: auto, a panorama of 2:1; latlong, of\n"
+                 "any sides; angular, the map of a square light probe"},
+        {.name = "sky-turn",
+         .argument = "DEGREES",
+         .kind = OPTION_REAL,
+         .value = &settings->sky_turn,
+         .least = -360,
+         .most = 360,
+         .help = "turns the picture about the up axis, counter-clockwise\n"
+                 "from above"},
+        {.name = "sky-up",
+         .argument = "X,Y,Z",
+         .kind = OPTION_CALL,
+         .value = settings,
+         .parse = parse_sky_up,
+         .help = "where the picture's upper edge is",
+         .shown = "0,1,0"},
+        {.name = "sky-scale",
+         .argument = "FACTOR",
+         .kind = OPTION_REAL,
+         .value = &settings->sky_scale,
+         .most = (double)INFINITY,
+         .help = "multiplies the sky, picture or colour"},
         {.name = "sun",
          .argument = "DX,DY,DZ,R,G,B",
          .kind = OPTION_CALL,
@@ -305,16 +351,56 @@ struct error *scene_lenient_from_header(bool *lenient, const struct stream_heade
     return err;
 }
 
+/* Keys of what is not the default alone. */
+static struct error *sky_to_header(const struct scene_settings *s, struct stream_header *header)
+{
+    static const char *const names[] = {"sky-file", "sky-map", "sky-turn", "sky-up", "sky-scale"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        header_remove_key(header, names[k]);
+    struct error *err = header_set_reals(header, "sky", 3, s->sky);
+    if (!err && s->sky_file)
+        err = header_set_key(header, "sky-file", s->sky_file);
+    if (!err && s->sky_map != SCENE_SKY_AUTO)
+        err = header_set_key(header, "sky-map", map_names[s->sky_map]);
+    if (!err && !(s->sky_turn == 0))
+        err = header_set_real(header, "sky-turn", s->sky_turn);
+    if (!err && !(s->sky_up[1] == 1))
+        err = header_set_reals(header, "sky-up", 3, s->sky_up);
+    if (!err && !(s->sky_scale == 1))
+        err = header_set_real(header, "sky-scale", s->sky_scale);
+    return err;
+}
+
+static struct error *sky_from_header(struct scene_settings *s, const struct stream_header *header)
+{
+    const char *file = header_key(header, "sky-file");
+    struct error *err = header_get_reals(header, "sky", 3, 0, DBL_MAX, s->sky);
+    if (!err)
+        err = header_get_choice(header, "sky-map", map_names, &s->sky_map);
+    if (!err)
+        err = header_get_real(header, "sky-turn", -360, 360, &s->sky_turn);
+    if (!err)
+        err = header_get_reals(header, "sky-up", 3, -1, 1, s->sky_up);
+    const struct vec3 up = vec3_load(s->sky_up);
+    if (!err && !(fabs(vec3_dot(up, up) - 1) < 1e-9))
+        err = error_new("header key sky-up: expected a direction of length 1");
+    if (!err)
+        err = header_get_real(header, "sky-scale", 0, DBL_MAX, &s->sky_scale);
+    if (!err && file) {
+        free(s->sky_file);
+        s->sky_file = strdup(file);
+        err = s->sky_file ? NULL : error_memory();
+    }
+    return err;
+}
+
 struct error *scene_settings_to_header(const struct scene_settings *settings,
                                        struct stream_header *header)
 {
     for (size_t k = header->key_count; k-- > 0;)
         if (form_of_key(header->keys[k].name))
             header_remove_key(header, header->keys[k].name);
-    header_remove_key(header, "sky-file");
-    struct error *err = header_set_reals(header, "sky", 3, settings->sky);
-    if (!err && settings->sky_file)
-        err = header_set_key(header, "sky-file", settings->sky_file);
+    struct error *err = sky_to_header(settings, header);
     for (size_t i = 0; i < settings->light_count && !err; i++)
         err = set_light(header, &settings->lights[i], i + 1);
     if (!err)
@@ -357,8 +443,7 @@ struct error *scene_settings_from_header(struct scene_settings *settings,
                                          const struct stream_header *header)
 {
     int front = settings->emit_front_only;
-    const char *sky_file = header_key(header, "sky-file");
-    struct error *err = header_get_reals(header, "sky", 3, 0, DBL_MAX, settings->sky);
+    struct error *err = sky_from_header(settings, header);
     if (!err)
         err = header_get_choice(header, "emit", emit_names, &front);
     if (!err)
@@ -373,11 +458,6 @@ struct error *scene_settings_from_header(struct scene_settings *settings,
         const struct light_form *form = form_of_key(header->keys[k].name);
         if (form)
             err = get_light(settings, header, header->keys[k].name, form);
-    }
-    if (!err && sky_file) {
-        free(settings->sky_file);
-        settings->sky_file = strdup(sky_file);
-        err = settings->sky_file ? NULL : error_memory();
     }
     settings->emit_front_only = front;
     settings->inherited = settings->light_count;

@@ -14,7 +14,11 @@ struct stream_header;
  * the stream's header so that a later stage sees the same light. */
 struct scene_settings {
     double sky[3];
-    char *sky_file;             /* owned; NULL: uniform sky */
+    char *sky_file;             /* owned; NULL: uniform sky; absolute where it was found */
+    int sky_map;                /* scene_sky_maps */
+    double sky_turn;            /* degrees about sky_up, counter-clockwise from above */
+    double sky_up[3];           /* of length 1; where the picture's upper edge is */
+    double sky_scale;           /* multiplies sky or picture */
     struct scene_light *lights; /* from --sun, --point, --spot; owned */
     size_t light_count, light_capacity;
     /* of the lights, those of a header: the first one of the command line takes the place of them
@@ -32,17 +36,25 @@ struct scene_settings {
 struct scene_settings scene_settings_default(void);
 void scene_settings_clear(struct scene_settings *settings);
 
-enum { SCENE_SETTINGS_ROWS = 10 };
+enum { SCENE_SETTINGS_ROWS = 14 };
 
-/* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sun, --point, --spot, --emit, --albedo-scale,
- * --max-albedo, --light-scale, --lenient. */
+/* How a picture covers the sky: a panorama twice as wide as high, any panorama, or the angular map
+ * of a light probe (P. Debevec, "Rendering synthetic objects into real scenes", SIGGRAPH 1998). */
+enum scene_sky_map { SCENE_SKY_AUTO, SCENE_SKY_LATLONG, SCENE_SKY_ANGULAR };
+
+/* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sky-map, --sky-turn, --sky-up, --sky-scale, --sun,
+ * --point, --spot, --emit, --albedo-scale, --max-albedo, --light-scale, --lenient. */
 const struct option_row *scene_settings_rows(struct scene_settings *settings,
                                              struct option_row *rows);
 
 /* Writes the settings as header keys, numbers separated by commas as in the options:
  *
  *     sky 0.5,0.6,0.8                     radiance; 0,0,0 beside
- *     sky-file clouds.hdr                 (only when there is one)
+ *     sky-file /pictures/clouds.hdr       (only when there is one)
+ *     sky-map angular                     these four only where they are not the default
+ *     sky-turn 90
+ *     sky-up 0,0,1
+ *     sky-scale 2
  *     sun-1 DX,DY,DZ,R,G,B                lights are numbered in one sequence; directions have
  *                                         length 1
  *     point-2 X,Y,Z,R,G,B

@@ -194,6 +194,7 @@ struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f directio
                                  (float)sky->radiance[2]};
     if (!sky->picture)
         return factor;
+    direction = scene_sky_inward(sky, direction);
     const double x = direction.x, y = direction.y, z = direction.z;
     const double azimuth = angle_atan2(z, x), height = angle_atan2(y, sqrt(x * x + z * z));
     float rgba[4];

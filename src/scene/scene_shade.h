@@ -35,6 +35,25 @@ float scene_transparency(const struct scene *scene, const struct scene_material 
                          float v);
 
 /* Radiance of the sky from a unit direction (pointing away from the viewer). */
+/* A direction in the axes of the sky's picture, and back. */
+static inline struct vec3f scene_sky_inward(const struct scene_sky *sky, struct vec3f d)
+{
+    const struct vec3 v = {(double)d.x, (double)d.y, (double)d.z};
+    return sky->turned ? (struct vec3f){(float)vec3_dot(sky->front, v), (float)vec3_dot(sky->up, v),
+                                        (float)vec3_dot(sky->right, v)}
+                       : d;
+}
+
+static inline struct vec3f scene_sky_outward(const struct scene_sky *sky, struct vec3f d)
+{
+    if (!sky->turned)
+        return d;
+    const struct vec3 v =
+        vec3_add(vec3_scale((double)d.x, sky->front),
+                 vec3_add(vec3_scale((double)d.y, sky->up), vec3_scale((double)d.z, sky->right)));
+    return (struct vec3f){(float)v.x, (float)v.y, (float)v.z};
+}
+
 struct vec3f scene_sky_radiance(const struct scene *scene, struct vec3f direction);
 
 /* Irradiance-like strength of a punctual light at p, unoccluded: *to_light is the unit direction

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "math/angle.h"
 #include "math/luminance.h"
+#include "scene/scene_shade.h"
 
 #include <stdlib.h>
 
@@ -81,7 +82,7 @@ struct error *sky_init(struct sky *sky, const struct scene *scene)
     if (!picture || picture->channels < 3 || picture->bytes)
         return NULL;
     double *luminance = NULL;
-    *sky = (struct sky){.rows = picture->height, .columns = picture->width};
+    *sky = (struct sky){.rows = picture->height, .columns = picture->width, .axes = &scene->sky};
     struct error *err = picture_luminance(scene, &luminance);
     if (!err)
         err = array_create(&sky->row, sky->rows, sizeof *sky->row);
@@ -151,12 +152,14 @@ struct vec3f sky_sample(const struct sky *sky, double x, double y, float *densit
     const double azimuth = 2 * ANGLE_PI * ((column + fx) / sky->columns - 0.5),
                  flat = sqrt(fmax(1 - height * height, 0));
     *density = texel_density(sky, row, column);
-    return (struct vec3f){(float)(flat * angle_cos(azimuth)), (float)height,
-                          (float)(flat * angle_sin(azimuth))};
+    return scene_sky_outward(sky->axes,
+                             (struct vec3f){(float)(flat * angle_cos(azimuth)), (float)height,
+                                            (float)(flat * angle_sin(azimuth))});
 }
 
 float sky_density(const struct sky *sky, struct vec3f d)
 {
+    d = scene_sky_inward(sky->axes, d);
     const double turn = 0.5 + angle_atan2((double)d.z, (double)d.x) / (2 * ANGLE_PI);
     const uint32_t column = (uint32_t)(turn * sky->columns);
     /* the first row whose lower edge is not above the direction */

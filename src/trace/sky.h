@@ -16,6 +16,7 @@ struct error;
 
 struct sky {
     uint32_t rows, columns;
+    const struct scene_sky *axes; /* borrowed: of the picture */
     /* cumulative share of the rows above and with each, last is 1; owned, and so are: */
     double *row;
     double *texel; /* the same within each row */
