@@ -235,7 +235,7 @@ static void make_seeds(void)
         radiance[i] = (float)(i / 24);
     stbi_write_png_to_func(put_encoded, begin_seed(FORMAT_PNG), 16, 4, 4, codes, 64);
     stbi_write_jpg_to_func(put_encoded, begin_seed(FORMAT_PNG), 16, 4, 4, codes, 90);
-    stbi_write_hdr_to_func(put_encoded, begin_seed(FORMAT_HDR), 16, 4, 3, radiance);
+    stbi_write_hdr_to_func(put_encoded, begin_seed(FORMAT_HDR), 8, 4, 3, radiance);
 }
 
 /* -- mutation --------------------------------------------------------------------------------- */
