@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The light along a line, from a packed file: what a game does each frame for what moves.
  *
  *     probe-query --pack half -o baked.pack baked.probe

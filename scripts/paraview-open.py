@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """paraview-open: opens a bake in ParaView, ready to look at.
 
     paraview --script=scripts/paraview-open.py

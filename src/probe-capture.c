@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-capture: path traces the light that reaches each probe of a stream and projects it to
  * SH. */
 #include "base/error.h"

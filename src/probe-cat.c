@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-cat: converts, merges, selects and describes probe streams, and converts their light. */
 #include "base/array.h"
 #include "base/error.h"

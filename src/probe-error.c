@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how
  * smoothly it changes. */
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both
  * sides of the wall. */
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-place: puts probes into a scene. */
 #include "base/array.h"
 #include "base/error.h"
@@ -158,7 +159,7 @@ int main(int argc, char **argv)
          .least = 1e-9,
          .help = "share of the sides that they meet of open surfaces and rooms which are\n"
                  "backs where there is no air"},
-         scene_lenient_row(&settings.lenient),
+        scene_lenient_row(&settings.lenient),
         {0}};
     struct common common = common_default();
     common.encoding = STREAM_BINARY;

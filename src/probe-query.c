@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-query: the light at points, interpolated between the probes around each. */
 #include "base/array.h"
 #include "base/error.h"

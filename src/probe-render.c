@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-render: pictures of a scene, by its true light and by that of its probes. */
 #include "base/error.h"
 #include "base/file.h"

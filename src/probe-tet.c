@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-tet: makes the Delaunay tetrahedra of a stream's probes. */
 #include "base/error.h"
 #include "base/file.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-vtk: writes probes, tetrahedra and the scene for ParaView. */
 #include "base/error.h"
 #include "base/file.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What a program that was compiled against probe-query.h has in it: sizes and places of its
  * structs, and its numbers. As lines for tests/libprobe-query.t, which compares them with
  * tests/libprobe-query.abi.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # A bake in pieces is the bake in one: slices, a capture that was killed, a capture that was asked
 # to end.
 . "${SRC:?}/tests/support/setup.sh"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The lowest layer: errors gain context, arrays refuse to overflow, loops report the first failure
  * whatever the threads do, options mean what they say, files are read whole and appear whole. */
 #include "base/array.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Other bases: what their functions must be, and that fits are the best there are. */
 #include "light/basis.h"
 #include "base/error.h"

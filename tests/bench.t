@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Every part of scripts/bench still works: each prints its tables when it runs on next to nothing.
 . "${SRC:?}/tests/support/setup.sh"
 command -v python3 >/dev/null || { skip "python3 is not installed: no bench"; tap_done; }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Capture, one probe at a time: what the rays learn, seeds, alpha, instances, the header, and the
  * coverage of sh_error. z-scores, (value - truth) / sh_error, are held within 4.5 (a chance of 7e-6
  * of failing by luck). Closed forms: tests/forms.c; scale and distance: tests/extremes.c. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Light of surfaces whose emission is a picture: against its integral over small pieces of them;
  * how often the error holds it, and what is said where nothing was found. */
 #include "libprobe-query/sh.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whether sh_error says the truth: over more than 1000 probes of three scenes, the light of many
  * rays lies within 1.96 of the standard errors of few in 93 to 97 % of all cases; and likewise for
  * surfaces and for rays that are spent by error.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What capture learns beside a point's light: gradient, surfaces, occlusion, visibility; and how it
  * spends: error bounds, orders. Against closed forms, and against other captures. */
 #include "libprobe-query/sh.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Capture at the ends of its range: tiny, huge and far-off scenes, very bright beside very dim,
  * walls that are almost white, probes on walls, a million triangles, one and none. Each case prints
  * a row

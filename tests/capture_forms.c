@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Capture against closed forms, to order 6, and against itself: what must stay the same when a
  * scene is changed in a way that light does not notice. Each case is the mean of many seeds;
  * capture_runs.h says what is asked of it, and how seldom luck fails it. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Light beside far things: rays are as fine as where nothing else is (frames.h). */
 #include "support/capture_bench.h"
 #include "trace/frames.h"

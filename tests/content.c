@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Radiance and irradiance: both kinds of coefficients against closed forms, orders 1 to 6, with
  * their error and gradient; and what can be turned into which. */
 #include "light/content.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Decimated scenes: flat surfaces lose their triangles and nothing else, round ones keep their area
  * and volume, textures stay where they were, materials and lamps keep their shape, what was closed
  * stays closed, and whatever a file may hold is survived. */

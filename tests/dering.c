@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* De-ringing: windows whose least r is known in closed form; what no window may do; the minimum
  * over the sphere against many samples. */
 #include "light/dering.h"

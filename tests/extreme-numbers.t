@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The whole pipeline at the ends of its range (scripts/extremes, in its short form), and that its
 # table can fail.
 . "${SRC:?}/tests/support/setup.sh"

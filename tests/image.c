@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures: every format gives the texels that were put in, and damage is an error. */
 #include "base/error.h"
 #include "image/image.h"

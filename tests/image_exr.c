@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* OpenEXR: what the library writes in any compression, as rows and tiles, of any kind of number,
  * comes back as the light that was put in. */
 #include "base/error.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What is installed is whole: it runs without the source and the build, below a DESTDIR, and under
 # other names; --prefix is heeded, and uninstalling leaves nothing.
 . "${SRC:?}/tests/support/setup.sh"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees
  * with its formula summed over all probes. */
 #include "base/error.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The house keeps its order: a folder of src/ includes itself and those that Makefile.am lists before
 # it; modules do not include each other in circles; a dependency is included in one folder alone.
 # Then faults are planted in a copy, and each must be found: a check that cannot fail is none.

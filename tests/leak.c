@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Leaks: edges through walls are found, all of them, and the probes that mend them stand off the
  * wall on both sides. */
 #include "base/error.h"

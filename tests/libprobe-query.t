@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # libprobe-query as it is installed: nothing shown but probe_*, no dependency but libc and libm, a
 # header for C and C++, the same binary interface as the last release, and an example that a
 # compiler and pkg-config suffice for.

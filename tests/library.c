@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* libprobe-query as a game has it, through its public header alone: it holds as many bytes as it
  * says, and no light; memory that runs out anywhere is a status and no leak; halves are the nearest
  * ones over a float's whole range; many threads may ask one volume; a header that lies is refused,

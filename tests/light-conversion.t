@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Light in other shapes, as users ask for it: irradiance, de-ringing, other bases; from
 # probe-capture and from probe-cat, the same.
 . "${SRC:?}/tests/support/setup.sh"

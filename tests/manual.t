@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The manual keeps its promises: pages are lint-clean, every option of --help is in its page and the
 # other way round, and every program names itself and its version.
 . "${SRC:?}/tests/support/setup.sh"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Arithmetic that everything stands on: the same on every machine, and what the textbooks say. */
 #include "math/affine.h"
 #include "math/angle.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What probe-error measures is what there is: against light whose error, leaks and change are known
  * in closed form. Checks of chance are held within 4.5 standard errors (7e-6 by luck) unless they
  * say otherwise; seeds are fixed. */

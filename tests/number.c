@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Numbers as text: floats read back to the same bits, with the fewest digits that do, and of these
  * the nearest. */
 #include "base/number.h"

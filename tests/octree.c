@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Octrees of probes: each that is one is recognised and nothing else is; between its probes values
  * are means of theirs, linear fields come out exactly, and no face or edge shows in the values, nor
  * in the slopes of cubics.

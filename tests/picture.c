@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures: colour spaces and maps have the values that are published; what is written
  * reads back; screens show what IEC 61966-2-1 says; FLIP has its paper's values. */
 #include "base/error.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The whole pipe as users run it, on the bundled scenes: it works in one line, gives the same bytes
 # for any number of threads and in both encodings, does not depend on the order of the probes, and a
 # failure anywhere leaves nothing that passes for whole.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Placement: grids fill their box evenly and keep to their count; what is inside solids is
  * recognised and rooms are not; and every method of the table is told of and keeps to its operands
  * and options. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Points from text and from numbers: what is written is what is read, however it is cut into
  * blocks, and what is wrong is named by its line. */
 #include "math/random.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Polygons split into triangles: nothing is lost, nothing covered twice, in whatever plane and
  * however hollow. */
 #include "base/error.h"

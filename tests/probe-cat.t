@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # probe-cat as people run it: converting keeps every bit, selections and merges do what they say,
 # output appears whole or not at all, and whatever goes wrong is said and makes the status non-zero.
 . "${SRC:?}/tests/support/setup.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # probe-error as users run it: its figures where they are known, the truth that is kept, what is
 # refused.
 . "${SRC:?}/tests/support/setup.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # probe-place as users run it.
 . "${SRC:?}/tests/support/setup.sh"
 rooms=$SRC/scenes/two-rooms.obj

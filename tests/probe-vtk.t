@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # probe-vtk: what it writes arrives in VTK's own readers (tests/support/vtk_read.py, on Debian's
 # python3-vtk9) as it stood in the stream, derived arrays are what the manual says, and what cannot
 # be written leaves the old file. scripts/picture draws it.

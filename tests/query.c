@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* libprobe-query: the place of a point is right, and the same from wherever the search began,
  * whether the walk or the tree found it, in the lean form and in a packed file; exact at probes, on
  * edges and on faces; light is continuous along lines; cells of any dimension; what is not a mesh

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Rendered pictures against closed forms: furnaces, a floor under the sky, probes of known light, a
  * sphere in the sun; the truth's noise is what it says; overlays cover what they should; the same
  * bytes for any number of threads. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Scattered probes: the nearest one, those within a radius and the spacing are what going through
  * all of them finds, for sets of points of every kind. */
 #include "interpolate/scatter.h"

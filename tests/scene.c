@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Scenes as data: what scene_finish leaves of them, how maps, materials, sky and lights are read,
  * which pieces are closed, and settings that survive the way through options and header to the
  * bit. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PLY, OFF and STL: what they hold is what the scene holds, in double where they say double; counts
  * that lie, and ends that come too soon, are errors that say where. */
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* glTF and GLB: what the specification says of containers, accessors, primitives, nodes, materials,
  * textures and lights holds of the scene; what cannot be honoured is refused by name; hostile
  * numbers harm nothing.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* OBJ and MTL as real files are: each kind of dirt is read for what it means, or left out with a
  * warning. */
 #include "base/error.h"

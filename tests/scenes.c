@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The bundled scenes are what scenes/README.md says: lit by themselves, closed where it says so,
  * without faces that lie upon each other, and read without a warning. */
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Spherical harmonics: the functions are orthonormal and have the signs and constants that the
  * manual states; irradiance is the cosine convolution. */
 #include "libprobe-query/sh.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Drawing directions from a sky picture: the density is that of the draws, adds up to one over the
  * sphere, and goes with the light that arrives. */
 #include "math/angle.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # A C program a module (tests/NAME.c on support/tap.h), a shell script a program (tests/NAME.t on
 # support/setup.sh). A test that is named here compiles tests/NAME.c and links what sees the scene,
 # unless a line below says otherwise.
@@ -51,6 +52,7 @@ MODULE_TESTS = \
 
 PROGRAM_TESTS = \
 	tests/layers.t \
+	tests/format.t \
 	tests/manual.t \
 	tests/install.t \
 	tests/sweep.t \

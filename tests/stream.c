@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The stream: what is written is read back to the bit in both encodings, and what is not whole or
  * not valid is refused, whichever byte of it is wrong. */
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What is salvaged of a stream that was cut, at every length: each row that is whole, in order and
  * to the bit, and nothing else. */
 #include "base/warning.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # scripts/sweep as users run it: a table that a killed sweep completes, failures that are rows,
 # files that are refused.
 . "${SRC:?}/tests/support/setup.sh"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tetrahedra and location: every mesh passes the exact checker, and the checker finds each kind of
  * damage; cells are Delaunay; the order of the points does not matter; weights reproduce linear
  * fields, sum to 1, and go over continuously into those of the hull's nearest point, which is found

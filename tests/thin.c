@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Thin sets: probes in one layer or one row, wherever they are, however large and whichever way
  * they face, become triangles of their sheet or segments of their line or walk, in which each probe
  * is found; a known field between them is better than that of the nearest probe; off a plane or

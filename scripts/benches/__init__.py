@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parts of scripts/bench: one module each, whose first lines --help shows and whose function
 bench(options) measures and prints. A new part is a file here and its name below.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """how far irradiance from SH, de-rung SH and other bases is from that of surfaces captured in 32
 directions, with the bytes a probe: 48 probes of the Cornell box or --scene
 """

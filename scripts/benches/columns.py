@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """what each column of probe-capture costs over none"""
 import shlex
 

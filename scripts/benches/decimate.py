@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """64 probes of the Cornell box or --scene, decimated to shares of its triangles: seconds of
 decimation, of making the acceleration structure and of capture on one thread, and how far the
 light is from the whole scene's

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """64 probes of the Cornell box or --scene: rays, seconds and RMS error, rays fixed and spent by
 --error, and the time to 10, 3 and 1 % RMS, for running beside another renderer
 """

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What parts measure on: scenes, probes placed in them, and streams of random probes."""
 import os
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """each way of probe-query --interpolate, with probes that take equal bytes (340 times each of
 --counts), against truth at 1000 points of the Cornell box or --scene, in --region; octrees are
 refined by light, and near surfaces

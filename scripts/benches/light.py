@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The light of a capture, and how far it is from the truth."""
 from .inputs import text_rows
 

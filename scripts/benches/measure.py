@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """probe-error beside the capture that it measures: its truth traced, and at hand"""
 import shlex
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Octrees of probes: one around a sphere, and ones that follow the light or the surfaces of a
 scene. A cell is its lowest corner, in whole units, and its size."""
 import functools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What else interpolates in tetrahedra: scipy's LinearNDInterpolator and VTK's vtkProbeFilter."""
 import statistics
 import time

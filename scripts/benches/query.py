@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """points a second of probe-query on at most 100000 probes, beside scipy and VTK on the same points,
 cold lookups, and on an octree
 """

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """capture on one thread beside a bare Embree loop over the very rays that it traced"""
 import shlex
 

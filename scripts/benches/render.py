@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """a path traced picture on one thread, 320 x 180 pixels of 16 paths, beside capture: rays a
 second
 """

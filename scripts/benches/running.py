@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Running commands and bench programs, and printing what they took."""
 import contextlib
 import functools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """every stage of the pipeline on --scene: seconds, peak memory, rows, bytes"""
 import os
 import shlex

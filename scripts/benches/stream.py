@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """reading and writing streams of --probes probes, order 3, with tetrahedra, beside cat"""
 import os
 

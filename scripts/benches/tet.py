@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """probe-tet, from stream to stream, beside TetGen alone on the same points in the same order:
 random ones from 1e3 to 1e6 (--probes), and a grid of as many
 """

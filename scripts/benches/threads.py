@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """capture on 1, 2, ... threads: the speed-up, beside that of as many processes that share
 nothing
 """

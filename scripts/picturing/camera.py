@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where to look from: the view that shows most of the probes and of the scene."""
 import numpy as np
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What probe-vtk wrote: the probes with their tetrahedra, the scene; and colours for a screen."""
 import os
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Drawing probes, cells, slices and the scene into a renderer, and saving what it shows."""
 import os
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What to set: a table for each dial, the Pareto front, and the cheapest or best setting."""
 import math
 

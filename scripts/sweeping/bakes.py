@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The stages and the measuring of all runs, and the table of what came out.
 
 A run is a row, a dictionary: settings, dials, run (its name), status and key, then what each step

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Keys: what makes a result what it is, as a digest of command lines, files and programs."""
 import hashlib
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A sweep file: what it says, the runs that it asks for and the commands of each."""
 import itertools
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of a sweep, by gnuplot: error against time, bytes and probes."""
 import os
 import re

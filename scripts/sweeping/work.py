@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Jobs, which GNU parallel starts one by one, and the directory of what they finished."""
 import json
 import math

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* array: memory for arrays, checked for overflow and shortage.
  *
  * An array is a pointer and a count side by side, owned by whoever declares them and freed

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* clock: how long things take. */
 #ifndef CLOCK_H
 #define CLOCK_H

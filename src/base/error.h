@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* error: errors are values that gain context on the way up.
  *
  * A function that can fail returns a `struct error *`: NULL is success. The lowest layer

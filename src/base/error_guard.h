@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* error_guard: what a function throws, as an error. C++ only: dependencies that throw are behind C
  * faces, and no exception crosses into C.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* file: bytes in and out of files, buffered; "-" is standard input or output; files that appear
  * under their name only when they are whole.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* interrupt: SIGINT and SIGTERM as a wish to end, for work that can be given back half done.
  *
  * The first signal only sets a flag, which long loops look at between two pieces of work; the

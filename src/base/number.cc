@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Giulietti, "The Schubfach way to render doubles", 2020: the shortest decimal that reads back, for
  * floats.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* number: numbers as text and back, exactly and fast, whatever the locale.
  *
  * Writing gives the shortest text that reads back to the same bits, as C++17's std::to_chars does

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* options: a command line described by one table.
  *
  * A program lists its options once, in rows of name, letter, argument, help and where the value

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* progress: how far the work is, on standard error, for a person who waits.
  *
  *     probe-capture: 1200 / 4000 probes (30 %), 310 /s, 9 s left

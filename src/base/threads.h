@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* threads: a loop on all cores.
  *
  * Items are handed out one at a time, in order, to whichever thread is free, so uneven items

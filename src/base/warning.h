@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* warning: what a library call has to say without failing, kept until main prints it.
  *
  * A dirty scene can be wrong in the same way ten thousand times, so warnings are counted by

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* capture: the light that reaches a probe, with its error and what the rays learned on the way.
  *
  * A probe is a point, whose light is incident radiance as SH; or, where its table has a column

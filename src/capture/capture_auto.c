@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A capture that finds its own order. */
 #include "base/error.h"
 #include "capture/capture.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* capture_options: probe-capture's command line, and what a stream's header says in its place.
  *
  *     struct capture_options o = capture_options_default();

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* One probe's capture: rounds of samples, what they add up to, and when they are enough. */
 #include "base/array.h"
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What can be told of a capture from its scene alone. */
 #include "capture/capture.h"
 #include "scene/scene.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "capture/gradient.h"
 #include "libprobe-query/sh.h"
 #include "math/angle.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* gradient: how a probe's SH changes as the probe moves, from the rays that it traced anyway.
  *
  * The sphere is cut into cells (z, phi); each has a radiance and a distance to what is seen there.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # the light that reaches a probe
 capture_sources = \
 	%D%/capture.c %D%/capture.h \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "capture/stage.h"
 #include "base/error.h"
 #include "import/import_scene.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stage: the scene that a stream was captured in, with the light and the settings that its header
  * names.
  *

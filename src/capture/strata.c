@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "capture/strata.h"
 #include "math/luminance.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* strata: sums of stratified samples of light, and how far off they may be.
  *
  * The light of a receiver is a vector of products, light times function: the SH basis in the

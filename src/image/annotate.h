@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* annotate: words and scales drawn into a picture (of screen light, 0 .. 1).
  *
  * Letters are stb_easy_font's, whole pixels, as large as suits the picture, with a dark edge that

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: IEC 61966-2-1 (primaries and white of Rec. 709), as whole fractions; CIE 15:2004,
  * 8.2.1. */
 #include "image/cielab.h"

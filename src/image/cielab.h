@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cielab: CIE 1976 L*a*b* (ISO/CIE 11664-4) of linear Rec. 709 light, under its own white (D65):
  * white is L* = 100, a* = b* = 0. The same bytes on every machine (power.h).
  */

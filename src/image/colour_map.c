@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: K. Moreland, "Diverging color maps for scientific visualization (expanded)", 2009: Msh,
  * polar CIELAB, and its interpolation. */
 #include "image/colour_map.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* colour_map: numbers as colours whose steps look alike.
  *
  * COOL_WARM, for what has a sign: K. Moreland, "Diverging color maps for scientific visualization",

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* compare: how far one picture is from another, in numbers.
  *
  * Linear figures are over all pixels and channels of the pictures as they are; FLIP (flip.h) is of

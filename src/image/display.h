@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* display: from linear light to what a screen shows.
  *
  * Light is multiplied by an exposure, tone-mapped where that is asked for, and encoded as sRGB (IEC

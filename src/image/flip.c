@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Andersson et al., "FLIP: A difference evaluator for alternating images", HPG 2020.
  * Equations and tables are theirs. Every filter of theirs is a product of one across and one down,
  * or a sum of two such; so it is done here. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* image: pictures in memory, decoded and made ready to be sampled as textures.
  *
  * PNG and JPEG through stb_image, WebP through libwebp, Radiance .hdr and OpenEXR

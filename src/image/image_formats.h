@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* image_formats: decoders of our own for pictures of light, linear float RGB; for image.c alone.
  *
  * Radiance .hdr: G. Ward, "Real Pixels", Graphics Gems II, 1991, and the Radiance file formats

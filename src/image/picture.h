@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* picture: pictures of linear RGB in memory, and as files.
  *
  * PFM holds the numbers as they are: "PF", width and height, -1 (little-endian), then rows of float

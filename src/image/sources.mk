@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # pictures: decoding, display, colour maps, differences, text on them
 image_sources = \
 	%D%/annotate.c %D%/annotate.h \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Reading a scene: which importer. */
 #include "base/file.h"
 #include "import/import.h"

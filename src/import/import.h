@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* import: what the importers share (import_scene.h is what programs call).
  *
  * An importer is one function, scene_read_FORMAT(import): it reads what scene_import_content gives

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Faces as files have them, made into a mesh of triangles. */
 #include "import/import.h"
 #include "import/polygon.h"

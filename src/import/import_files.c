@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What importers call: the files that a scene's file names, and its textures. */
 #include "base/file.h"
 #include "import/import.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* glTF 2.0 and GLB: from the structures that tinygltf made of the file (import_gltf_file.cc) to the
  * scene, with every bound checked.
  *

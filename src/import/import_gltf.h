@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* import_gltf: what the two halves of the glTF importer share. import_gltf_file.cc opens the file
  * and fetches what it names; import_gltf.cc makes a scene of it. C++ only.
  */

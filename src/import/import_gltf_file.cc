@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A glTF or GLB file as it lies on the disk: its container, its JSON, and the buffers and pictures
  * that it names.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* OBJ and MTL, read by tinyobjloader.
  *
  * tinyobjloader takes a clean file. What real files hold and it stumbles over is set right line by

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* OFF in text: Geomview's Object File Format, with or without colours, normals and texture
  * coordinates, which are left alone.
  *

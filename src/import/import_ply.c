@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PLY, text and binary. After: G. Turk, The PLY Polygon File Format (1994).
  *
  * Read here and not by OpenMesh, whose reader rounds positions to float, runs on without end where

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* import_scene: a scene from a file: OBJ (with MTL), glTF and GLB, PLY, OFF or STL. */
 #ifndef IMPORT_SCENE_H
 #define IMPORT_SCENE_H

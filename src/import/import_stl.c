@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* STL, text and binary.
  *
  * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone,

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* polygon: polygons with any number of corners, concave or not quite plane, split into triangles.
  *
  * Based on: ear clipping (G. H. Meisters 1975, "Polygons have ears"), in the plane across the axis

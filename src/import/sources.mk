@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # a scene file to a scene: hides tinyobjloader and tinygltf
 import_sources = \
 	%D%/import.c %D%/import.h \

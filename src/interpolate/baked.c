@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpolate/baked.h"
 #include "base/error.h"
 #include "interpolate/cells_volume.h"

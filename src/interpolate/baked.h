@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* baked: the light of a baked stream at any point, and which probes it comes from.
  *
  *     struct baked baked;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* bound: how far light that gradients foretell may go from that of the probes.
  *
  * Near a surface a gradient grows as 1 / distance to it, and holds as far as that; cells reach

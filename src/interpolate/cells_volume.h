@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cells_volume: the cells of a stream (stream/cells.h), of whatever dimension, as libprobe-query
  * (probe-query.h) takes them, and the volume that it makes of them.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* interpolate: a column of the probes at any point, in one of several ways.
  *
  *     err = interpolate_open(&in, stream, &settings);

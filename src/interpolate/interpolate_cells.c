@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The kinds that blend the probes of a cell. Based on:
  * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: a first-order Taylor expansion from
  * each probe before blending. Farin, "Triangular Bernstein-Bezier patches", Computer Aided

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* interpolate_kind: the kinds of interpolation, behind one interface.
  *
  * A kind is a row of interpolate_kinds[] and lives in a file with those that blend the same things:

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The kinds that blend the nodes of a grid (nodes.h), or of an octree (octree.h) where the probes
  * are none. Based on:
  * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* interpolate_options: the options that say how light is interpolated, the same in every program
  * that asks for it.
  *

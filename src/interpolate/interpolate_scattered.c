@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The kinds that take probes as points alone (scatter.h). Based on:
  * Bikker, Reijerse, "A precalculated point set for caching shading information", Eurographics short
  * papers, 2009. Shepard, "A two-dimensional interpolation function for irregularly-spaced data",

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* nodes: probes that are the nodes of a grid along the axes, recognised from their positions.
  *
  * Spacings may differ from node to node. Each node must have its probe: of a grid with holes there

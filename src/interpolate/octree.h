@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* octree: probes that are the corners of the cells of an octree along the axes, recognised from
  * their positions, and interpolation between them without jumps.
  *

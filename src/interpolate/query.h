@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* query: the light at points, interpolated from a baked stream or a packed file.
  *
  *     err = query_open(&q, interpolate, &settings);

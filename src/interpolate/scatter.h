@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* scatter: probes as points alone, without cells: the nearest one, and all within a radius.
  *
  * A tree of boxes over the probes along a Morton curve (volume.h). Read-only once made: threads

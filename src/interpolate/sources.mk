@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # light between probes: the kinds of interpolation, the baked stream, the engine of probe-query
 interpolate_sources = \
 	%D%/baked.c %D%/baked.h \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "leak/cells_make.h"
 #include "base/error.h"
 #include "stream/cells.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cells_make: cells for a stream's probes, made by running probe-tet.
  *
  * TetGen is AGPL-3, so probe-tet alone links it; whoever needs cells runs that program. It is

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Sukys, "Light probe cloud generation for games", Chalmers 2014, sec. 3.2.2. */
 #include "leak/leak.h"
 #include "base/array.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* leak: edges of the tetrahedra that pass through walls, and the probes that mend them (Sukys 2014,
  * sec. 3.2.2).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* leak_mend: puts probes on both sides of the walls that a stream's cells leak through.
  *
  * Rounds of finding (leak.h), of adding the probes that are asked for, but for those that would

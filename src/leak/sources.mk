@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # edges through walls, and their mending
 leak_sources = \
 	%D%/cells_make.c %D%/cells_make.h \

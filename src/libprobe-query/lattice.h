@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* lattice: positions on a power-of-two lattice, which tetrahedra are made of and located in.
  *
  * The lattice has a power of two for its step, at most 2^-LATTICE_BITS of the box that holds the

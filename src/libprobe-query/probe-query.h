@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* probe-query: the light that probe-tools baked, at any point, for programs that draw moving
  * things.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* sh: real spherical harmonics, as radiance is stored in them.
  *
  * Real and orthonormal, in polynomial form without the Condon-Shortley sign, first-band constants

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # all that a game links: volume, walk, outside of the hull, blend, packed file, lattice, SH.
 # Nothing but libc and libm
 libprobe_query_sources = \

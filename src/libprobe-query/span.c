@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Golub, Van Loan, "Matrix Computations", 4th ed., 2013, sec. 8.5: Jacobi's rotations. */
 #include "span.h"
 #include "lattice.h"

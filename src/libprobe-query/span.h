@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* span: the plane or the line that sites lie near, and their places in it.
  *
  * Sites that stand a little off their plane or line are triangulated (strung) and looked up where

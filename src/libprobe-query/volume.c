@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What all parts ask a volume and its cells. */
 #include "volume.h"
 

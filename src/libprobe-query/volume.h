@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* volume: what the parts of libprobe-query share (probe-query.h is its face).
  *
  *     span.c           the plane or line that probes lie near (span.h)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Ramamoorthi, Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH
  * 2001.

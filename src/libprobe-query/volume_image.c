@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Packed files, as man/libprobe-query.3 specifies them: a header of 128 bytes, then what a volume
  * is made of, used where it lies.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Made and checked: the cells, their matrices, the hull. Based on:
  * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a matrix for each
  * cell.

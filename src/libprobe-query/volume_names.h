@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* volume_names: what the parts of libprobe-query call each other by, once they are in the library.
  *
  * A static library has no private names but those of one file: a program that links it and has a

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a cell beyond each
  * facet of the hull, bounded by rays from its corners; light is constant along rays. van Oosterom,

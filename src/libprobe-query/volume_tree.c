@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Morton, "A computer oriented geodetic data base and a new technique in file sequencing", IBM,
  * 1966: the curve. Lauterbach et al., "Fast BVH construction on GPUs", Computer Graphics Forum

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* volume_tree: trees of boxes over items in order, and the order: sorting along a Morton curve.
  *
  * Items that follow each other are to lie near each other, as cells, faces of a hull and probes do

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: walk from the last
  * cell, to the neighbour beyond the most negative weight. Edelsbrunner, "An acyclicity theorem for

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: McTaggart, "Half-Life 2 / Valve Source shading", GDC 2004. Iwanicki, Sloan, "Ambient
  * dice", Eurographics Symposium on Rendering (EI&I) 2017. Alfeld, Neamtu, Schumaker,
  * "Bernstein-Bezier polynomials on spheres and sphere-like surfaces", CAGD 13, 1996. Foley, Opitz,

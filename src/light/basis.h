@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* basis: irradiance as games store it, in other bases than SH.
  *
  * Each is a column of table probe (man probe.5, "Other bases"), made by least squares from the

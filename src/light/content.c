@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "light/content.h"
 #include "base/error.h"
 #include "libprobe-query/sh.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* content: what the SH of a stream are of: incident radiance, or irradiance, which is radiance
  * convolved with the cosine.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* convert: what probe-cat turns a stream's light into: fewer bands, less ringing, irradiance or
  * radiance, other bases; in this order.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Sloan, "Deringing spherical harmonics", SIGGRAPH Asia 2017 technical briefs: a window
  * of its own for each probe. Sloan, "Stupid spherical harmonics (SH) tricks", GDC 2008, "Ringing
  * and windowing". Axler, Bourdon, Ramey, "Harmonic function theory", 2nd ed., 2001, ch. 5: the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* dering: light that SH make negative, mended by the least window that each probe needs.
  *
  * What is projected to a few bands rings: where a small light dominates, the sum of what is left

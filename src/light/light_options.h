@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* light_options: the options that say what is done to a stream's light, the same in every program
  * that does it.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* order: how many SH bands a stream needs.
  *
  * A surface blurs what it receives: irradiance takes band l times A_l (sh.h), so what high bands

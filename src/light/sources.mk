@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # what a stream's light is and becomes: content, order, de-ringing, other bases
 light_sources = \
 	%D%/basis.c %D%/basis.h \

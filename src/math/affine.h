@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* affine: maps of space, three rows of four numbers: x' = m[0] x + m[1] y + m[2] z + m[3], ...
  *
  * As scenes place their meshes. Terms are added from the left, everywhere, so that a vertex that is

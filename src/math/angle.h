@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* angle: sine, cosine and arc tangent that come out the same on every machine.
  *
  * libm picks its instructions by the processor, so its last bit differs between machines; these use

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* box: the axis-parallel box around points.
  *
  * One without points has low = infinity and high = -infinity.

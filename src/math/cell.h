@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cell: a tetrahedron of four corners p0 .. p3 with det(p1-p0, p2-p0, p3-p0) > 0, or a triangle.
  *
  * Angles are in degrees and the same on every machine (angle.h).

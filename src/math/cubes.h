@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cubes: points by the cube that they are in, for finding those near a place.
  *
  * Space is cut into cubes, hashed into a table: what is within one cube's size of a place is in the

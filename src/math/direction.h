@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* direction: directions spread evenly over the sphere, the same on every machine.
  *
  * Based on: Marques et al., "Spherical Fibonacci point sets for illumination integrals", Computer

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "math/hash.h"
 
 #define XXH_INLINE_ALL

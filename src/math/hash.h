@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* hash: 64 bits that stand for bytes, the same on every machine.
  *
  *     struct hash hash;

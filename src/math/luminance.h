@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* luminance: of linear RGB by Rec. 709; its weights stand here alone.
  *
  * Summed in double unless all is float: the terms red, green, blue from the left, so that the same

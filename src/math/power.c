@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: J.-M. Muller, "Elementary Functions: Algorithms and Implementation", 3rd ed., 2016,
  * sec. 5.2 and 11.4: reduction of the argument by powers of two, then a power series. */
 #include "math/power.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* random: random numbers that are named, not drawn.
  *
  * A thing is random by what it is, never by when it is done: a generator is made from a seed

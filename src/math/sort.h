@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* sort: numbers in ascending order. None may be NaN.
  */
 #ifndef SORT_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # vectors, affine maps, boxes, directions, luminance, angles, powers, hashes, random numbers,
 # sorting, cells, cubes of space: the same bits on every machine
 math_sources = \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vec: vectors of three, in double (positions) and in float (rays, colours).
  *
  * Passed and returned by value. Only + - * / and sqrt are used, which IEEE 754 rounds in one

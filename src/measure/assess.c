@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "measure/assess.h"
 #include "base/clock.h"
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* assess: all that is measured of a baked stream: its error and the map of it, how it changes, and
  * how its cells leak.
  *

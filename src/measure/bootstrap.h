@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* bootstrap: how far a figure could be off because other points might have been drawn.
  *
  * The points are drawn again, with replacement, as many as there are, a thousand times; the figure

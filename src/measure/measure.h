@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* measure: how far the light of a baked stream is from the truth, and how it changes along the way.
  *
  * At each of the truth's points the error of irradiance is e(n) = E_stream(n) - E_truth(n),

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* report: named figures with their intervals, as a table for people, as lines for scripts, or as
  * JSON.
  *

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # truth, error, leaks, report
 measure_sources = \
 	%D%/assess.c %D%/assess.h \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "measure/sphere.h"
 #include "math/angle.h"
 #include "math/luminance.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* sphere: a fixed set of directions over which irradiance is compared.
  *
  * The 12 corners of an icosahedron and the 20 of its dual dodecahedron, nearly evenly spread (each

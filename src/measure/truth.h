@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* truth: the light of a scene at points that no probe stands at, path traced.
  *
  * Points are spread evenly over the free space of a box, by seed, or given; paths run through free

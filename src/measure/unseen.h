@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* unseen: how much of the light that a point takes from probes comes from those that it cannot see.
  *
  * A point p takes light from probes i with weights w_i that sum to 1; v_i is the share of light

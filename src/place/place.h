@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* place: where probes go.
  *
  * A method (place_method.h) appends positions: a grid's nodes, given points, steps along a path, or

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* place_inside: which positions are in no air.
  *
  * Rays look around from each position, and of them count those alone that meet a surface, whose

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "place/place_method.h"
 #include "base/error.h"
 #include "base/file.h"

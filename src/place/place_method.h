@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* place_method: the ways of placing probes, behind one interface.
  *
  * Each method is a row of place_methods[] and lives in a file of its own, which has its options,

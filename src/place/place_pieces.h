@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* place_pieces: what the sides of a scene's surface say of inside and outside.
  *
  * A closed piece whose faces look outward encloses matter: whoever sees its back is in it, whatever

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # where probes go: a file a method, and what is inside solids
 place_sources = \
 	%D%/place.c %D%/place.h \

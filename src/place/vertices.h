@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vertices: the points of a scene's surface at which faces meet, each with its normal.
  *
  * Corners of triangles that stand at one place are welded, across meshes and instances, as long as

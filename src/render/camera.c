@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "render/camera.h"
 #include "base/error.h"
 #include "math/angle.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* camera: a pinhole, where its rays go and where a point falls on the picture.
  *
  * Pixel coordinates run from (0, 0), the left upper corner of the picture, to (width, height); the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* film: one shot, or one for each point of an object's path, rendered, written and reported.
  *
  * Frames go to numbered files where the output's name has a %d (%04d, ...) in it, else side by side

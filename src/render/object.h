@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* object: a thing that moves through a scene, and is lit by its probes.
  *
  * It is added to a finished scene as instances of its own, which are then placed anew for every

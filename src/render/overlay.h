@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* overlay: the probes and cells of a stream, drawn over a picture of the scene, with the scene's
  * depth.
  *

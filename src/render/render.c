@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Kajiya, "The rendering equation", SIGGRAPH 1986.
  * M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: R2, the sequence of

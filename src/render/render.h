@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* render: what a camera sees of a scene, by its true light or by that of probes.
  *
  * A picture is cut into tiles, which threads share; each pixel takes samples spread over its area

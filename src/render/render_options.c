@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "render/render_options.h"
 #include "base/error.h"
 #include "base/number.h"

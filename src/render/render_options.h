@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* render_options: probe-render's command line, and what a stream's header says in its place.
  *
  *     struct render_options o = render_options_default();

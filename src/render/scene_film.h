@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* scene_film: a scene with the probes of a stream, as options ask for it, made ready and filmed.
  *
  *     struct scene_film film = {0};

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* shot: a picture to look at: what is rendered, compared, laid out and written on it.
  *
  * Light is exposed, so that the 95th percentile of the truth's luminance (of the picture's, where

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # camera, light of a picture, overlay, films
 render_sources = \
 	%D%/camera.c %D%/camera.h \

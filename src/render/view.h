@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* view: where to look at a scene from, when nobody says.
  *
  * Places that light can be looked up at are spread over the scene's box: those whose rays meet

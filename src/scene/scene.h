@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* scene: triangles, materials, textures, lights and sky, as read from a file.
  *
  * What scene_read (import/import_scene.h) makes of a file, and scene_build.h by hand, is plain

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* scene_build: making a scene, by an importer or by hand.
  *
  *     scene_create(&scene);

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What makes a legal scene of what an importer read: triangles with an area, numbers in range, the
  * user's settings. */
 #include "base/array.h"

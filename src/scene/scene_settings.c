@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The light that a file cannot hold: options, and the keys that carry them through the stream. */
 #include "base/array.h"
 #include "base/error.h"

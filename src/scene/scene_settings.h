@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* scene_settings: what the user may change of a scene and add to it; options, and the keys that
  * carry them through a stream's header.
  */

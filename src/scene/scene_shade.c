@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What a scene looks like from a point: its maps, materials, sky and lights. */
 #include "image/image.h"
 #include "math/angle.h"

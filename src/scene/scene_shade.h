@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* scene_shade: what a scene looks like from a point: its maps, materials, sky and lights. */
 #ifndef SCENE_SHADE_H
 #define SCENE_SHADE_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # triangles, materials, lights, sky, settings, shading
 scene_sources = \
 	%D%/scene.c %D%/scene.h \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "stream/cells.h"
 #include "base/error.h"
 #include "stream/stream.h"

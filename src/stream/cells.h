@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cells: the cells of a stream's probes.
  *
  * A stream holds at most one table of cells, named after what they are: tetrahedra (tet), triangles

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "stream/common_options.h"
 #include "base/options.h"
 #include "base/threads.h"

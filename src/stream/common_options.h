@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* common_options: the options that many programs share, with one meaning everywhere.
  *
  *     struct common common = common_default();

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* header_number: header keys that hold numbers, or one of some names.
  *
  * Getting checks what the value holds and its range; a key that is not there leaves the number as

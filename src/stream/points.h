@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* points: positions, with or without a normal, from text lines or raw numbers.
  *
  * Text: one point a line, `x y z` or `x y z nx ny nz`, all lines alike; blank lines and # comments,

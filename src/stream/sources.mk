@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # the probe stream, its editing, points and cells
 stream_sources = \
 	%D%/cells.c %D%/cells.h \

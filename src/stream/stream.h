@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stream: the probe stream, tables of named and typed columns, in text and in binary.
  *
  * man/probe.5 specifies the format to the byte and wins over this comment. A stream is a header

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Rows as blocks (man probe.5, "Blocks"): u32 rows, u32 bytes of the rows, u64 checksum, the rows;
  * a block of no rows ends the table. The checksum covers what stands before it and behind it: the
  * head, then the rows. */

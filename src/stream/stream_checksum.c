@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The checksums that prove a binary stream (man probe.5, "Blocks"). */
 #include "base/error.h"
 #include "math/hash.h"

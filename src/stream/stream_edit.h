@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stream_edit: what probe-cat does to streams: choose tables, columns and rows, merge, describe.
  */
 #ifndef STREAM_EDIT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stream_fill: what one stream of probes lacks, taken from another stream of the same probes.
  *
  * A bake that was done in slices, or was cut short, is several streams of the same probes, each

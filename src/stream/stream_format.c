@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What text and binary share: the first line, the lines between rows, and where an error stands. */
 #include "base/error.h"
 #include "stream/stream_private.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stream_private: what the parts of stream share.
  *
  *     stream_reader.c   reading: what is the same in both encodings

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Reading: the header, the order of tables, the end; rows are stream_text.c's and
  * stream_binary.c's. */
 #include "base/array.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stream_salvage: what is whole of a stream that was cut short or damaged.
  *
  * A killed capture leaves a stream without its end. Up to the damage its rows are good: in binary

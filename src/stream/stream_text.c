@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Rows as lines of numbers. */
 #include "base/error.h"
 #include "base/number.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What every stream must satisfy (man probe.5, "Validity"). */
 #include "base/error.h"
 #include "libprobe-query/sh.h"

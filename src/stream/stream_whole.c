@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whole streams: in memory, read and written by way of stream_reader.c and stream_writer.c. */
 #include "base/array.h"
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tables and headers in memory. */
 #include "base/array.h"
 #include "base/error.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* table: what a stream is made of, in memory: the header's keys, and tables of named and typed
  * columns. stream.h tells what they mean.
  */

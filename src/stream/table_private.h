@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* table_private: what the parts of stream know of tables, beside table.h. */
 #ifndef TABLE_PRIVATE_H
 #define TABLE_PRIVATE_H

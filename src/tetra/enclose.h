@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* enclose: the corners of a box that are to be points as well, so that cells fill it.
  *
  * Corners are told from points by their exact coordinates.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Edelsbrunner, "An acyclicity theorem for cell complexes in d dimensions", Combinatorica
  * 10, 1990. */
 #include "tetra/peel.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* peel: takes flat cells off the hull.
  *
  * The outside of a grid is a plane but for noise, and a convex hull over noise is long thin facets

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 2004. */
 #include "tetra/sites.h"
 #include "base/array.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* sites: the places of probes on the lattice (lattice.h), each once, in canonical order, and what
  * they span.
  *

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cells: hides TetGen, which is AGPL-3, so that probe-tet alone links this folder
 tetra_sources = \
 	%D%/enclose.c %D%/enclose.h \

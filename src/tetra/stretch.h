@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* stretch: a metric in which grids have no ties.
  *
  * The corners of a grid's cube lie on one sphere. Which of the ways to cut the cube is Delaunay, is

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* tetra: Delaunay cells of the probes (TetGen), canonical and checked.
  *
  * The same positions give the same cells in any order: they are snapped to a power-of-two lattice

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* tetra_cells: the cells that tetra makes and peel takes from.
  *
  * A cell is a simplex of `corners` probes: four that span space, with det(p1-p0, p2-p0, p3-p0) > 0

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Amenta, Choi and Rote, "Incremental constructions con BRIO", SoCG 2003: the order in
  * which points are inserted. */
 #include "base/array.h"

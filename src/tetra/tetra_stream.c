@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tetra/tetra_stream.h"
 #include "base/error.h"
 #include "stream/cells.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* tetra_stream: cells as tables of the stream whose probes they are of.
  *
  *     err = tetra_lend(&tetra, stream);        the stream is whole, and may be written

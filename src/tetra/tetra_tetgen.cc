@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 // The shim around TetGen: point set in, cells out. It runs in a child process (tetra_run.c): TetGen
 // prints, asserts, aborts and frees twice on its error path, and none of that may reach the
 // program. It is driven by its inner steps rather than by tetrahedralize(), which would copy its

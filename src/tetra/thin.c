@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Toussaint, "The relative neighbourhood graph of a finite planar set", Pattern
  * Recognition 12, 1980. Kruskal, "On the shortest spanning subtree of a graph", Proc. AMS 7, 1956.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* thin: probes that span space by noise alone: nearly on a line, in a sheet, or along a walk.
  *
  * Delaunay cells of such probes are slivers from noise to noise, of probes that are far from each

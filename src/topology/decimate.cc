@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Fewer triangles for nearly the same surface: OpenMesh's decimater, with quadric errors.
  *
  * Based on: Garland and Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH

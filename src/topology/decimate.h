@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* decimate: a scene of fewer triangles. */
 #ifndef DECIMATE_H
 #define DECIMATE_H

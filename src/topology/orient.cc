@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which side of a face is its front, where the file does not say it. */
 #include "topology/surface.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which pieces of a scene's surface enclose a volume: OpenMesh's half-edges. */
 extern "C" {
 #pragma GCC diagnostic push

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* solids: what of a scene is closed, so that it has an inside. */
 #ifndef SOLIDS_H
 #define SOLIDS_H

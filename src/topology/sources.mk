@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # closed pieces, joined vertices, decimation: hides OpenMesh
 topology_sources = \
 	%D%/decimate.cc %D%/decimate.h \

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* surface: the triangles of several meshes as one surface, joined where faces meet. What needs
  * OpenMesh's half-edges starts here: solids.cc (closed pieces), decimate.cc. C++ only.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on: Williams, "Pyramidal parametrics", SIGGRAPH 1983 (with the most beside the mean). */
 #include "trace/emission.h"
 #include "base/array.h"

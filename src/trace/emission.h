@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* emission: how much the picture of an emissive material shines over a triangle of it.
  *
  * Of each picture, means and the most over blocks of its texels stand ready, in a pyramid that is

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* frames: where the rays of a scene have their local origin (trace.h).
  *
  * One box holds most scenes: its centre is the origin. Where pieces of a scene stand so far apart

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* lights: which light to ask from where, for next-event estimation.
  *
  * Emissive triangles, point and spot lights stand in one binary tree, whose nodes bound where their

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* parts: an emissive triangle cut up by its picture, so that points of it can be drawn where it
  * shines.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Based on:
  * Kajiya, "The rendering equation", SIGGRAPH 1986.
  * Veach, "Robust Monte Carlo methods for light transport simulation", 1997, ch. 9 (balance

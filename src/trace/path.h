@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* path: the light that comes to a point, by path tracing.
  *
  * Unbiased Monte Carlo of the rendering equation for Lambertian surfaces (Kajiya 1986):

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* sky: directions towards the bright parts of a sky picture.
  *
  * A sun in a picture is a few texels that hold most of the light; rays that escape by chance seldom

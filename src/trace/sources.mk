@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # rays, the light tree, the sky, paths: hides Embree
 trace_sources = \
 	%D%/emission.c %D%/emission.h \

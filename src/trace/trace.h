@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* trace: rays against a scene (Embree).
  *
  * Rays are traced in float relative to a local origin, the centre of the scene's box, at a

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* trace_local: rays in local float coordinates, for trace.c and path.c. */
 #ifndef TRACE_LOCAL_H
 #define TRACE_LOCAL_H

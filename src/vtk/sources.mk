@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # files for ParaView: hides VTK, so that probe-vtk alone links this folder
 vtk_sources = \
 	%D%/vtk_derive.c %D%/vtk_derive.h \

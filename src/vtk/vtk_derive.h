@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vtk_derive: quantities for looking at a bake, made from its columns: colours, luminance,
  * gradients.
  *

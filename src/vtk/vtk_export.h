@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vtk_export: meshes with named arrays as VTK XML files (.vtu, .vtp), through VTK's own writers.
  *
  * Plain C face of a C++ shim: no exception crosses, and what VTK would print becomes an error. A

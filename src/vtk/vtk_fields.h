@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vtk_fields: a growing list of named arrays (vtk_export.h), with the memory they own.
  *
  * The first array of a name stays: what a stream holds goes in before what is derived from it, so a

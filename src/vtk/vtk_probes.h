@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vtk_probes: a stream's probes and cells as a mesh of named arrays, every column and what is
  * derived from them.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "vtk/vtk_scene.h"
 #include "base/error.h"
 #include "image/display.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* vtk_scene: a scene's triangles as a mesh of named arrays, for looking at: instances placed,
  * fronts counter-clockwise.
  *

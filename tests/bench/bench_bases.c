@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What scripts/bench bases runs: irradiance from SH and other bases beside the truth.
  *
  *     bench_bases PROBES TRUTH

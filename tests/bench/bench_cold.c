@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Cold lookups, for scripts/bench query: single calls from PROBE_COLD at random points of the
  * probes' box.
  *

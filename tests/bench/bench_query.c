@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* bench_query: what libprobe-query takes in memory, for scripts/bench query: no files, no program.
  *
  * Usage: bench_query STREAM POINTS [RUNS]       POINTS: doubles, x y z each

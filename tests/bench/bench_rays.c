@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* bench_rays: what capture costs over the rays it traces.
  *
  *     bench_rays SCENE CAPTURED.probe [RUNS]

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 // TetGen alone, for scripts/bench tet: what it takes on just the points that probe-tet gives it, in
 // their canonical order.
 //

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A hostile glTF file: as tests/fuzz_scene.c, which holds the target (LLVMFuzzerTestOneInput) and
  * what a scene that was read must be like, but with a seed that uses all that the importer reads,
  * and mutations that know JSON.

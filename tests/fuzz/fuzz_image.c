@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A hostile picture: whatever its bytes, decoding ends, with light that is finite and not below 0,
  * or with an error.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Hostile meshes and packed files: whatever numbers they hold, making a volume ends, with a volume
  * or a status, and whatever a volume was made of, each point has a place, in bounds, with weights
  * that sum to 1.

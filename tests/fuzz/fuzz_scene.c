@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A hostile scene: whatever bytes a file holds, reading it ends, with a legal scene or an error,
  * and harms nothing.
  *

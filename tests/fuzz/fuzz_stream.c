@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A hostile stream: whatever bytes a file holds, reading it ends, with a valid stream or an error,
  * and harms nothing.
  *

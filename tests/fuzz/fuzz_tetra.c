@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Fuzzing tetra: generated sets of points of every kind become cells that pass tetra_verify and can
  * be looked up in, the same for any order of the points.
  *

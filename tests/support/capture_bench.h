@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* capture_bench: scenes that are put together by hand, ready to be captured.
  *
  *     struct bench b;

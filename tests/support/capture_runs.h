@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* capture_runs: the same probe captured with many seeds, held against a truth or against other
  * runs.
  *

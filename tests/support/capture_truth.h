@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* capture_truth: what a probe's coefficients have to be, from closed forms and from quadrature of
  * closed forms.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Makes system calls fail on demand, in a program that is run with this library preloaded.
  *
  *     FAIL_CALL=write FAIL_AFTER=3 FAIL_ERRNO=28 LD_PRELOAD=.../failing_io.so probe-cat ...

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* files: a directory of a test's own, in which it writes the files that it reads.
  *
  *     files_begin();

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* point_sets: sets of points of many kinds, for tests of what is made of them. */
 #ifndef POINT_SETS_H
 #define POINT_SETS_H

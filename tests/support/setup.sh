@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # setup: what every test script sources. Results are TAP, as in tests/support/tap.h.
 #
 #   . "${SRC:?}/tests/support/setup.sh"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* sh_light: SH of light that is drawn at random, for tests of what is made of SH. */
 #ifndef SH_LIGHT_H
 #define SH_LIGHT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* tap: a test program's results, one line each, in the Test Anything Protocol.
  *
  *     int main(void) { test_a(); test_b(); return tap_done(); }

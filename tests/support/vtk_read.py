@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """vtk_read: looks at .vtu, .vtp and .png files with VTK's own readers, for tests/probe-vtk.t.
 
     vtk_read.py CHECK ARGUMENT...
