@@ -1,9 +1,8 @@
-/* SPDX-License-Identifier: Apache-2.0 */
 /* The light along a line, from a packed file: what a game does each frame for what moves.
  *
  *     probe-query --pack half -o baked.pack baked.probe
  *     cc example.c $(pkg-config --cflags --libs libprobe-query) && ./a.out baked.pack 0 1 0  10 1 0
- */
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <probe-query.h>
 
 #include <fcntl.h>

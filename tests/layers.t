@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# The house keeps its order: a folder of src/ includes itself and those that Makefile.am lists before
-# it; modules do not include each other in circles; a dependency is included in one folder alone.
+# The house keeps its order: a folder of src/ includes itself and those that Makefile.am lists
+# before it; modules do not include each other in circles; a dependency is included in one folder
+# alone.
 # Then faults are planted in a copy, and each must be found: a check that cannot fail is none.
 SRC=$(cd "${SRC:?}" && pwd) || exit 99 # by hand it may be relative
 . "$SRC/tests/support/setup.sh"
@@ -23,8 +24,8 @@ math            xxhash
 libprobe-query  xxhash
 END
 
-# layers TREE: writes a line `file: what is wrong` for each fault, and the lists that follow from it:
-# `arrows` (folder, folder, how many includes).
+# layers TREE: writes a line `file: what is wrong` for each fault, and the lists that follow from
+# it: `arrows` (folder, folder, how many includes).
 layers() {
     sed -n 's,^include src/\(.*\)/sources.mk$,\1,p' "$1/Makefile.am" >order
     (cd "$1" && find src -name '*.c' -o -name '*.cc' -o -name '*.h') | sort >files
@@ -122,7 +123,7 @@ found() {
     check "found: $1" grep -q "^${2%.*}.*: " found
 }
 found "a folder that includes one above it" src/base/array.c '#include "stream/stream.h"'
-found "a lower folder that a program's neighbour reaches" src/image/flip.c '#include "scene/scene.h"'
+found "a lower folder that includes far up" src/image/flip.c '#include "scene/scene.h"'
 found "two modules that include each other" src/base/error.h '#include "base/array.h"'
 found "a dependency outside of its home" src/capture/capture.c '#include <embree3/rtcore.h>'
 found "a dependency of one file in another" src/interpolate/baked.c '#include <pthread.h>'

@@ -133,7 +133,7 @@ static struct error *read_all(const char *path, enum points_format format, bool 
 static void test_wrong_lines(void)
 {
     static const char *const lines[] = {"1 2",       "1 2 3 4",      "1 2 3 4 5 6", "1 2 x",
-                                        "1,2,3",     "1 2 nan",      "1 inf 3",     "1 2 3 # no",
+                                        "1,2,3",     "1 2 nan",      "1 inf 3",     "1 2 3 no",
                                         "0x1p3 2 3", "1 2 3 4 5 6 7"};
     static char text[ROOM];
     size_t wrong = 0;

@@ -141,7 +141,8 @@ capture dark.obj placed.probe 2>err >dark.probe
 check "no light at all is legal, and said" says err 'warning: .*no light' and all_lit dark.probe
 : >nothing.obj
 refused 1 "nothing.obj: the file is empty" probe-capture --sky 1,1,1 nothing.obj placed.probe
-refused 2 "cannot both come from standard input" into /dev/null probe-capture /dev/stdin <placed.probe
+refused 2 "cannot both come from standard input" \
+    into /dev/null probe-capture /dev/stdin <placed.probe
 capture --lenient --sky 1,1,1 nothing.obj placed.probe 2>err >sky.probe
 check "no scene at all is legal, and said" says err 'warning: .*empty' and all_lit sky.probe
 

@@ -76,7 +76,8 @@ check "--drop: all but these are left" \
     says dropped '^table probe position:f64:3 validity:f32:1$' '^table tet'
 # ordered SCHEMA FIRST OPTIONS: the first table's line and its first row
 ordered() {
-    eval "probe-cat --quiet --text $3 small.probe" | grep -A 1 -m 1 '^table' | paste -s -d '|' - >row
+    eval "probe-cat --quiet --text $3 small.probe" |
+        grep -A 1 -m 1 '^table' | paste -s -d '|' - >row
     check "$3: the order asked for" [ "$(cat row)" = "table $1|$2" ]
 }
 ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--tables probe --columns validity,position'
@@ -91,10 +92,12 @@ ordered 'tet neighbour:i32:4 vertex:i32:4' '-1 -1 -1 1 0 1 2 3' \
     '--tables tet,probe --columns neighbour,position,vertex'
 ordered 'their_table thing:f64:1' 42 '--tables their_table,tet,probe'
 probe-cat -q --binary --columns validity,position --tables tet,probe small.probe >turned.binary
-probe-cat -q --text --no-provenance --columns validity,position --tables tet,probe small.probe >wanted
+probe-cat -q --text --no-provenance --columns validity,position --tables tet,probe small.probe \
+    >wanted
 check "binary: the same order" same wanted probe-cat --text --no-provenance turned.binary
 refused 1 "no column sh" probe-cat --columns sh,position turned.binary
-probe-cat -q --text --columns validity,their_column,position --rows 5:6 turned.binary small.probe >got
+probe-cat -q --text --columns validity,their_column,position --rows 5:6 turned.binary small.probe \
+    >got
 check "merged with columns in another order, each number is in its column" \
     says got '^table probe validity:f32:1 their_column:i32:2 position:f64:3$' '^1 1 -1 0 0 0$'
 probe-cat --info --tables probe --columns validity,position --where 'validity < .9' small.probe >got

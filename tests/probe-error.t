@@ -301,7 +301,7 @@ refused 1 "run probe-capture" probe-error -q "$rooms" dark.probe
 probe-tet --enclose cells.probe >corners.probe
 refused 1 "has no light: run probe-capture" measure corners.probe
 : >none.txt
-refused 1 "expected at least one point, got none" \
+refused 1 "expected at least one position, got none" \
     probe-error -q --at none.txt "$rooms" cells.probe
 echo "1 2 3 4 5 6" >six.txt
 refused 1 "x y z" probe-error -q --at six.txt "$rooms" cells.probe

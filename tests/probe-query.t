@@ -137,7 +137,8 @@ outside extend mended.probe "along rays"
 
 # -- gradients near surfaces -----------------------------------------------------------------------
 # A roof and a box on open ground; a plane of the grid lies in the top of the roof, 1 mm or 5 cm
-# above it, where gradients are steep. De-rung, so that no probe is darker than dark. The mean is 14.
+# above it, where gradients are steep. De-rung, so that no probe is darker than dark. The mean is
+# 14.
 box() { # box X0 Y0 Z0 X1 Y1 Z1: its faces, outward
     awk -v "b=$*" 'BEGIN { split(b, v)
         for (i = 0; i < 8; i++)

@@ -153,7 +153,8 @@ printf '%s\n' '1 1 1' '1e9 0 0' >far.txt
 refused 1 "far.txt:2: the point is farther out than 1e6 times" \
     render x.png --path far.txt "$scene" baked.probe
 : >empty.txt
-refused 1 "empty.txt: expected at least one position" render x.png --path empty.txt "$scene" baked.probe
+refused 1 "empty.txt: expected at least one position" \
+    render x.png --path empty.txt "$scene" baked.probe
 refused 1 "no-such.txt" render x.png --path no-such.txt "$scene" baked.probe
 refused 1 "no-such.obj" render x.png --path path.txt --object no-such.obj "$scene" baked.probe
 refused 2 "expected one %d" render 'x%s.png' --path path.txt "$scene" baked.probe

@@ -108,7 +108,8 @@ doc_example_LINK = $(LINK_C)
 tests_abi_LDADD = src/libprobe-query/libprobe-query.la
 tests_abi_LINK = $(LINK_C)
 tests_library_LDADD = src/libprobe-query/libprobe-query.la $(TETRA_LIBS)
-tests_library_LINK = $(LIBTOOL) $(AM_V_lt) --tag=CXX --mode=link $(LINK) -static $(tests_library_LDFLAGS)
+tests_library_LINK = $(LIBTOOL) $(AM_V_lt) --tag=CXX --mode=link $(LINK) -static \
+	$(tests_library_LDFLAGS)
 tests_library_LDFLAGS = -Wl,--wrap=malloc,--wrap=calloc,--wrap=aligned_alloc,--wrap=free
 exampledir = $(docdir)
 dist_example_DATA = doc/example.c

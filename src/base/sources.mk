@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# errors, arrays, warnings, threads, signals, progress, clock, numbers as text, options, bytes of files
+# errors, arrays, warnings, threads, signals, progress, clock, numbers as text, options, bytes of
+# files
 base_sources = \
 	%D%/array.c %D%/array.h \
 	%D%/clock.c %D%/clock.h \

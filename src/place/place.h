@@ -30,7 +30,6 @@ struct error *place_append(struct place *place, const double position[3]);
 struct place_grid {
     double min[3], max[3]; /* the box; min <= max */
     double spacing[3];     /* greater than 0 */
-    double shift[3];       /* off the middle of the box, in spacings: -1/4 to 1/4 */
 };
 
 /* How many nodes the grid has along each axis: as many as fit into the box with half a spacing, or

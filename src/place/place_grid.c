@@ -65,7 +65,7 @@ struct error *place_grid(struct place *place, const struct place_grid *grid, dou
     place_grid_nodes(grid, nodes);
     struct error *err = place_check_count(nodes[0] * nodes[1] * nodes[2], most);
     for (int k = 0; k < 3; k++)
-        start[k] = first_node(grid, k, nodes[k]) + grid->shift[k] * grid->spacing[k];
+        start[k] = first_node(grid, k, nodes[k]);
     for (double z = 0; z < nodes[2] && !err; z++)
         for (double y = 0; y < nodes[1] && !err; y++)
             for (double x = 0; x < nodes[0] && !err; x++)
@@ -146,53 +146,6 @@ static struct error *find_box(const struct place_options *o, const struct scene 
             return error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
                                min[k], max[k]);
     return NULL;
-}
-
-/* -- layers in surfaces ------------------------------------------------------------------------ */
-
-/* By which shares of a spacing a grid may be moved, those first that are tried first. */
-static const double shifts[] = {0, .125, -.125, .25, -.25, .0625, -.0625, .1875, -.1875};
-enum { SHIFTS = sizeof shifts / sizeof *shifts };
-/* A layer nearer to a surface than this share of a spacing is in it. */
-#define IN_SURFACE 1e-3
-
-/* Moves the grid where layers of it lie in floors or walls along its axes, whose probes would be
- * on both sides, or on none: to where least of the surface is in layers. */
-static void leave_surfaces(struct place_grid *grid, const struct scene *scene)
-{
-    double nodes[3], start[3], met[3][SHIFTS] = {{0}};
-    place_grid_nodes(grid, nodes);
-    for (int k = 0; k < 3; k++)
-        start[k] = first_node(grid, k, nodes[k]);
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
-        for (size_t t = 0; t < mesh->triangle_count; t++) {
-            double p[3][3];
-            for (size_t c = 0; c < 3; c++)
-                vec3_store(p[c], affine_point(scene->instances[i].transform,
-                                              mesh->position + 3 * (size_t)mesh->index[3 * t + c]));
-            for (int k = 0; k < 3; k++) {
-                const double at = (p[0][k] - start[k]) / grid->spacing[k], layer = floor(at + .5),
-                             flat = 1e-6 * grid->spacing[k];
-                if (fabs(p[1][k] - p[0][k]) > flat || fabs(p[2][k] - p[0][k]) > flat || layer < 0 ||
-                    layer > nodes[k] - 1)
-                    continue;
-                const struct vec3 a = vec3_load(p[0]),
-                                  twice = vec3_cross(vec3_sub(vec3_load(p[1]), a),
-                                                     vec3_sub(vec3_load(p[2]), a));
-                for (int s = 0; s < SHIFTS; s++)
-                    if (fabs(at - layer - shifts[s]) < IN_SURFACE)
-                        met[k][s] += vec3_length(twice);
-            }
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        int least = 0;
-        for (int s = 1; s < SHIFTS; s++)
-            if (met[k][s] < met[k][least])
-                least = s;
-        grid->shift[k] = shifts[least];
-    }
 }
 
 /* -- open grounds ------------------------------------------------------------------------------ */
@@ -305,8 +258,6 @@ static struct error *place_by_options(struct place *place, const struct place_op
     }
     if (!err && !o->bounds_given)
         err = fit_scene(&grid, o, world);
-    if (!err && world->scene)
-        leave_surfaces(&grid, world->scene);
     return err ? err : place_grid(place, &grid, world->most);
 }
 
