@@ -266,10 +266,11 @@ walls='!(i > 0 && i < 11 && j > 0 && j < 7 && k > 0 && k < 11) &&
 house='x > 0 && x < 6 && y > 0 && y < 4 && z > 0 && z < 6 &&
     !(x > .5 && x < 5.5 && y > .5 && y < 3.5 && z > .5 && z < 5.5) &&
     !(x > 5 && y > 1.5 && y < 3 && z > 2 && z < 4)'
-table='x > 2 && x < 4 && y > .5 && y < 1.5 && z > 2 && z < 4'
+# no face of it is in a layer of the grid
+table='x > 2.1 && x < 3.9 && y > .5 && y < 1.5 && z > 2.1 && z < 3.9'
 voxels 0 "$walls" .5 >house.obj
 check "a house's walls are matter" told house.obj "$house"
-{ cat house.obj; box 2 .5 2 4 1.5 4; } >furnished.obj
+{ cat house.obj; box 2.1 .5 2.1 3.9 1.5 3.9; } >furnished.obj
 check "with furniture in it as well" told furnished.obj "$house || $table"
 {
     cat furnished.obj
@@ -296,14 +297,14 @@ box 1 -.5 .1 1.2 3.5 .3 >>wall.obj
 check "a pipe does not make a room of a wall" told wall.obj \
     'z > 0 && z < .4 && x > 0 && x < 4 && y > 0 && y < 3 ||
     x > 1 && x < 1.2 && z > .1 && z < .3 && y > -.5 && y < 3.5' --bounds -2,-1,-2,6,4,2.3
-{ box 0 0 0 6 3 5; box 1 0 1 2 1 3; box 4 0 4 5 2 4.8; } >room.obj
-furniture='x > 1 && x < 2 && y < 1 && z > 1 && z < 3 ||
-    x > 4 && x < 5 && y < 2 && z > 4 && z < 4.8'
+{ box 0 0 0 6 3 5; box 1.03 0 1.03 2.03 1.03 3.03; box 4.03 0 4.03 5.03 2.03 4.83; } >room.obj
+furniture='x > 1.03 && x < 2.03 && y < 1.03 && z > 1.03 && z < 3.03 ||
+    x > 4.03 && x < 5.03 && y < 2.03 && z > 4.03 && z < 4.83'
 check "a box that holds furniture is a room" told room.obj "$furniture"
 check "which is told" grep -q 'taken for a room' told.err
 check "and outside of it is none" told room.obj \
     "x < 0 || y < 0 || z < 0 || x > 6 || y > 3 || z > 5 || $furniture" \
-    --bounds -.93,-.97,-.91,6.89,4,6
+    --bounds -.97,-.83,-.91,6.71,4.11,6.13
 { box -5 -5 -5 5 5 5; box -2 -2 -2 2 1 3 in; box -1 -2 -1 0 -1 0; } >cave.obj
 check "a cave in a rock" told cave.obj \
     '!(x > -2 && x < 2 && y > -2 && y < 1 && z > -2 && z < 3) ||
