@@ -8,7 +8,6 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 
 shared=$BUILD/src/libprobe-query/.libs/libprobe-query.so
 archive=$BUILD/src/libprobe-query/.libs/libprobe-query.a
-sanitized() { case "${CFLAGS-} ${LDFLAGS-}" in *-fsanitize*) return 0 ;; *) return 1 ;; esac; }
 
 make -s -C "$BUILD" install-libLTLIBRARIES install-includeHEADERS install-pkgconfigDATA \
     install-dist_exampleDATA exampledir=/doc DESTDIR="$PWD/root" >install.log 2>&1 ||

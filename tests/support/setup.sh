@@ -211,6 +211,11 @@ wait_for() {
     done
 }
 
+# sanitized: this is a build with sanitizers
+sanitized() {
+    case "${CFLAGS-} ${LDFLAGS-}" in *-fsanitize*) return 0 ;; *) return 1 ;; esac
+}
+
 tap_done() {
     printf '1..%d\n' "$tap_count"
     [ "$tap_failed" -eq 0 ]
