@@ -4,8 +4,8 @@
  * A dirty scene can be wrong in the same way ten thousand times, so warnings are counted by
  * kind and the first of each kind is kept whole. A program prints them once:
  *
- *     probe-capture: warning: sponza.mtl:12: texture a.png is missing: its factor alone is used
- * (and 3 more like it)
+ *     probe-capture: warning: sponza.mtl:12: texture a.png is missing: its factor
+ *     alone is used (and 3 more like it)
  *
  * A warning says what was done about the thing.
  */

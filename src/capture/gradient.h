@@ -2,12 +2,12 @@
 /* gradient: how a probe's SH changes as the probe moves, from the rays that it traced anyway.
  *
  * The sphere is cut into cells (z, phi); each has a radiance and a distance to what is seen there.
- * When the probe moves by dx, the picture of a surface at distance r moves over the sphere by -(dx
- * - w (w . dx)) / r; the wall between two cells moves with the nearer surface, which is the one
- * whose edge it would be, and the cell on one side gains what the other loses:
+ * When the probe moves by dx, the picture of a surface at distance r moves over the sphere by
+ * -(dx - w (w . dx)) / r; the wall between two cells moves with the nearer surface, which is the
+ * one whose edge it would be, and the cell on one side gains what the other loses:
  *
- *     dL_lm = sum over walls of (L_b - L_a) (dx . t) / min(r_a, r_b) * integral of Y_lm along the
- * wall
+ *     dL_lm = sum over walls of (L_b - L_a) (dx . t) / min(r_a, r_b)
+ *             * integral of Y_lm along the wall
  *
  * with t the wall's normal on the sphere, from a to b, and r where the planes that were hit lie in
  * the wall's direction; across an edge that bulges towards the probe the farther of them is what is

@@ -2,8 +2,9 @@
 /* interpolate: a column of the probes at any point, in one of several ways.
  *
  *     err = interpolate_open(&in, stream, &settings);
- *     interpolate_find(in, p, &place);          where the point is: cheap to do for a few points
- * ahead err = interpolate_at(in, p, &place, out); interpolate_close(in);
+ *     interpolate_find(in, p, &place);   where the point is: cheap to do for a few points ahead
+ *     err = interpolate_at(in, p, &place, out);
+ *     interpolate_close(in);
  *
  * Read-only once it is open: threads share it.
  */

@@ -3,8 +3,10 @@
  * their positions, and interpolation between them without jumps.
  *
  *     err = octree_find(&tree, probes, position);
- *     err = octree_fill(&tree, cubic, width, value, &data);     once for each column: data is the
- * caller's, to be freed octree_at(&tree, cubic, width, data, p, out); octree_clear(&tree);
+ *     err = octree_fill(&tree, cubic, width, value, &data);     once for each column;
+ *                                                               data is the caller's, to be freed
+ *     octree_at(&tree, cubic, width, data, p, out);
+ *     octree_clear(&tree);
  *
  * A box is a grid of root cells, as long along each axis as may be; a cell that has a probe in its
  * middle is cut into eight, and then all 27 nodes of it are probes. Cells side by side may differ

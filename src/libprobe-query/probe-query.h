@@ -7,11 +7,14 @@
  * weights, and that is the light there:
  *
  *     struct probe_volume *volume;
- *     struct probe_place place = {.cell = PROBE_COLD};         one for each thing that moves: it
- * remembers the cell float sh[27], rgb[3];
+ *     struct probe_place place = {.cell = PROBE_COLD};   one for each thing that moves: it
+ *                                                        remembers the cell
+ *     float sh[27], rgb[3];
  *
- *     status = probe_volume_open(&volume, file, size, 0, NULL);              a packed file, in
- * memory or mapped each frame: probe_volume_locate(volume, position, &place);
+ *     status = probe_volume_open(&volume, file, size, 0, NULL);   a packed file, in memory or
+ *                                                                 mapped
+ *     each frame:
+ *         probe_volume_locate(volume, position, &place);
  *         probe_volume_light(volume, &place, sh);
  *         probe_irradiance(3, sh, normal, rgb);
  *     probe_volume_destroy(volume);

@@ -16,9 +16,11 @@
  * the cell turns inside out farther up; at the rim of a slab a mean of normals looks away from one
  * of its facets. Rays are instead chosen such that no cell folds, which is checked: the Jacobian of
  * a cell's map is linear in u for each t, so it is positive everywhere if at each corner i the
- * quadratic J_i(t) = A_i + B_i t + C t^2 is, for all t >= 0, where A_i = det(e1, e2, n_i),  B_i =
- * det(e1, f2, n_i) + det(f1, e2, n_i),  C = det(n_a, n_b, n_c),   e: edges from a; f: differences
- * of rays from n_a.
+ * quadratic J_i(t) = A_i + B_i t + C t^2 is, for all t >= 0, where
+ *
+ *     A_i = det(e1, e2, n_i),  B_i = det(e1, f2, n_i) + det(f1, e2, n_i),  C = det(n_a, n_b, n_c),
+ *
+ * e: edges from a; f: differences of rays from n_a.
  *
  * The rays are p - core(p), core(p) the nearest point of a box within the hull: those of the box's
  * outer parallel surfaces, which never meet, as the box is convex. Between corners they are linear,

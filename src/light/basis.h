@@ -6,16 +6,20 @@
  * directions n the least, colour by colour.
  *
  *     cube        ambient_cube, 6 colours: +X -X +Y -Y +Z -Z. E(n) = sum over axes of n_axis^2
- * times the side that n is on. McTaggart, "Half-Life 2 / Valve Source shading", GDC 2004. dice
- * ambient_dice, 12 colours, one for each corner v of an icosahedron: E(n) = sum over v . n > 0 of
- *                 (0.7 (v . n)^2 / 2 + 0.3 (v . n)^4 5/6) colour. Both powers sum to 1 in every
- * direction. Iwanicki and Sloan, "Ambient dice", EGSR 2017: the variant of radial basis functions.
+ *                 times the side that n is on.
+ *                 McTaggart, "Half-Life 2 / Valve Source shading", GDC 2004.
+ *     dice        ambient_dice, 12 colours, one for each corner v of an icosahedron: E(n) = sum
+ *                 over v . n > 0 of (0.7 (v . n)^2 / 2 + 0.3 (v . n)^4 5/6) colour. Both powers sum
+ *                 to 1 in every direction.
+ *                 Iwanicki and Sloan, "Ambient dice", EGSR 2017: the variant of radial basis
+ *                 functions.
  *     dice-cubic  ambient_dice_cubic, 12 times a colour and its derivatives along two tangents: a
- * hybrid cubic Bezier triangle in the homogeneous barycentric coordinates of each face, smooth
- * across edges. The same paper, after Foley and Opitz, "Hybrid cubic Bezier triangle patches",
- * 1992. ahd         ahd, ambient colour A, highlight colour H and its unit direction d: E(n) = A +
- * H max(0, n . d), A and H not below 0. Akenine-Moeller et al., "Real-time rendering", 4th ed.,
- * sec. 10.3.3.
+ *                 hybrid cubic Bezier triangle in the homogeneous barycentric coordinates of each
+ *                 face, smooth across edges. The same paper, after Foley and Opitz, "Hybrid cubic
+ *                 Bezier triangle patches", 1992.
+ *     ahd         ahd, ambient colour A, highlight colour H and its unit direction d: E(n) = A +
+ *                 H max(0, n . d), A and H not below 0.
+ *                 Akenine-Moeller et al., "Real-time rendering", 4th ed., sec. 10.3.3.
  *
  * Corner 4 g + 2 a + b of the icosahedron has (1 - 2a) 0.850651 on axis g, (1 - 2b) 0.525731 on the
  * next one, 0 on the third (axes X, Y, Z, X, ...): the tangents are u, the unit vector of the third

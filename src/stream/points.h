@@ -9,8 +9,8 @@
  *
  *     struct points_block block = {0};
  *     locked:   err = points_take(points, most, &block);       block.bytes 0: the input has ended
- *     free:     err = points_parse(points, &block);            block.value, block.count,
- * block.width points_block_clear(&block);
+ *     free:     err = points_parse(points, &block);            block.value, count, width
+ *     points_block_clear(&block);
  *
  * A block holds what has come so far, so that a pipe is answered while it runs.
  */

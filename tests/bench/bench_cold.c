@@ -3,7 +3,7 @@
  * probes' box.
  *
  *     bench_cold STREAM      prints cells, and the median and the 99th percentile of microseconds,
- * plain and lean, as JSON
+ *                            plain and lean, as JSON
  */
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"

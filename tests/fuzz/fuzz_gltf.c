@@ -3,8 +3,8 @@
  * what a scene that was read must be like, but with a seed that uses all that the importer reads,
  * and mutations that know JSON.
  *
- *     fuzz_gltf [MUTATIONS [SEED]]      part of make check with few mutations; for longer:
- * fuzz_gltf 1000000
+ *     fuzz_gltf [MUTATIONS [SEED]]      part of make check with few mutations;
+ *                                       for longer: fuzz_gltf 1000000
  */
 #include "base/error.h"
 #include "import/import_scene.h"

@@ -4,7 +4,6 @@
  * that sum to 1.
  *
  *     fuzz_query [MUTATIONS [SEED]]     small meshes, mutated; part of make check with few
- * mutations
  *
  * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's
  * first byte says by its lowest bit whether it is a packed file (whose checksum is made right) or a

@@ -2,8 +2,8 @@
 /* A hostile scene: whatever bytes a file holds, reading it ends, with a legal scene or an error,
  * and harms nothing.
  *
- *     fuzz_scene [MUTATIONS [SEED]]     small files of every format, mutated; part of make check
- * with few mutations
+ *     fuzz_scene [MUTATIONS [SEED]]     small files of every format, mutated;
+ *                                        part of make check with few mutations
  *
  * For longer: fuzz_scene 1000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE, for which
  * LLVMFuzzerTestOneInput takes a byte that chooses the format and then the file.

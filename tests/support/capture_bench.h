@@ -4,7 +4,9 @@
  *     struct bench b;
  *     bench_start(&b);
  *     add_cube(&b, 2, material(0.5f, 1));          any of the parts; settings and lights go into
- * b.settings bench_finish(&b, 64); struct capture_probe p = capture(&b, &settings, 0, 0, 0);
+ *                                                  b.settings
+ *     bench_finish(&b, 64);
+ *     struct capture_probe p = capture(&b, &settings, 0, 0, 0);
  *     bench_clear(&b);
  *
  * A shape is a bare mesh; the tests need its triangles again for the truth. Whatever fails here

@@ -6,10 +6,12 @@
  * Three statistics, each of them near a standard normal (z) or Student's t with K - 1 degrees of
  * freedom when nothing is wrong:
  *
- *     runs_z            (mean - truth) / sqrt(mean of sh_error^2 / K), the largest of all
- * coefficients runs_bias         the mean along the truth, <value, truth> / <truth, truth> - 1, and
- * its standard error from the spread of the K runs_irradiance_t the irradiance on 14 normals from
- * orders 1 .. 6, its standard error from the spread
+ *     runs_z             (mean - truth) / sqrt(mean of sh_error^2 / K), the largest of all
+ *                        coefficients
+ *     runs_bias          the mean along the truth, <value, truth> / <truth, truth> - 1, and its
+ *                        standard error from the spread of the K
+ *     runs_irradiance_t  the irradiance on 14 normals from orders 1 .. 6, its standard error from
+ *                        the spread
  *
  * The largest of 108 |z| passes RUNS_Z_MOST by luck once in 16000 checks; |t| with 31 or more
  * degrees of freedom passes RUNS_T_MOST once in 8e5 (Bonferroni: one check of 252 irradiances once
