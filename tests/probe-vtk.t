@@ -276,13 +276,20 @@ done
 probe-vtk --quiet -o rooms.vtu --scene "$rooms" baked.probe
 if ! "$python" -c 'import numpy, vtk' 2>/dev/null; then
     skip "scripts/picture: python3-vtk9 or python3-numpy is not installed"
-elif [ -z "${DISPLAY:-}" ] && ! command -v xvfb-run >/dev/null; then
-    skip "scripts/picture: there is neither a display nor xvfb-run"
+elif sanitized; then
+    skip "scripts/picture: it runs nothing that is built with sanitizers"
+elif [ -z "${DISPLAY:-}" ] && ! command -v Xvfb >/dev/null; then
+    skip "scripts/picture: there is neither a display nor Xvfb"
 else
     picture=$SRC/scripts/picture
-    for what in probes cells both slice; do
-        check "picture of $what" "$picture" --scene rooms.scene.vtp --what "$what" --size 320x200 \
-            "$what.png" rooms.vtu
+    whats='probes cells both slice'
+    for what in $whats; do
+        { "$picture" --scene rooms.scene.vtp --what "$what" --size 320x200 "$what.png" rooms.vtu
+            echo $?; } >"$what.said" 2>&1 &
+    done
+    wait
+    for what in $whats; do
+        check "picture of $what, of four at once" given 0 diff - "$what.said"
         look "it shows something" picture "$what.png" 320x200
     done
     check "picture without light, scene or cells" "$picture" --size 320x200 dark.png dark.vtu
@@ -291,6 +298,11 @@ else
     refused 1 "baked.txt: expected a file of probe-vtk" "$picture" x.png baked.txt
     refused 1 "nowhere/x.png: No such file or directory" \
         "$picture" --size 32x32 nowhere/x.png dark.vtu
+    mkdir broken
+    printf '%s\n' '#!/bin/sh' 'echo no room >&2' 'exit 3' >broken/Xvfb
+    chmod +x broken/Xvfb
+    refused 1 "picture: Xvfb does not start: no room" \
+        env -u DISPLAY PATH="$PWD/broken:$PATH" "$picture" --size 32x32 x.png dark.vtu
     refused 2 "--size" "$picture" --size 5 x.png dark.vtu
 fi
 tap_done
