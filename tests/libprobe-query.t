@@ -16,8 +16,8 @@ lib=$PWD/root$LIBDIR
 include=$PWD/root$INCLUDEDIR
 
 # -- names -----------------------------------------------------------------------------------------
-shown() { # shown NM-OPTION... FILE: names that the file defines for others
-    $NM --defined-only "$@" | awk 'NF == 3 { print $3 }' | sort -u
+shown() { # shown NM-OPTION... FILE: names that the file defines for others; not a sanitizer's
+    $NM --defined-only "$@" | awk 'NF == 3 && $3 !~ /^__odr_asan\./ { print $3 }' | sort -u
 }
 sed -n 's/^[a-z].*[ *]\(probe_[a-z_]*\)(.*/\1/p' "$include/probe-query.h" | sort -u >promised
 if [ -e "$shared" ]; then
