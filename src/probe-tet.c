@@ -79,47 +79,6 @@ static struct error *write_stream(struct stream *stream, const struct tetra *tet
 
 /* -- what is said of them --------------------------------------------------------------------- */
 
-static const char *const cells_names[] = {"points", "segments", "triangles", "tetrahedra"};
-static const char *const content_names[] = {"", "length", "area", "volume"};
-
-static void print_report(const struct tetra_report *r, int corners, size_t probes)
-{
-    fprintf(stderr,
-            "cells           %zu %s\n"
-            "probes          %zu, %zu on the hull, %zu merged\n",
-            r->cells, cells_names[corners - 1], probes, r->hull_vertices, r->merged_points);
-    if (corners == 1)
-        return;
-    const char *content = content_names[corners - 1];
-    fprintf(stderr,
-            "hull            %zu %s\n"
-            "%-15s %.9g",
-            r->hull_facets,
-            corners == 2   ? "ends"
-            : corners == 3 ? "edges"
-                           : "faces",
-            content, r->volume);
-    /* of what bends, the hull holds something else */
-    if (corners == 4 || fabs(r->volume - r->hull_volume) <= 1e-6 * r->volume)
-        fprintf(stderr, ", of the hull %.9g", r->hull_volume);
-    fprintf(stderr, "\nof a cell       %.6g least, %.6g median, %.6g most\n", r->volume_least,
-            r->volume_median, r->volume_most);
-    if (corners == 2)
-        return;
-    const char *angle = corners == 4 ? "dihedral angle" : "angle";
-    fprintf(stderr,
-            "%-15s %.4f least, %.4f most (degrees)\n"
-            "slivers         %zu cells below 5 degrees, %.4f %%\n"
-            "least %s of a cell, in degrees: cells\n",
-            angle, r->angle_least, r->angle_most, r->angle_histogram[0],
-            100.0 * (double)r->angle_histogram[0] / (double)r->cells, angle);
-    for (int i = 0; i < 15; i++)
-        if (r->angle_histogram[i])
-            fprintf(stderr, "  %2d - %2d  %9zu  %5.2f %%\n", 5 * i, 5 * i + 5,
-                    r->angle_histogram[i],
-                    100.0 * (double)r->angle_histogram[i] / (double)r->cells);
-}
-
 static struct error *report(const struct stream *stream, const struct tetra *tetra)
 {
     const struct table *probes = stream_table(stream, "probe");
@@ -127,7 +86,7 @@ static struct error *report(const struct stream *stream, const struct tetra *tet
     struct error *err =
         tetra_measure(tetra, probes->rows, column_f64(table_column(probes, "position")), &measured);
     if (!err)
-        print_report(&measured, tetra->corners, probes->rows);
+        tetra_report_print(&measured, tetra->corners, probes->rows, stderr);
     return err;
 }
 
@@ -142,7 +101,7 @@ static struct error *verify(const struct stream *stream, const struct tetra *tet
         fprintf(stderr,
                 "%s: %zu %s are sound; of %zu inner facets %zu are not Delaunay, by at most %.2g "
                 "of squared distances; %zu dents in the hull\n",
-                program->name, tetra->cell_count, cells_names[tetra->corners - 1],
+                program->name, tetra->cell_count, tetra_cells_name(tetra->corners),
                 verdict.inner_facets, verdict.not_delaunay, verdict.tolerance, verdict.dents);
     return err;
 }

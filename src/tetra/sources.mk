@@ -9,6 +9,7 @@ tetra_sources = \
 	%D%/tetra_cells.h \
 	%D%/tetra_check.c \
 	%D%/tetra_measure.c \
+	%D%/tetra_report.c \
 	%D%/tetra_run.c \
 	%D%/tetra_stream.c %D%/tetra_stream.h \
 	%D%/tetra_tetgen.cc \

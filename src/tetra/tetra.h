@@ -15,7 +15,10 @@
 #include "tetra/tetra_cells.h"
 
 #ifdef __cplusplus
+#include <cstdio>
 extern "C" {
+#else
+#include <stdio.h>
 #endif
 
 struct error;
@@ -80,6 +83,12 @@ struct tetra_report {
 };
 struct error *tetra_measure(const struct tetra *tetra, size_t count, const double *position,
                             struct tetra_report *report);
+
+/* Prints it, of so many probes, in a few lines. */
+void tetra_report_print(const struct tetra_report *report, int corners, size_t probes, FILE *out);
+
+/* What cells of so many corners (1 to 4) are called: "tetrahedra". */
+const char *tetra_cells_name(int corners);
 
 /* -- for the module's own files --------------------------------------------------------------- */
 
