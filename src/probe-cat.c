@@ -2,7 +2,6 @@
 /* probe-cat: converts, merges, selects and describes probe streams, and converts their light. */
 #include "base/array.h"
 #include "base/error.h"
-#include "base/number.h"
 #include "base/options.h"
 #include "base/warning.h"
 #include "libprobe-query/sh.h"
@@ -11,36 +10,15 @@
 #include "stream/common_options.h"
 #include "stream/stream.h"
 #include "stream/stream_edit.h"
-#include "stream/stream_fill.h"
-#include "stream/stream_salvage.h"
+#include "stream/stream_gather.h"
 
 #include <errno.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* "FIRST:END" or "FIRST:END:STEP", each may be left out; or one row's number. */
 static struct error *parse_rows(void *value, const char *text)
 {
-    struct stream_selection *s = value;
-    int32_t number[3] = {0, -1, 1};
-    const char *at = text, *end = text + strlen(text);
-    int parts = 0;
-    for (bool more = at < end; at && more; parts++) {
-        if (at < end && *at >= '0' && *at <= '9' && parts < 3)
-            at = number_read_i32(at, end, &number[parts]);
-        more = at && at < end && *at == ':';
-        if (more)
-            at++;
-    }
-    if (at != end || parts < 1 || parts > 3 || number[2] < 1)
-        return error_usage("expected FIRST:END or FIRST:END:STEP, got '%s'", text);
-    s->rows_given = true;
-    s->first = number[0];
-    s->end = parts == 1 ? (int64_t)number[0] + 1 : number[1];
-    s->step = number[2];
-    return NULL;
+    return stream_selection_rows(value, text);
 }
 
 static struct error *parse_condition(void *value, const char *text)
@@ -52,9 +30,9 @@ static struct error *parse_condition(void *value, const char *text)
 struct arguments {
     struct stream_selection selection;
     struct convert_settings convert;
-    const char **fills; /* files to fill from; point into argv */
-    size_t fill_count, fill_capacity;
-    bool info, salvage, no_provenance;
+    struct stream_sources from; /* names point into argv */
+    size_t fill_capacity;
+    bool info, no_provenance;
     struct common common;
 };
 
@@ -66,10 +44,11 @@ static struct error *parse_basis(void *value, const char *text)
 static struct error *parse_fill(void *value, const char *text)
 {
     struct arguments *a = value;
+    struct stream_sources *from = &a->from;
     struct error *err =
-        array_reserve(&a->fills, &a->fill_capacity, a->fill_count + 1, sizeof *a->fills);
+        array_reserve(&from->fills, &a->fill_capacity, from->fill_count + 1, sizeof *from->fills);
     if (!err)
-        a->fills[a->fill_count++] = text;
+        from->fills[from->fill_count++] = text;
     return err;
 }
 
@@ -98,13 +77,24 @@ static struct error *describe_chosen(const char *path, const struct stream_selec
     return err;
 }
 
-static struct error *describe(const char *path, const struct stream_selection *s,
-                              struct warnings *warnings)
+static struct error *describe_one(const char *path, const struct stream_selection *s,
+                                  struct warnings *warnings)
 {
     const bool chosen = s->tables || s->columns || s->drop || stream_selection_is_whole(s);
     struct error *err = chosen ? describe_chosen(path, s, warnings) : describe_all(path);
     if (!err && (fflush(stdout) || ferror(stdout)))
         err = error_system(errno, "stdout");
+    return err;
+}
+
+static struct error *describe(const struct arguments *a, struct warnings *warnings)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < a->from.count && !err; i++) {
+        if (a->from.count > 1)
+            printf("%s%s:\n", i ? "\n" : "", a->from.paths[i]);
+        err = describe_one(a->from.paths[i], &a->selection, warnings);
+    }
     return err;
 }
 
@@ -124,13 +114,20 @@ static struct error *change_provenance(struct stream_header *header, const struc
     return NULL;
 }
 
-/* One stream whose rows all pass: block by block. */
-static struct error *pass(const char *path, const struct arguments *a, const char *recorded)
+/* One stream all of whose rows pass, as they are. */
+static bool passes(const struct arguments *a)
+{
+    return a->from.count == 1 && !a->from.fill_count && !a->from.salvage &&
+           !stream_selection_is_whole(&a->selection) && !convert_is_asked(&a->convert);
+}
+
+/* That one: block by block. */
+static struct error *pass(const struct arguments *a, const char *recorded)
 {
     struct stream_reader *reader = NULL;
     struct stream_writer *writer = NULL;
     struct stream_header header = {0};
-    struct error *err = stream_reader_open(&reader, path);
+    struct error *err = stream_reader_open(&reader, a->from.paths[0]);
     if (!err)
         err = header_copy(&header, stream_reader_header(reader));
     if (!err)
@@ -149,26 +146,6 @@ static struct error *pass(const char *path, const struct arguments *a, const cha
     return err;
 }
 
-static struct error *read_whole(struct stream **stream, const char *path, const struct arguments *a,
-                                struct warnings *warnings)
-{
-    return a->salvage ? stream_salvage(stream, path, warnings) : stream_read(stream, path);
-}
-
-static struct error *fill_from(struct stream *all, const struct arguments *a,
-                               struct warnings *warnings)
-{
-    struct error *err = NULL;
-    for (size_t i = 0; i < a->fill_count && !err; i++) {
-        struct stream *one = NULL;
-        err = read_whole(&one, a->fills[i], a, warnings);
-        if (!err)
-            err = stream_fill(all, one, a->fills[i], warnings);
-        stream_destroy(one);
-    }
-    return err;
-}
-
 static struct error *convert(struct stream *all, const struct arguments *a, const char *program,
                              struct warnings *warnings)
 {
@@ -181,23 +158,11 @@ static struct error *convert(struct stream *all, const struct arguments *a, cons
 
 /* Streams that are merged, filled or salvaged, whose light is converted, whose rows are chosen or
  * whose tables are put in order: in memory. */
-static struct error *gather(const char **paths, int count, const struct arguments *a,
-                            const struct program *program, struct warnings *warnings)
+static struct error *gather(const struct arguments *a, const struct program *program,
+                            struct warnings *warnings)
 {
     struct stream *all = NULL;
-    struct error *err = NULL;
-    for (int i = 0; i < count && !err; i++) {
-        struct stream *one = NULL;
-        err = read_whole(&one, paths[i], a, warnings);
-        if (!err && all)
-            err = error_wrap(stream_merge(all, one, warnings), "%s", paths[i]);
-        if (!all)
-            all = one;
-        else
-            stream_destroy(one);
-    }
-    if (!err)
-        err = fill_from(all, a, warnings);
+    struct error *err = stream_gather(&all, &a->from, warnings);
     if (!err)
         err = convert(all, a, program->name, warnings);
     if (!err)
@@ -211,7 +176,7 @@ static struct error *gather(const char **paths, int count, const struct argument
 }
 
 /* What excludes each other. */
-static struct error *check_conversion(const struct arguments *a)
+static struct error *check(const struct arguments *a)
 {
     const struct convert_settings *c = &a->convert;
     struct error *err = light_dering_check(&c->dering);
@@ -220,25 +185,24 @@ static struct error *check_conversion(const struct arguments *a)
         basis = basis || c->basis[i];
     if (!err && c->report && !basis)
         err = error_usage("--report is of --basis");
-    if (!err && a->info && (a->salvage || a->fill_count || convert_is_asked(c)))
+    if (!err && a->info && (a->from.salvage || a->from.fill_count || convert_is_asked(c)))
         err = error_usage("--info describes streams as they are: without --fill and --salvage, "
                           "and without conversions");
     return err;
 }
 
-int main(int argc, char **argv)
+static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
 {
     static const char *const contents[] = {[CONVERT_AS_IS] = "as-is",
                                            [CONVERT_RADIANCE] = "radiance",
                                            [CONVERT_IRRADIANCE] = "irradiance",
                                            NULL};
-    struct arguments a = {.selection = {.step = 1, .end = -1}, .common = common_default()};
-    struct stream_selection *s = &a.selection;
+    struct stream_selection *s = &a->selection;
     const struct option_row rows[] = {
         {.name = "info",
          .letter = 'i',
          .kind = OPTION_FLAG,
-         .value = &a.info,
+         .value = &a->info,
          .help = "print what the streams hold instead (or what is chosen of them): tables,\n"
                  "columns, ranges, history"},
         {.name = "tables",
@@ -284,19 +248,19 @@ int main(int argc, char **argv)
         {.name = "fill",
          .argument = "FILE",
          .kind = OPTION_CALL,
-         .value = &a,
+         .value = a,
          .parse = parse_fill,
          .shown = "none",
          .help = "take what probes lack (light, columns) from the same probes in\n"
                  "the stream FILE; may repeat"},
         {.name = "salvage",
          .kind = OPTION_FLAG,
-         .value = &a.salvage,
+         .value = &a->from.salvage,
          .help = "of streams that were cut short, keep the probes up to the damage"},
         {.name = "order",
          .argument = "N",
          .kind = OPTION_INT,
-         .value = &a.convert.order,
+         .value = &a->convert.order,
          .least = 1,
          .most = SH_ORDER_MAX,
          .shown = "as it is",
@@ -307,31 +271,41 @@ int main(int argc, char **argv)
          .argument = "WHAT",
          .kind = OPTION_CHOICE,
          .choices = contents,
-         .value = OPTION_ENUM(a.convert.content),
+         .value = OPTION_ENUM(a->convert.content),
          .help = "turn SH into those of radiance or irradiance"},
         {.name = "basis",
          .argument = "LIST",
          .kind = OPTION_CALL,
-         .value = a.convert.basis,
+         .value = a->convert.basis,
          .parse = parse_basis,
          .shown = "none",
          .help = "add irradiance in other bases: cube, dice, dice-cubic, ahd"},
         {.name = "report",
          .kind = OPTION_FLAG,
-         .value = &a.convert.report,
+         .value = &a->convert.report,
          .help = "say on standard error how far each is from the SH"},
         {.name = "no-provenance",
          .kind = OPTION_FLAG,
-         .value = &a.no_provenance,
+         .value = &a->no_provenance,
          .help = "leave out the command lines that made the stream"},
         {0}};
     struct option_row dering[LIGHT_DERING_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
-        rows, light_dering_rows(&a.convert.dering, dering), more,
-        common_rows(&a.common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
+        rows, light_dering_rows(&a->convert.dering, dering), more,
+        common_rows(&a->common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
     option_row(dering, "dering")->help = /* as wide as the rest of this program's */
         "window each probe as little as keeps its irradiance, or its radiance,\n"
         "above --dering-floor in all directions";
+    static const char *standard[] = {"-"};
+    struct error *err = options_parse(program, groups, argc, argv);
+    a->from.paths = program->operand_count ? program->operands : standard;
+    a->from.count = program->operand_count ? (size_t)program->operand_count : 1;
+    return err ? err : check(a);
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments a = {.selection = {.step = 1, .end = -1}, .common = common_default()};
     struct program program = {
         .name = "probe-cat",
         .usage = "[OPTION]... [STREAM]...",
@@ -342,29 +316,18 @@ int main(int argc, char **argv)
                    "or describes streams. Without STREAM reads standard input.",
         .operands_most = -1};
     struct warnings warnings = {0};
-    struct error *err = options_parse(&program, groups, argc, argv);
-    static const char *standard[] = {"-"};
-    const char **paths = program.operand_count ? program.operands : standard;
-    const int count = program.operand_count ? program.operand_count : 1;
-    if (!err)
-        err = check_conversion(&a);
-    if (!err && a.info) {
-        for (int i = 0; i < count && !err; i++) {
-            if (count > 1)
-                printf("%s%s:\n", i ? "\n" : "", paths[i]);
-            err = describe(paths[i], s, &warnings);
-        }
-    } else if (!err && count == 1 && !stream_selection_is_whole(s) && !a.fill_count && !a.salvage &&
-               !convert_is_asked(&a.convert)) {
-        err = pass(paths[0], &a, program.recorded);
-    } else if (!err) {
-        err = gather(paths, count, &a, &program, &warnings);
-    }
+    struct error *err = parse(&program, &a, argc, argv);
+    if (!err && a.info)
+        err = describe(&a, &warnings);
+    else if (!err && passes(&a))
+        err = pass(&a, program.recorded);
+    else if (!err)
+        err = gather(&a, &program, &warnings);
     if (!a.common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    stream_selection_clear(s);
-    free(a.fills);
+    stream_selection_clear(&a.selection);
+    free(a.from.fills);
     program_clear(&program);
     return error_exit(program.name, err);
 }

@@ -11,6 +11,7 @@ stream_sources = \
 	%D%/stream_edit.c %D%/stream_edit.h \
 	%D%/stream_fill.c %D%/stream_fill.h \
 	%D%/stream_format.c \
+	%D%/stream_gather.c %D%/stream_gather.h \
 	%D%/stream_private.h \
 	%D%/stream_reader.c \
 	%D%/stream_salvage.c %D%/stream_salvage.h \

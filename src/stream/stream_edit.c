@@ -146,6 +146,27 @@ static const char *parse_comparison(struct stream_condition *c, const char *at)
     return NULL;
 }
 
+struct error *stream_selection_rows(struct stream_selection *s, const char *text)
+{
+    int32_t number[3] = {0, -1, 1};
+    const char *at = text, *end = text + strlen(text);
+    int parts = 0;
+    for (bool more = at < end; at && more; parts++) {
+        if (at < end && *at >= '0' && *at <= '9' && parts < 3)
+            at = number_read_i32(at, end, &number[parts]);
+        more = at && at < end && *at == ':';
+        if (more)
+            at++;
+    }
+    if (at != end || parts < 1 || parts > 3 || number[2] < 1)
+        return error_usage("expected FIRST:END or FIRST:END:STEP, got '%s'", text);
+    s->rows_given = true;
+    s->first = number[0];
+    s->end = parts == 1 ? (int64_t)number[0] + 1 : number[1];
+    s->step = number[2];
+    return NULL;
+}
+
 struct error *stream_selection_add(struct stream_selection *s, const char *text)
 {
     struct stream_condition c = {0};

@@ -46,6 +46,10 @@ struct stream_selection {
 
 enum { ROWS_ANY, ROWS_CAPTURED, ROWS_UNCAPTURED };
 
+/* Takes rows from "FIRST:END" or "FIRST:END:STEP", each of which may be left out, or from the
+ * number of one; the error says what was expected. */
+struct error *stream_selection_rows(struct stream_selection *selection, const char *text);
+
 /* Adds a condition; the error says what was expected. */
 struct error *stream_selection_add(struct stream_selection *selection, const char *text);
 
