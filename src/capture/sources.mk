@@ -6,6 +6,7 @@ capture_sources = \
 	%D%/capture_options.c %D%/capture_options.h \
 	%D%/capture_probe.c \
 	%D%/capture_scene.c \
+	%D%/capture_stream.c %D%/capture_stream.h \
 	%D%/gradient.c %D%/gradient.h \
 	%D%/stage.c %D%/stage.h \
 	%D%/strata.c %D%/strata.h

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "capture/capture_stream.h"
+#include "base/error.h"
+#include "light/convert.h"
+#include "scene/scene.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BLOCK = 1024 };
+
+static struct error *open_writer(struct capture_run *run)
+{
+    const struct capture_options *o = &run->options;
+    const struct capture_record record = {.settings = &o->capture,
+                                          .light = &o->scene,
+                                          .scene_key = scene_key(run->scene),
+                                          .again = o->again,
+                                          .command_line = run->command_line};
+    struct error *err =
+        capture_make_header(&run->header, stream_reader_header(run->reader), &record);
+    const enum stream_encoding read = stream_reader_encoding(run->reader),
+                               asked = o->common.encoding;
+    return err ? err
+               : stream_writer_open(&run->writer, o->common.output,
+                                    asked == STREAM_AS_READ ? read : asked, &run->header);
+}
+
+static struct capture_job make_job(const struct capture_run *run)
+{
+    const struct capture_options *o = &run->options;
+    return (struct capture_job){.path = run->path,
+                                .settings = &o->capture,
+                                .again = o->again,
+                                .slice = &o->slice,
+                                .threads = o->common.threads,
+                                .progress = run->progress};
+}
+
+/* Remembers what was captured in a table, whose first row is the slice's next. */
+static void note(struct capture_run *run, const struct table *out, const struct capture_job *job)
+{
+    struct capture_slice *slice = &run->options.slice;
+    run->captured += job->captured;
+    run->left += job->left;
+    for (size_t i = 0; i < out->rows; i++)
+        run->probes += (slice->number + i) % slice->parts == slice->part;
+    slice->number += out->rows;
+    const struct column *sky = table_column(out, "sky");
+    for (size_t i = 0; sky && i < out->rows; i++)
+        run->sky += isnan(column_f32(sky)[i]) ? 0 : (double)column_f32(sky)[i];
+    dering_count_add(&run->dering, out);
+}
+
+/* The table that is to be written: what came, and what capture adds. */
+static struct error *make_schema(const struct capture_run *run, const struct table *schema,
+                                 struct table *out)
+{
+    struct error *err = table_copy_schema(out, schema);
+    if (!err && run->options.again)
+        capture_drop_stale(out);
+    return err ? err : capture_add_columns(&run->options.capture, out);
+}
+
+/* Takes the rows of `in` over into `out`, whose other columns are missing. */
+static struct error *take_rows(const struct capture_run *run, const struct table *in,
+                               struct table *out)
+{
+    struct error *err = table_resize(out, 0); /* rows that are new again hold missing values */
+    if (!err)
+        err = table_resize(out, in->rows);
+    if (!err)
+        table_copy_rows(out, 0, in, 0, in->rows);
+    return !err && run->options.again ? capture_forget(out) : err;
+}
+
+/* Captures the probes block by block, so that they go on while others are still to come. */
+static struct error *capture_blocks(struct capture_run *run, const struct table *schema,
+                                    struct table *out)
+{
+    struct capture_job job = make_job(run);
+    struct table in = {0};
+    struct error *err = table_copy_schema(&in, schema);
+    if (!err)
+        err = stream_writer_table(run->writer, out);
+    for (size_t got = 1; !err && got;) {
+        err = table_resize(&in, 0);
+        if (!err)
+            err = stream_reader_rows(run->reader, &in, BLOCK, &got);
+        if (!err)
+            err = take_rows(run, &in, out);
+        if (!err)
+            err = capture_rows(&job, out, 0, got);
+        if (err)
+            break;
+        note(run, out, &job);
+        err = stream_writer_rows(run->writer, out, 0, got);
+    }
+    table_clear(&in);
+    return err;
+}
+
+/* Captures all probes to the highest order, and keeps the least that loses no more than it may. */
+static struct error *capture_to_least_order(struct capture_run *run, const struct table *schema,
+                                            struct table *out)
+{
+    struct capture_options *o = &run->options;
+    struct capture_job job = make_job(run);
+    struct table in = {0};
+    double lost = 0;
+    size_t got = 1;
+    struct error *err = table_copy_schema(&in, schema);
+    while (!err && got)
+        err = stream_reader_rows(run->reader, &in, BLOCK, &got);
+    if (!err)
+        err = take_rows(run, &in, out);
+    if (!err)
+        err = capture_least_order(&job, out, o->order_loss, &o->capture.order, &lost);
+    if (!err)
+        err = open_writer(run);
+    if (!err)
+        err = stream_writer_table(run->writer, out);
+    if (!err)
+        err = stream_writer_rows(run->writer, out, 0, out->rows);
+    if (!err)
+        note(run, out, &job);
+    if (!err && !job.left)
+        run->order_lost = lost;
+    table_clear(&in);
+    return err;
+}
+
+static struct error *capture_table(struct capture_run *run, const struct table *schema)
+{
+    struct table out = {0};
+    struct error *err = make_schema(run, schema, &out);
+    const bool surface = table_column(schema, "normal"),
+               choose = run->options.order_auto && !surface;
+    if (!err && choose && run->writer)
+        err = error_new("--order auto: expected table probe before the others");
+    if (!err && !choose && !run->writer)
+        err = open_writer(run);
+    if (!err)
+        err = choose ? capture_to_least_order(run, schema, &out)
+                     : capture_blocks(run, schema, &out);
+    table_clear(&out);
+    return err;
+}
+
+struct error *capture_stream(struct capture_run *run)
+{
+    struct error *err = NULL;
+    for (bool more = true; !err && more;) {
+        struct table schema = {0};
+        err = stream_reader_next_table(run->reader, &schema, &more);
+        const bool probes = !err && more && !strcmp(schema.name, "probe");
+        if (!err && !probes && !run->writer)
+            err = open_writer(run);
+        if (probes)
+            err = capture_table(run, &schema);
+        else if (!err && more)
+            err = stream_copy_table(run->reader, run->writer, &schema);
+        table_clear(&schema);
+    }
+    return err;
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* capture_stream: the probes of a stream captured, from a reader to a writer.
+ *
+ * Block by block, so that they go on while others are still to come; where the least order is to be
+ * found, all at once. Other tables pass. The writer is opened when the header is known.
+ */
+#ifndef CAPTURE_STREAM_H
+#define CAPTURE_STREAM_H
+
+#include "capture/capture_options.h"
+#include "light/dering.h"
+#include "stream/stream.h"
+
+/* What is read and written, and what was seen. */
+struct capture_run {
+    struct capture_options options; /* owned; the order, where it was to be found, is set here */
+    const char *command_line;       /* as recorded */
+    struct stream_reader *reader;
+    struct stream_writer *writer; /* NULL before it is opened; the caller's to finish */
+    struct stream_header header;  /* that is written; owned */
+    const struct scene *scene;
+    const struct path_tracer *path;
+    struct progress *progress; /* may be NULL */
+    /* Seen: */
+    size_t probes, captured; /* of the slice */
+    size_t left;             /* that a signal came before */
+    struct dering_count dering;
+    double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
+    double order_lost; /* what the order that was found loses of the irradiance; NaN: none was */
+};
+
+/* Captures all that the reader has. */
+struct error *capture_stream(struct capture_run *run);
+
+#endif
