@@ -8,10 +8,14 @@ bench="$SRC/scripts/bench --build $BUILD"
 
 refused 2 "unknown part nonsense: expected stream, " $bench --short nonsense
 parts=$($bench nonsense 2>&1 | sed -n 's/.*unknown part nonsense: expected //p' | tr -d ,)
-check "no part lacks its file, and none its words in --help" sh -c "
-    $bench --help >help && [ -n '$parts' ] && for part in $parts; do
-        [ -e '$SRC/scripts/benches/'\$part.py ] && grep -q \"^  \$part  *[a-z0-9]\" help || exit 1
-    done"
+$bench --help >help
+are_told() { # PART...
+    [ $# -gt 0 ] || return
+    for part; do
+        [ -e "$SRC/scripts/benches/$part.py" ] && says help "^  $part  *[a-z0-9]" || return
+    done
+}
+check "no part lacks its file, and none its words in --help" are_told $parts
 
 # are_tables: a title, a line of names indented, lines of figures likewise; at least one such table
 are_tables() {

@@ -289,24 +289,28 @@ refused 2 "without --fill and --salvage" probe-cat --info --fill part1 part0
 
 # -- salvaging -------------------------------------------------------------------------------------
 # Cut anywhere, a text keeps its whole lines, and a binary its whole blocks (here one a table), or
-# it is refused.
+# it is refused. tests/stream_salvage.c cuts at every byte; here it is where something ends.
 table probe full.probe >wanted
 kept_as_expected() { # ROWS: what was salvaged are the first rows, so many, or none where it is -1
     got=-1
-    made kept probe-cat --text --salvage cut && got=$(table probe kept | wc -l)
-    table probe kept >kept.rows
-    [ "$got" = "$1" ] && [ -s kept.err ] && cmp -s -n "$(wc -c <kept.rows)" kept.rows wanted
+    if made kept probe-cat --text --salvage cut; then
+        table probe kept >kept.rows
+        got=$(lines kept.rows)
+        head -n "$got" wanted | cmp -s - kept.rows || return
+    fi
+    [ "$got" = "$1" ] && [ -s kept.err ]
 }
-salvages() { # FILE STEP ROWS: a command that tells of what is left how many rows are to be kept
-    salvages_size=$(wc -c <"$1") salvages_at=1 salvages_bad=
-    while [ $salvages_at -lt $((salvages_size - 1)) ]; do
-        head -c $salvages_at "$1" >cut
-        expected=$($3 cut)
+lines() { wc -l <"$1"; }
+salvages() { # FILE ROWS BYTES...: a command that tells of what is left how many rows are to be kept
+    salvages_whole=$1 salvages_rows=$2 salvages_bad=
+    shift 2
+    for salvages_at; do
+        head -c "$salvages_at" "$salvages_whole" >cut
+        expected=$($salvages_rows cut)
         kept_as_expected "$expected" || salvages_bad="$salvages_bad $salvages_at:$got:$expected"
-        salvages_at=$((salvages_at + $2))
     done
     echo "$salvages_bad"
-    [ -z "$salvages_bad" ]
+    [ $# -gt 0 ] && [ -z "$salvages_bad" ]
 }
 lines_left() { # in text; the last line does not count without its newline
     { cat "$1"; echo x; } | awk '
@@ -319,17 +323,26 @@ lines_left() { # in text; the last line does not count without its newline
         { last = $0 }
         END { print rows }'
 }
-check "a text, cut anywhere" salvages full.probe 1 lines_left
+line_cuts() { # FILE: within each line, before and behind its newline; the end line is not needed
+    awk '$0 == "end" { exit }
+        { print at + int(length($0) / 2); at += length($0) + 1; print at - 1; print at }' "$1"
+}
+check "a text, cut in and around each line" salvages full.probe lines_left $(line_cuts full.probe)
 probe-cat --binary full.probe >full.binary
 probe_line=$(grep -abo '^table probe.*' full.binary | head -n 1 |
     awk -F: '{ print $1 + length($0) - length($1) }')
-blocks_left() { # the block's end: 16 bytes of head, and 5 rows of 3 * 8 + 3 * 4 + 4 + 2 * 4 bytes
+block_end=$((probe_line + 16 + 5 * 48)) # 16 bytes of head; a row: 3 * 8 + 3 * 4 + 4 + 2 * 4 bytes
+blocks_left() {
     blocks_size=$(wc -c <"$1")
     if [ "$blocks_size" -lt "$probe_line" ]; then echo -1
-    elif [ "$blocks_size" -lt $((probe_line + 16 + 5 * 48)) ]; then echo 0
+    elif [ "$blocks_size" -lt "$block_end" ]; then echo 0
     else echo 5; fi
 }
-check "a binary, cut anywhere" salvages full.binary 3 blocks_left
+around() { for around_at; do echo $((around_at - 1)) "$around_at" $((around_at + 1)); done; }
+check "a binary, cut around the block's head, first row and end, and anywhere" \
+    salvages full.binary blocks_left \
+    $(around "$probe_line" $((probe_line + 16)) $((probe_line + 64)) "$block_end") \
+    $(seq 1 41 $(($(wc -c <full.binary) - 2)))
 # count PATTERN FILE: lines with it
 count() { grep -c "$1" "$2"; }
 salvage="made kept probe-cat --text --salvage"

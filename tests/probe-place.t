@@ -314,8 +314,8 @@ hill='5 * exp(-(x * x + z * z) / 30)'
 ground "$hill" >hill.obj
 under="y < $hill - .15 || y < $hill + .15 && \$1"
 check "under a hill is no air" told hill.obj "$under"
-check "which is marked by 2" \
-    sh -c "probe-place grid -q --inside mark --count 500 --text hill.obj | grep -q '^2 '"
+probe-place grid -q --inside mark --count 500 --text hill.obj >marked
+check "which is marked by 2" says marked '^2 '
 check "with more rays as well" told hill.obj "$under" --inside-rays 256
 { cat hill.obj; box -2 3 -2 2 9 2; box 6 -2 6 8 4 8; } >built.obj
 check "and under houses on it" told built.obj "$under ||
@@ -328,7 +328,7 @@ corridor='(i < 2 || k < 2) && j < 3'
 voxels 1 "$corridor" 1 >corridor.obj
 check "outside of a closed corridor is no air" told corridor.obj 'x > 2 && z > 2'
 check "which is marked by 3, and told" \
-    sh -c "grep -q 'probes are outside of closed rooms: marked' told.err"
+    says told.err 'probes are outside of closed rooms: marked'
 { cat corridor.obj; printf 'mtllib lamp.mtl\nusemtl lamp\n'; box .5 2.5 .5 1 2.8 1; } >lit.obj
 check "nor where a lamp is in it" told lit.obj \
     'x > 2 && z > 2 || x > .5 && x < 1 && y > 2.5 && y < 2.8 && z > .5 && z < 1'
@@ -371,18 +371,20 @@ check "whose faces need not meet corner by corner" told loose.obj 'x > 2 && z > 
 # -- open grounds -------------------------------------------------------------------------------
 ground 0 >flat.obj
 probe-place grid --count 1000 --text flat.obj >flat.probe 2>flat.err
-check "a grid over a flat ground has three layers of air" sh -c "
-    [ \$(grep '^[0-9-]' flat.probe | cut -d ' ' -f 2 | sort -u | wc -l) -eq 3 ] &&
-    [ \$(grep -c '^[0-9-]' flat.probe) -le 1000 ]"
+numbers <flat.probe >rows
+cut -d ' ' -f 2 rows | sort -u >layers
+check "a grid over a flat ground has three layers of air" \
+    has_lines 3 layers and [ "$(wc -l <rows)" -le 1000 ]
 check "above it" each flat.probe '$2 > .5'
 check "and says so" grep -q 'flat along Y: the grid gets 3 spacings of air' flat.err
 box -10 -.2 -10 10 0 10 >slab.obj
 probe-place grid -q --spacing 1 --text slab.obj >slab.probe
-check "so has one over a slab" sh -c "[ \$(grep -c '^[0-9-]' slab.probe) -eq 1200 ]"
+numbers <slab.probe >rows
+check "so has one over a slab" has_lines 1200 rows
 check "whose matter has none" each slab.probe '$2 > 0'
 box 0 0 0 4 3 4 in >low.obj
-check "a room of one layer has no more" \
-    sh -c "[ \$(probe-place grid -q --spacing 2 --text low.obj | grep -c '^[0-9-]') -eq 4 ]"
+probe-place grid -q --spacing 2 --text low.obj | numbers >rows
+check "a room of one layer has no more" has_lines 4 rows
 
 # -- what is refused -------------------------------------------------------------------------------
 refused 2 "vertices: expected a SCENE" probe-place vertices
@@ -417,11 +419,17 @@ refused 2 "the scene and the positions cannot both" probe-place points - /dev/st
 probe-place vertices --lenient --text broken.obj >lenient.probe 2>err
 check "--lenient leaves out what is broken, says so, and the header keeps it" \
     says err 'warning: broken.obj:7: .*left out' and says lenient.probe '^lenient yes'
-for pipe in 'cat cube.obj | probe-place vertices -' 'probe-place vertices /dev/stdin <cube.obj' \
-    'mkfifo p; cat cube.obj >p & probe-place vertices p'; do
-    sh -c "$pipe" 2>err | probe-cat --text --no-provenance >piped
-    probe-place vertices cube.obj 2>err | probe-cat --text --no-provenance >whole
-    check "a scene through a pipe: $pipe" cmp piped whole
+probe-place vertices cube.obj >whole 2>err
+through_a_pipe() { cat cube.obj | probe-place vertices -; }
+as_a_device() { probe-place vertices /dev/stdin <cube.obj; }
+by_a_named_pipe() {
+    mkfifo named
+    cat cube.obj >named &
+    probe-place vertices named
+}
+for way in through_a_pipe as_a_device by_a_named_pipe; do
+    $way >piped 2>err
+    check "a scene comes ${way}" same_stream piped whole
 done
 printf '0 0 0 # the origin\n1 0 0# another\n#\n' | probe-place points - --text >commented
 check "comments behind points" says commented '^1 0 0'

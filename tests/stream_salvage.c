@@ -24,8 +24,8 @@ struct written {
     size_t size, whole[ROWS];
 };
 
-/* One probe has no light; with cells, table tet follows, and one that nobody
- * knows goes before. */
+/* One probe has no light; with cells, table tet follows, and one that nobody knows goes before and
+ * one behind. */
 static struct stream *make_stream(size_t width, bool cells)
 {
     struct random r = random_start(2, 0, 0);
@@ -55,6 +55,10 @@ static struct stream *make_stream(size_t width, bool cells)
         must(table_resize(t, 2));
         for (int32_t i = 0; i < 8; i++)
             column_i32(table_column(t, "vertex"))[i] = i % 4 + i / 4;
+        must(stream_add_table(s, "behind", &t));
+        must(table_add_column(t, "share", COLUMN_F32, 1, &c));
+        must(table_resize(t, 1));
+        column_f32(table_column(t, "share"))[0] = 0.1f;
     }
     return s;
 }
