@@ -61,8 +61,10 @@ static void expect(const char *what, const char *name, const void *data, size_t 
                                               : "the wrong triangles");
     if (!err && sum != x)
         printf("# sum of x %.17g, expected %.17g\n", sum, x);
+    const bool coloured = !err && triangles && s->meshes[0].colour;
     if (!err && triangles)
-        ok(s->materials[0].albedo.x == 0.8f, "%s: grey of 0.8", what);
+        ok(s->materials[0].albedo.x == (coloured ? 1 : 0.8f), "%s: %s", what,
+           coloured ? "white, times its colours" : "grey of 0.8");
     error_destroy(err);
     scene_destroy(s);
 }
@@ -297,11 +299,12 @@ static void test_off(void)
                 "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n"
                 "3 0 1 2 0.5 0.5 0.5\n",
                 1, 2);
-    expect_text("normals and texture coordinates", "x.off",
-                "STCNOFF\n3 2 0\n0 0 0 0 0 1 1 1 1 1 0 0\n1 0 0 0 0 1 1 1 1 1 0 0\n1 1 0 0 0 1 1 1 "
-                "1 1 0 0\n"
-                "3 0 1 2 9 9 9\n3 0 1 2\n",
-                2, 4);
+    expect_text(
+        "normals and texture coordinates", "x.off",
+        "STCNOFF\n3 2 0\n0 0 0 0 0 1 .5 1 1 1 0 0\n1 0 0 0 0 1 1 1 1 1 0 0\n1 1 0 0 0 1 1 1 "
+        "1 1 0 0\n"
+        "3 0 1 2 9 9 9\n3 0 1 2\n",
+        2, 4);
     expect_text("Windows", "x.off", "OFF\r\n3 1 0\r\n0 0 0\r\n1 0 0\r\n1 1 0\r\n3 0 1 2\r\n", 1, 2);
     expect_text("an index out of range", "x.off",
                 "OFF\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n3 0 1 2\n", 1, 2);
@@ -318,6 +321,126 @@ static void test_off(void)
     refuse_text("four dimensions", "x.off", "4OFF\n3 1 0\n", "only three dimensions");
     refuse_text("binary", "x.off", "OFF BINARY\n", "binary OFF");
     refuse_text("something else", "x.off", "offside\n", "expected OFF");
+}
+
+/* -- colours ---------------------------------------------------------------------------------- */
+
+/* Reads two triangles over the corners of a square and expects the colours of their first corners,
+ * in light, and whether they are blended. */
+static void expect_colours(const char *what, const char *name, const char *text, const float a[4],
+                           const float b[4], bool blended, const char *warning)
+{
+    struct scene *s = NULL;
+    warnings_clear(&warnings);
+    files_write(name, text);
+    struct error *err = scene_read(&s, files_path(name), NULL, true, &warnings);
+    if (err)
+        bail("%s", error_message(err));
+    const struct scene_mesh *mesh = &s->meshes[0];
+    bool right = mesh->colour && mesh->triangle_count == 2;
+    for (size_t k = 0; k < 4 && right; k++)
+        right = fabs(mesh->colour[4 * mesh->index[0] + k] / 65535.0 - (double)a[k]) < 2e-5 &&
+                fabs(mesh->colour[4 * mesh->index[3] + k] / 65535.0 - (double)b[k]) < 2e-5;
+    ok(right && s->materials[0].albedo.x == 1 &&
+           s->materials[0].alpha == (blended ? SCENE_BLEND : SCENE_OPAQUE),
+       "%s: colours", what);
+    ok(warning ? warnings_of_kind(&warnings, warning) == 1 && warnings.count == 1
+               : warnings.count == 0,
+       "%s: %s", what, warning ? warning : "no warning");
+    scene_destroy(s);
+}
+
+#define PLY_POINTS                                                                                 \
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"                \
+    "property float z\n"
+#define PLY_FACES "element face 2\nproperty list uchar int vertex_indices\n"
+#define PLY_END "end_header\n"
+#define BOTH "3 0 1 2\n3 2 3 0\n"
+
+static void test_colours(void)
+{
+    /* the light of codes 128, 51 and 255 */
+    static const float first[4] = {0.2158605f, 0.0331048f, 1, 1}, last[4] = {0, 1, 0, 1},
+                       thin[4] = {0.2158605f, 0.0331048f, 1, 0.2f}, grey[4] = {0.8f, 0.8f, 0.8f, 1},
+                       half[4] = {0.2140411f, 0.0331048f, 1, 1};
+    expect_colours(
+        "PLY in bytes", "x.ply",
+        PLY_POINTS
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n" PLY_FACES PLY_END
+        "0 0 0 128 51 255\n1 0 0 9 9 9\n1 1 0 0 255 0\n"
+        "0 1 0 9 9 9\n" BOTH,
+        first, last, false, NULL);
+    expect_colours("PLY with alpha", "x.ply",
+                   PLY_POINTS
+                   "property uchar alpha\nproperty uchar diffuse_red\n"
+                   "property uchar diffuse_green\nproperty uchar diffuse_blue\n" PLY_FACES PLY_END
+                   "0 0 0 255 128 51 255\n1 0 0 255 9 9 9\n1 1 0 255 0 255 0\n"
+                   "0 1 0 255 9 9 9\n" BOTH,
+                   first, last, false, NULL);
+    expect_colours("PLY with an alpha that blends", "x.ply",
+                   PLY_POINTS "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                              "property uchar alpha\n" PLY_FACES PLY_END
+                              "0 0 0 128 51 255 51\n1 0 0 9 9 9 255\n1 1 0 0 255 0 255\n"
+                              "0 1 0 9 9 9 0\n" BOTH,
+                   thin, last, true, NULL);
+    expect_colours("PLY with an alpha that hides all", "x.ply",
+                   PLY_POINTS
+                   "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                   "property uchar alpha\n" PLY_FACES PLY_END
+                   "0 0 0 128 51 255 0\n1 0 0 9 9 9 0\n1 1 0 0 255 0 0\n0 1 0 9 9 9 0\n" BOTH,
+                   first, last, false, "alpha 0 everywhere");
+    expect_colours("PLY in 16 bits", "x.ply",
+                   PLY_POINTS
+                   "property ushort red\nproperty ushort green\n"
+                   "property ushort blue\n" PLY_FACES PLY_END
+                   "0 0 0 32896 13107 65535\n1 0 0 9 9 9\n1 1 0 0 65535 0\n0 1 0 9 9 9\n" BOTH,
+                   first, last, false, NULL);
+    expect_colours(
+        "PLY in floats", "x.ply",
+        PLY_POINTS
+        "property float red\nproperty float green\nproperty float blue\n" PLY_FACES PLY_END
+        "0 0 0 .5 .2 1\n1 0 0 0 0 0\n1 1 0 0 1 0\n0 1 0 0 0 0\n" BOTH,
+        half, last, false, NULL);
+    expect_colours(
+        "PLY in floats up to 255", "x.ply",
+        PLY_POINTS
+        "property float red\nproperty float green\nproperty float blue\n" PLY_FACES PLY_END
+        "0 0 0 128 51 255\n1 0 0 0 0 0\n1 1 0 0 255 0\n"
+        "0 1 0 0 0 0\n" BOTH,
+        first, last, false, NULL);
+    expect_colours(
+        "PLY in floats beyond 1", "x.ply",
+        PLY_POINTS
+        "property float red\nproperty float green\nproperty float blue\n" PLY_FACES PLY_END
+        "0 0 0 .5 .2 1.5\n1 0 0 0 0 0\n1 1 0 0 1 0\n0 1 0 0 0 0\n" BOTH,
+        half, last, false, "colour above 1");
+    expect_colours("PLY with colours of faces", "x.ply",
+                   PLY_POINTS PLY_FACES
+                   "property uchar red\nproperty uchar green\nproperty uchar blue\n" PLY_END
+                   "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 128 51 255\n3 2 3 0 0 255 0\n",
+                   first, last, false, NULL);
+    expect_colours("COFF in whole numbers", "x.off",
+                   "COFF\n4 2 0\n0 0 0 128 51 255 255\n1 0 0 9 9 9 255\n1 1 0 0 255 0 255\n"
+                   "0 1 0 9 9 9 255\n" BOTH,
+                   first, last, false, NULL);
+    expect_colours("COFF in shares, with alpha", "x.off",
+                   "COFF\n4 2 0\n0 0 0 .5019608 .2 1 .2\n1 0 0 1 0 0 1\n1 1 0 0 1 0 1\n"
+                   "0 1 0 1 0 0 1\n" BOTH,
+                   thin, last, true, NULL);
+    expect_colours("CNOFF: normals first", "x.off",
+                   "CNOFF\n4 2 0\n0 0 0 0 0 1 128 51 255\n1 0 0 0 0 1 9 9 9\n"
+                   "1 1 0 0 0 1 0 255 0\n0 1 0 0 0 1 9 9 9\n" BOTH,
+                   first, last, false, NULL);
+    expect_colours("OFF with colours of faces", "x.off",
+                   "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 128 51 255 255\n3 2 3 0\n",
+                   first, grey, false, NULL);
+    struct scene *s = NULL;
+    files_write("x.off", "OFF\n4 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 1 0 0\n3 2 3 0 0 1 0\n"
+                         "3 0 1 3 1 0 0\n");
+    must(scene_read(&s, files_path("x.off"), NULL, true, &warnings));
+    ok(s->meshes[0].vertex_count == 7, "vertices between faces of two colours are two: %zu of 7",
+       s->meshes[0].vertex_count);
+    scene_destroy(s);
 }
 
 /* -- STL -------------------------------------------------------------------------------------- */
@@ -389,6 +512,7 @@ int main(void)
     files_begin();
     test_ply();
     test_off();
+    test_colours();
     test_stl();
     test_guess();
     warnings_clear(&warnings);

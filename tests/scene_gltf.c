@@ -526,6 +526,18 @@ static bool shows(const struct scene *s, const char *colours)
     return right;
 }
 
+/* The same of what the first mesh emits. */
+static bool glows(const struct scene *s, const char *colours)
+{
+    const struct scene_mesh *mesh = &s->meshes[0];
+    bool right = mesh->emission_uv != NULL;
+    for (size_t k = 0; k < 3 && right; k++)
+        right = is_colour(scene_emission(s, &s->materials[mesh->material[0]],
+                                         mesh->emission_uv[2 * k], mesh->emission_uv[2 * k + 1]),
+                          colours[k] == 'r', colours[k] == 'g', colours[k] == 'b');
+    return right;
+}
+
 static void test_factors(void)
 {
     begin_triangle();
@@ -609,6 +621,73 @@ static void test_factors(void)
     scene_destroy(s);
 }
 
+/* A triangle whose vertices have these colours; `material` follows. Gives its scene. */
+static struct scene *read_colours(const void *colours, size_t size, unsigned stride,
+                                  const char *type, const char *material)
+{
+    begin_triangle();
+    view(colours, size, stride);
+    return read_scene("'accessors':[" ACCESSOR ",{'bufferView':1,'count':3,%s}],'meshes':"
+                      "[{'primitives':[{'attributes':{'POSITION':0,'COLOR_0':1},'material':0},"
+                      "{'attributes':{'POSITION':0}}]}],'nodes':[{'mesh':0}],'materials':[{%s}]",
+                      type, material);
+}
+
+/* Whether vertex v of the first mesh has a colour, to the rounding of its 16 bits. */
+static bool has_colour(const struct scene *s, size_t v, double r, double g, double b, double a)
+{
+    const double wanted[4] = {r, g, b, a};
+    bool right = s->meshes[0].colour != NULL && v < s->meshes[0].vertex_count;
+    for (size_t k = 0; k < 4 && right; k++)
+        right = fabs(s->meshes[0].colour[4 * v + k] / 65535.0 - wanted[k]) <= 0.51 / 65535;
+    return right;
+}
+
+static void test_colours(void)
+{
+    static const float rgb[9] = {0.5f, 0.25f, 0, 1, 2, -1, 0.125f, 0, 1},
+                       rgba[12] = {0.5f, 0.25f, 0, 0.75f, 1, 2, -1, 1, 0.125f, 0, 1, 0};
+    static const uint8_t bytes[12] = {51, 102, 0, 153, 255, 255, 0, 255, 0, 0, 255, 0},
+                         three[12] = {51, 102, 0, 9, 255, 255, 0, 9, 0, 0, 255, 9},
+                         none[12] = {255, 255, 255, 0, 255, 255, 255, 9, 255, 255, 255, 99};
+    static const uint16_t shorts[12] = {13107, 26214, 0, 39321, 65535, 65535,
+                                        0,     65535, 0, 0,     65535, 0};
+#define FLOATS "'componentType':5126,'type':"
+#define BYTES "'componentType':5121,'normalized':true,'type':"
+#define SHORTS "'componentType':5123,'normalized':true,'type':"
+    struct scene *s = read_colours(rgb, sizeof rgb, 0, FLOATS "'VEC3'", "");
+    ok(has_colour(s, 0, 0.5, 0.25, 0, 1) && has_colour(s, 1, 1, 1, 0, 1) && warnings.count == 0,
+       "COLOR_0 in floats: linear, and from 0 to 1");
+    ok(has_colour(s, 3, 1, 1, 1, 1) && s->meshes[0].vertex_count == 6,
+       "a primitive without colours beside it is white");
+    scene_destroy(s);
+    s = read_colours(rgba, sizeof rgba, 0, FLOATS "'VEC4'", "'alphaMode':'BLEND'");
+    ok(has_colour(s, 0, 0.5, 0.25, 0, 0.75) && has_colour(s, 2, 0.125, 0, 1, 0),
+       "with the alpha of a blended material");
+    scene_destroy(s);
+    s = read_colours(bytes, sizeof bytes, 0, BYTES "'VEC4'", "'alphaMode':'MASK'");
+    ok(has_colour(s, 0, 0.2, 0.4, 0, 0.6) && has_colour(s, 1, 1, 1, 0, 1), "in bytes");
+    scene_destroy(s);
+    s = read_colours(three, sizeof three, 4, BYTES "'VEC3'", "'alphaMode':'MASK'");
+    ok(has_colour(s, 0, 0.2, 0.4, 0, 1) && has_colour(s, 2, 0, 0, 1, 1), "in three of four bytes");
+    scene_destroy(s);
+    s = read_colours(shorts, sizeof shorts, 0, SHORTS "'VEC4'", "'alphaMode':'MASK'");
+    ok(has_colour(s, 0, 0.2, 0.4, 0, 0.6) && has_colour(s, 2, 0, 0, 1, 0), "in 16 bits");
+    scene_destroy(s);
+    s = read_colours(bytes, sizeof bytes, 0, "'componentType':5121,'type':'VEC4'", "");
+    ok(has_colour(s, 0, 0.2, 0.4, 0, 1) && warnings_of_kind(&warnings, "colours not normalized"),
+       "whole numbers that are not said to be normalized: as if they were, with a warning");
+    scene_destroy(s);
+    s = read_colours(none, sizeof none, 0, BYTES "'VEC4'", "");
+    ok(!s->meshes[0].colour, "white is kept by none, nor an alpha that an opaque material has not");
+    scene_destroy(s);
+    begin_triangle();
+    view(rgb, 24, 0);
+    refuse("fewer colours than vertices", "2 colours for 3 vertices",
+           "'accessors':[" ACCESSOR ",{'bufferView':1,'count':2," FLOATS "'VEC3'}],'meshes':"
+           "[{'primitives':[{'attributes':{'POSITION':0,'COLOR_0':1}}]}],'nodes':[{'mesh':0}]");
+}
+
 static void test_textures(void)
 {
     begin_textured();
@@ -649,10 +728,29 @@ static void test_textures(void)
     s = read_scene(
         TEXTURED
         "," TEXTURE
-        ",'materials':[{'emissiveFactor':[2,2,2],'emissiveTexture':{'index':0,'texCoord':1},"
+        ",'materials':[{'emissiveFactor':[1,1,1],'emissiveTexture':{'index':0,'texCoord':1},"
         "'pbrMetallicRoughness':{'baseColorTexture':{'index':0}}}]");
-    ok(warnings_of_kind(&warnings, "texture coordinates") == 1 && shows(s, "rgb"),
-       "two sets in one material: the colour's is used, with a warning");
+    ok(warnings.count == 0 && shows(s, "rgb") && glows(s, "gbr"),
+       "two sets in one material: each picture reads its own");
+    scene_destroy(s);
+    s = read_scene(TEXTURED "," TEXTURE
+                            ",'materials':[{'emissiveFactor':[1,1,1],'emissiveTexture':{'index':0},"
+                            "'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
+                            "{'KHR_texture_transform':{'texCoord':1}}}}}]");
+    ok(warnings.count == 0 && shows(s, "gbr") && glows(s, "rgb"),
+       "the other way round, by KHR_texture_transform");
+    scene_destroy(s);
+    s = read_scene(TEXTURED "," TEXTURE
+                            ",'materials':[{'emissiveFactor':[1,1,1],'emissiveTexture':{'index':0,"
+                            "'texCoord':1},'pbrMetallicRoughness':{'baseColorTexture':{'index':0,"
+                            "'texCoord':1}}}]");
+    ok(warnings.count == 0 && shows(s, "gbr") && !s->meshes[0].emission_uv,
+       "nothing is kept twice where both read the same");
+    scene_destroy(s);
+    s = read_scene(TEXTURED "," TEXTURE ",'materials':[{'pbrMetallicRoughness':"
+                            "{'baseColorTexture':{'index':0,'texCoord':2}}}]");
+    ok(warnings_of_kind(&warnings, "texture coordinates missing") == 1 && warnings.count == 1,
+       "a set that a mesh has not is missed");
     scene_destroy(s);
 
     const uint8_t grey[3] = {128, 128, 128};
@@ -1077,8 +1175,7 @@ static void test_documents(void)
         ",'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0,'COLOR_0':0,'JOINTS_0':0}"
         ","
         "'targets':[{'POSITION':0}]}]}],'nodes':[{'mesh':0}]");
-    ok(warnings_of_kind(&warnings, "vertex colours") == 1 && warnings.count == 1,
-       "colours of vertices: a warning");
+    ok(scene_triangle_count(s) == 1 && warnings.count == 0, "attributes of all kinds");
     scene_destroy(s);
     static const char *const wrong[][2] = {
         {"'meshes':{'primitives':[]}", "meshes: expected a list of objects, got {"},
@@ -1321,6 +1418,7 @@ int main(void)
     test_mirrors();
     test_instancing();
     test_factors();
+    test_colours();
     test_textures();
     test_transforms();
     test_samplers();

@@ -289,6 +289,42 @@ static void test_albedo(void)
     scene_destroy(s);
 }
 
+/* Whether the vertices of the first mesh have these colours, in light of their codes. */
+static bool has_colours(const struct scene *s, size_t count, const double *rgb)
+{
+    const struct scene_mesh *mesh = &s->meshes[0];
+    bool right = mesh->colour && mesh->vertex_count == count;
+    for (size_t i = 0; i < 3 * count && right; i++)
+        right = fabs(mesh->colour[4 * (i / 3) + i % 3] / 65535.0 - rgb[i]) < 2e-5;
+    return right;
+}
+
+static void test_colours(void)
+{
+    static const double wanted[9] = {0.2140411, 0, 1, 0, 1, 0, 1, 1, 1};
+    struct scene *s = read_obj("v 0 0 0 .5 0 1\nv 1 0 0 0 1 0 1\nv 1 1 0\nf 1 2 3\n");
+    ok(has_colours(s, 3, wanted) && is_colour(s->materials[0].albedo, 1, 1, 1) &&
+           warnings.count == 0,
+       "colours behind the coordinates: codes of a screen; of no material they are the colour");
+    scene_destroy(s);
+    s = read_obj("v 0 0 0 127.5 0 255\nv 1 0 0 0 255 0\nv 1 1 0 255 255 255\nf 1 2 3\n");
+    ok(has_colours(s, 3, wanted), "from 0 to 255");
+    scene_destroy(s);
+    s = read_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\n#MRGB ff8000ffff00ff00\n#MRGB ffffffff\n"
+                 "f 1 2 3\n");
+    static const double painted[9] = {0.2158605, 0, 1, 0, 1, 0, 1, 1, 1};
+    ok(has_colours(s, 3, painted), "ZBrush's polypaint");
+    scene_destroy(s);
+    files_write("x.mtl", "newmtl m\nKd .5 .25 .125\n");
+    s = read_obj("mtllib x.mtl\nv 0 0 0 .5 0 1\nv 1 0 0 0 1 0\nv 1 1 0 1 1 1\nusemtl m\nf 1 2 3\n");
+    ok(has_colours(s, 3, wanted) && is_colour(s->materials[0].albedo, .5f, .25f, .125f),
+       "they multiply Kd");
+    scene_destroy(s);
+    s = read_obj("v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 1 1 0 1 1 1\nf 1 2 3\n");
+    ok(!s->meshes[0].colour, "white is kept by none");
+    scene_destroy(s);
+}
+
 static void test_maps(void)
 {
     struct scene *s = read_mtl("newmtl m\nmap_Kd four.png\n");
@@ -507,6 +543,7 @@ int main(void)
     test_geometry();
     test_numbers();
     test_albedo();
+    test_colours();
     test_maps();
     test_alpha();
     test_emission();

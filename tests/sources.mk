@@ -33,6 +33,7 @@ MODULE_TESTS = \
 	tests/capture \
 	tests/capture_error \
 	tests/capture_emission \
+	tests/capture_colour \
 	tests/capture_extras \
 	tests/capture_frames \
 	tests/capture_extremes \

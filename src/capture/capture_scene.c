@@ -17,6 +17,8 @@ bool capture_is_dark(const struct scene *scene)
 bool capture_is_white(const struct scene *scene)
 {
     bool white = scene->material_count > 0;
+    for (size_t i = 0; i < scene->mesh_count; i++)
+        white = white && !scene->meshes[i].colour;
     for (size_t i = 0; i < scene->material_count; i++) {
         const struct scene_material *m = &scene->materials[i];
         white = white && m->albedo_map.texture == SCENE_NONE &&

@@ -61,6 +61,26 @@ struct error *scene_read_ply(struct scene_import *import);
 struct error *scene_read_off(struct scene_import *import);
 struct error *scene_read_stl(struct scene_import *import);
 
+/* -- colours ---------------------------------------------------------------------------------- */
+
+/* Colours of vertices or faces as a file has them, codes of a screen (sRGB) from 0 to 1 or, where
+ * any is above 2, to 255; four numbers each. */
+struct scene_colours {
+    float *rgba; /* owned; red is NaN where nothing is stated */
+    size_t count, capacity;
+    float unstated; /* the light of what has no colour, from 0 to 1 */
+};
+
+/* Sets a colour; those before it that were not set are not stated. An alpha below 0: none, opaque.
+ */
+struct error *scene_colours_set(struct scene_colours *colours, size_t index, const double rgba[4]);
+void scene_colours_clear(struct scene_colours *colours);
+
+/* The same as scene_mesh has them, `count` of them, for the caller to free; sets *blended where one
+ * is not opaque. Where all have alpha 0, that is left alone with a warning. */
+struct error *scene_import_colours(struct scene_import *import, const struct scene_colours *colours,
+                                   size_t count, uint16_t **codes, bool *blended);
+
 /* -- faces ----------------------------------------------------------------------------------- */
 
 /* Faces with any number of corners, for scene_import_polygons. Arrays stay the caller's. */
@@ -74,15 +94,18 @@ struct scene_polygons {
     const float *uv;         /* two a corner, or NULL */
     const int32_t *material; /* one a face */
     const uint32_t *line;    /* of the file, one a face, or NULL */
+    /* of vertices, and of faces; where vertices have some, those count. None: NULL, or empty */
+    const struct scene_colours *colour, *face_colour;
 };
 
 /* Pushes a mesh of these faces, split into triangles, placed as it stands. Faces of fewer than 3
- * corners are left out with a warning, those with a corner out of range are broken. */
+ * corners are left out with a warning, those with a corner out of range are broken. Materials of
+ * faces whose colours are not opaque become blended. */
 struct error *scene_import_polygons(struct scene_import *import,
                                     const struct scene_polygons *polygons);
 
-/* Faces gathered one by one, all of one grey material (0.8). Start with {0}, free with
- * scene_faces_clear. */
+/* Faces gathered one by one, all of one material: grey (0.8), or their colour. Start with {0}, free
+ * with scene_faces_clear. */
 struct scene_faces {
     double *position;
     size_t vertex_count, vertex_capacity;
@@ -90,6 +113,7 @@ struct scene_faces {
     size_t count, capacity;
     uint32_t *corner;
     size_t corner_count, corner_capacity;
+    struct scene_colours vertex_colour, face_colour; /* for scene_colours_set */
 };
 
 struct error *scene_faces_vertex(struct scene_faces *faces, double x, double y, double z);

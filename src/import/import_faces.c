@@ -49,6 +49,117 @@ static void split_face(struct scene_mesh *mesh, struct polygon_room *room,
         mesh->material[mesh->triangle_count++] = polygons->material[face];
 }
 
+/* -- colours of faces -------------------------------------------------------------------------- */
+
+/* Vertices by their place and colour. */
+struct splitting {
+    uint16_t *colour; /* owned: four a vertex */
+    bool *taken;      /* owned: by vertex of the file, whether a face has coloured it */
+    uint32_t *next;   /* owned: by vertex, another one in its place, or 0 */
+    size_t capacity[3];
+};
+
+static bool same_colour(const uint16_t a[4], const uint16_t b[4])
+{
+    return !memcmp(a, b, 4 * sizeof *a);
+}
+
+/* Adds a vertex in the place of another. */
+static struct error *add_twin(struct scene_mesh *mesh, struct splitting *s, uint32_t vertex,
+                              const uint16_t colour[4], uint32_t *twin)
+{
+    const size_t count = mesh->vertex_count + 1;
+    struct error *err = count < UINT32_MAX ? NULL : error_new("more than 2^32 vertices");
+    if (!err)
+        err = array_reserve(&mesh->position, &s->capacity[0], count, 3 * sizeof *mesh->position);
+    if (!err)
+        err = array_reserve(&s->colour, &s->capacity[1], count, 4 * sizeof *s->colour);
+    if (!err)
+        err = array_reserve(&s->next, &s->capacity[2], count, sizeof *s->next);
+    if (err)
+        return err;
+    *twin = (uint32_t)mesh->vertex_count++;
+    memcpy(mesh->position + 3 * (size_t)*twin, mesh->position + 3 * (size_t)vertex,
+           3 * sizeof *mesh->position);
+    memcpy(s->colour + 4 * (size_t)*twin, colour, 4 * sizeof *colour);
+    s->next[*twin] = s->next[vertex];
+    s->next[vertex] = *twin;
+    return NULL;
+}
+
+/* Makes a corner's vertex one of this colour: itself, one that stands in its place, or a new one.
+ */
+static struct error *colour_corner(struct scene_mesh *mesh, struct splitting *s, uint32_t *corner,
+                                   const uint16_t colour[4])
+{
+    const uint32_t vertex = *corner;
+    if (!s->taken[vertex]) {
+        s->taken[vertex] = true;
+        memcpy(s->colour + 4 * (size_t)vertex, colour, 4 * sizeof *colour);
+    }
+    while (!same_colour(s->colour + 4 * (size_t)*corner, colour)) {
+        *corner = s->next[*corner];
+        if (!*corner)
+            return add_twin(mesh, s, vertex, colour, corner);
+    }
+    return NULL;
+}
+
+/* Colours the vertices by their faces; those between faces of different colours become several.
+ * face: of each triangle. */
+static struct error *colour_faces(struct scene_import *import, struct scene_mesh *mesh,
+                                  const struct scene_polygons *polygons, const uint32_t *face,
+                                  bool *blended)
+{
+    struct splitting s = {.capacity = {mesh->vertex_count, mesh->vertex_count, mesh->vertex_count}};
+    uint16_t *colour = NULL;
+    struct error *err =
+        scene_import_colours(import, polygons->face_colour, polygons->count, &colour, blended);
+    if (!err)
+        err = array_create(&s.colour, 4 * mesh->vertex_count, sizeof *s.colour);
+    if (!err)
+        err = array_create(&s.taken, mesh->vertex_count, sizeof *s.taken);
+    if (!err)
+        err = array_create(&s.next, mesh->vertex_count, sizeof *s.next);
+    for (size_t k = 0; k < 3 * mesh->triangle_count && !err; k++)
+        err = colour_corner(mesh, &s, &mesh->index[k], colour + 4 * (size_t)face[k / 3]);
+    free(s.taken);
+    free(s.next);
+    free(colour);
+    mesh->colour = s.colour;
+    return err;
+}
+
+/* Gives a mesh the colours of its vertices or faces; what is not opaque is blended. */
+static struct error *colour_mesh(struct scene_import *import, struct scene_mesh *mesh,
+                                 const struct scene_polygons *polygons, const uint32_t *face)
+{
+    bool blended = false;
+    struct error *err = NULL;
+    if (polygons->colour && polygons->colour->count)
+        err = scene_import_colours(import, polygons->colour, mesh->vertex_count, &mesh->colour,
+                                   &blended);
+    else if (face)
+        err = colour_faces(import, mesh, polygons, face, &blended);
+    for (size_t t = 0; t < mesh->triangle_count && blended && !err; t++) {
+        struct scene_material *m = &import->scene->materials[mesh->material[t]];
+        if (m->alpha == SCENE_OPAQUE)
+            m->alpha = SCENE_BLEND;
+    }
+    return err;
+}
+
+/* The face of each triangle, where faces have colours that count; else *face is NULL. */
+static struct error *find_faces(const struct scene_polygons *polygons, size_t most, uint32_t **face)
+{
+    const bool by_vertex = polygons->colour && polygons->colour->count;
+    if (by_vertex || !polygons->face_colour || !polygons->face_colour->count)
+        return NULL;
+    return array_create(face, most, sizeof **face);
+}
+
+/* -- polygons --------------------------------------------------------------------------------- */
+
 struct error *scene_import_polygons(struct scene_import *import,
                                     const struct scene_polygons *polygons)
 {
@@ -57,6 +168,7 @@ struct error *scene_import_polygons(struct scene_import *import,
         most += polygons->size[f] > 2 ? polygons->size[f] - 2 : 0;
     struct scene_mesh mesh = {.vertex_count = polygons->vertex_count};
     struct polygon_room room = {0};
+    uint32_t *face = NULL;
     struct error *err = array_create(&mesh.position, 3 * mesh.vertex_count, sizeof *mesh.position);
     if (!err)
         err = array_create(&mesh.index, 3 * most, sizeof *mesh.index);
@@ -64,6 +176,8 @@ struct error *scene_import_polygons(struct scene_import *import,
         err = array_create(&mesh.material, most, sizeof *mesh.material);
     if (!err && polygons->uv)
         err = array_create(&mesh.uv, 6 * most, sizeof *mesh.uv);
+    if (!err)
+        err = find_faces(polygons, most, &face);
     if (!err && mesh.vertex_count)
         memcpy(mesh.position, polygons->position, 3 * mesh.vertex_count * sizeof *mesh.position);
     for (size_t f = 0, first = 0; f < polygons->count && !err; first += polygons->size[f++]) {
@@ -72,10 +186,16 @@ struct error *scene_import_polygons(struct scene_import *import,
         if (err || !usable)
             continue;
         err = polygon_room_for(&room, polygons->size[f]);
+        const size_t before = mesh.triangle_count;
         if (!err)
             split_face(&mesh, &room, polygons, f, first);
+        for (size_t t = before; t < mesh.triangle_count && face; t++)
+            face[t] = (uint32_t)f;
     }
     polygon_room_clear(&room);
+    if (!err)
+        err = colour_mesh(import, &mesh, polygons, face);
+    free(face);
     size_t place = 0;
     if (err)
         scene_mesh_clear(&mesh);
@@ -123,7 +243,11 @@ struct error *scene_import_faces(struct scene_import *import, const struct scene
 {
     struct scene_material grey = scene_material_default();
     int32_t *material = NULL, number = 0;
-    grey.albedo = (struct vec3f){0.8f, 0.8f, 0.8f};
+    const float albedo = 0.8f;
+    struct scene_colours of_vertex = faces->vertex_colour, of_face = faces->face_colour;
+    of_vertex.unstated = of_face.unstated = albedo;
+    if (!of_vertex.count && !of_face.count)
+        grey.albedo = (struct vec3f){albedo, albedo, albedo};
     struct error *err = scene_push_material(import->scene, grey, &number);
     if (!err)
         err = array_create(&material, faces->count, sizeof *material);
@@ -136,7 +260,9 @@ struct error *scene_import_faces(struct scene_import *import, const struct scene
                                                              .size = faces->size,
                                                              .count = faces->count,
                                                              .corner = faces->corner,
-                                                             .material = material});
+                                                             .material = material,
+                                                             .colour = &of_vertex,
+                                                             .face_colour = &of_face});
     free(material);
     return err;
 }
@@ -146,5 +272,7 @@ void scene_faces_clear(struct scene_faces *faces)
     free(faces->position);
     free(faces->size);
     free(faces->corner);
+    scene_colours_clear(&faces->vertex_colour);
+    scene_colours_clear(&faces->face_colour);
     *faces = (struct scene_faces){0};
 }

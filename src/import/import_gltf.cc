@@ -3,9 +3,8 @@
  * scene, with every bound checked.
  *
  * Nodes become instances, so a mesh that is placed many times stays one mesh. What a diffuse bake
- * does not use (metalness, normal maps, cameras, animations) is left alone; what it would use and
- * cannot (vertex colours) is left alone with a warning. Skins and morph targets stand in their
- * default pose.
+ * does not use (metalness, normal maps, cameras, animations) is left alone. Skins and morph targets
+ * stand in their default pose.
  */
 #include "import/import_gltf.h"
 
@@ -21,11 +20,15 @@ using std::string;
 using std::vector;
 using tinygltf::Value;
 
+/* The texture coordinates that a material's colour and its emission read; -1: none. */
+struct uv_sets {
+    int base, glow;
+};
+
 struct importer {
     struct scene_import *import;
     gltf_file file;
-    /* by material: the texture coordinates that it reads, or -1 */
-    vector<int> uv_set;
+    vector<uv_sets> uv_set;                /* by material */
     int32_t default_material = SCENE_NONE; /* for primitives without one */
     vector<long> mesh_index;               /* by glTF mesh: the scene's, no_triangles or not_read */
     vector<int> parent;                    /* by node; -1: none */
@@ -395,19 +398,13 @@ void warn_material(const importer &g, const tinygltf::Material &from)
                      g.import->path, from.name.c_str());
 }
 
-/* The texture coordinates that a material reads; both its maps must read the same. */
-int uv_set_of(const importer &g, const struct scene_material &m, const slot &base, const slot &glow,
-              const string &name)
+/* Where one of its maps reads nothing, the other's. */
+uv_sets uv_sets_of(const struct scene_material &m, const slot &base, const slot &glow)
 {
     const bool reads_base = m.albedo_map.texture != SCENE_NONE,
                reads_glow = m.emission_map.texture != SCENE_NONE;
-    if (reads_base && reads_glow && base.uv_set != glow.uv_set)
-        warnings_add(g.import->warnings, "texture coordinates",
-                     "%s: material '%.60s' reads its textures with different texture coordinates: "
-                     "those of its colour "
-                     "are used for both",
-                     g.import->path, name.c_str());
-    return reads_base ? base.uv_set : reads_glow ? glow.uv_set : -1;
+    const int first = reads_base ? base.uv_set : reads_glow ? glow.uv_set : -1;
+    return {first, reads_glow ? glow.uv_set : first};
 }
 
 void read_material(importer &g, const tinygltf::Material &from)
@@ -444,7 +441,7 @@ void read_material(importer &g, const tinygltf::Material &from)
     }
     let_through(g, from, m);
     warn_material(g, from);
-    g.uv_set.push_back(uv_set_of(g, m, base, glow, from.name));
+    g.uv_set.push_back(uv_sets_of(m, base, glow));
     m.name = strdup(from.name.c_str());
     gltf_check(m.name ? scene_push_material(g.import->scene, m, nullptr) : error_memory());
 }
@@ -457,7 +454,7 @@ int32_t material_of(importer &g, int index)
         gltf_check(scene_import_broken(g.import, "material missing", 0,
                                        "material %d does not exist: without it, white", index));
     if (g.default_material == SCENE_NONE) {
-        g.uv_set.push_back(-1);
+        g.uv_set.push_back({-1, -1});
         gltf_check(
             scene_push_material(g.import->scene, scene_material_default(), &g.default_material));
     }
@@ -470,6 +467,9 @@ struct triangles {
     vector<double> position;
     vector<uint32_t> index;
     vector<float> uv; /* two a corner, v up; those of the last corners may lack */
+    /* of emission maps; those of the last corners may lack: they are uv */
+    vector<float> emission_uv;
+    vector<uint16_t> colour; /* four a vertex; those of the last vertices may lack: white */
     vector<int32_t> material;
 };
 
@@ -513,13 +513,16 @@ vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, in
     return corner;
 }
 
-/* Adds the triangles and, in order, the vertices that are their corners: primitives may share one
- * long list. */
-void add_corners(const vector<double> &vertex, const vector<uint32_t> &corner, triangles &to)
+/* Adds the triangles and, in order, the vertices that are their corners, with their colours if
+ * there are any: primitives may share one long list. */
+void add_corners(const vector<double> &vertex, const vector<uint16_t> &colour,
+                 const vector<uint32_t> &corner, triangles &to)
 {
     vector<uint32_t> place(vertex.size() / 3, no_vertex); /* in to.position */
     for (const uint32_t c : corner)
         place[c] = 0;
+    if (!colour.empty())
+        to.colour.resize(to.position.size() / 3 * 4, UINT16_MAX);
     for (size_t v = 0; v < place.size(); v++) {
         if (place[v] == no_vertex)
             continue;
@@ -527,26 +530,81 @@ void add_corners(const vector<double> &vertex, const vector<uint32_t> &corner, t
             gltf_fail(error_new("its mesh has 2^32 vertices or more"));
         place[v] = static_cast<uint32_t>(to.position.size() / 3);
         to.position.insert(to.position.end(), &vertex[3 * v], &vertex[3 * v] + 3);
+        if (!colour.empty())
+            to.colour.insert(to.colour.end(), &colour[4 * v], &colour[4 * v] + 4);
     }
     for (const uint32_t c : corner)
         to.index.push_back(place[c]);
 }
 
-/* Adds the texture coordinates of the newest corners, if any; zeros for those before that have
- * none. */
-void add_uv(const gltf_file &file, const tinygltf::Primitive &primitive, int set,
-            const vector<uint32_t> &corner, size_t vertices, triangles &to)
+/* COLOR_0 of a primitive's vertices, as a mesh has it; empty where there is none. Alpha counts
+ * where its material's does. */
+vector<uint16_t> colours_of(const importer &g, const tinygltf::Primitive &primitive,
+                            size_t vertices)
 {
-    const auto attribute = primitive.attributes.find("TEXCOORD_" + std::to_string(set));
+    const auto attribute = primitive.attributes.find("COLOR_0");
+    if (attribute == primitive.attributes.end())
+        return {};
+    const vector<tinygltf::Accessor> &accessors = g.file.model.accessors;
+    const size_t index = static_cast<size_t>(attribute->second);
+    if (attribute->second < 0 || index >= accessors.size())
+        gltf_fail(error_new("COLOR_0: accessor %d does not exist", attribute->second));
+    tinygltf::Accessor accessor = accessors[index];
+    const size_t components = accessor.type == TINYGLTF_TYPE_VEC3 ? 3 : 4;
+    if (!accessor.normalized && accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) {
+        warnings_add(g.import->warnings, "colours not normalized",
+                     "%s: colours of vertices are whole numbers that are not said to be "
+                     "normalized, as they have to be: taken as if they were",
+                     g.import->path);
+        accessor.normalized = true;
+    }
+    const vector<double> value = read_accessor(g.file, accessor, components);
+    if (value.size() < components * vertices)
+        gltf_fail(error_new("%zu colours for %zu vertices", value.size() / components, vertices));
+    const size_t material = static_cast<size_t>(primitive.material);
+    const bool opaque = primitive.material < 0 || material >= g.file.model.materials.size() ||
+                        g.file.model.materials[material].alphaMode == "OPAQUE";
+    vector<uint16_t> colour(4 * vertices, UINT16_MAX);
+    for (size_t v = 0; v < vertices; v++) {
+        for (size_t k = 0; k < (opaque ? 3 : components); k++) {
+            const double share = value[components * v + k];
+            colour[4 * v + k] =
+                static_cast<uint16_t>(share > 0 ? 65535 * std::min(share, 1.0) + 0.5 : 0);
+        }
+    }
+    return colour;
+}
+
+/* Adds texture coordinates of the newest corners, if any; zeros for those before that have
+ * none. */
+void add_uv(const importer &g, const tinygltf::Primitive &primitive, int set,
+            const vector<uint32_t> &corner, size_t vertices, size_t corners, vector<float> &to)
+{
+    const string name = "TEXCOORD_" + std::to_string(set);
+    const auto attribute = primitive.attributes.find(name);
+    if (set >= 0 && attribute == primitive.attributes.end())
+        warnings_add(g.import->warnings, "texture coordinates missing",
+                     "%s: a material reads its picture by %s, which its mesh has not: one texel of "
+                     "it is used",
+                     g.import->path, name.c_str());
     if (attribute == primitive.attributes.end())
         return;
-    const vector<double> uv = read_accessor(file, attribute->second, 2);
+    const vector<double> uv = read_accessor(g.file, attribute->second, 2);
     if (uv.size() < 2 * vertices)
         gltf_fail(error_new("%zu texture coordinates for %zu vertices", uv.size() / 2, vertices));
-    to.uv.resize(2 * (to.index.size() - corner.size()));
+    to.resize(2 * (corners - corner.size()));
     for (const size_t c : corner)
-        to.uv.insert(to.uv.end(),
-                     {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
+        to.insert(to.end(), {static_cast<float>(uv[2 * c]), static_cast<float>(1 - uv[2 * c + 1])});
+}
+
+/* Fills up the coordinates of emission maps by the others, which they are where nothing else is
+ * said. */
+void fill_emission_uv(triangles &to, size_t corners)
+{
+    const size_t from = to.emission_uv.size();
+    to.emission_uv.resize(2 * corners);
+    for (size_t k = from; k < std::min(to.emission_uv.size(), to.uv.size()); k++)
+        to.emission_uv[k] = to.uv[k];
 }
 
 /* How the vertices of a mesh stand: glTF 2.0, 3.7.2.2 and 3.7.3. */
@@ -611,13 +669,6 @@ void apply_skin(const gltf_file &file, const tinygltf::Primitive &primitive,
     }
 }
 
-void warn_primitive(const importer &g, const tinygltf::Primitive &primitive)
-{
-    if (primitive.attributes.count("COLOR_0"))
-        warnings_add(g.import->warnings, "vertex colours", "%s: colours of vertices are left out",
-                     g.import->path);
-}
-
 void add_primitive(importer &g, const tinygltf::Primitive &primitive, const pose &stands,
                    triangles &to)
 {
@@ -631,7 +682,6 @@ void add_primitive(importer &g, const tinygltf::Primitive &primitive, const pose
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end())
         return; /* nothing to be drawn: glTF 2.0, 3.7.2.1 */
-    warn_primitive(g, primitive);
     vector<double> vertex = read_accessor(g.file, position->second, 3);
     morph(g.file, primitive, *stands.weights, vertex);
     if (stands.joints)
@@ -642,8 +692,13 @@ void add_primitive(importer &g, const tinygltf::Primitive &primitive, const pose
     const vector<uint32_t> index = indices_of(g.file, primitive, static_cast<uint32_t>(vertices));
     const vector<uint32_t> corner = corners_of(g, index, mode);
     const int32_t material = material_of(g, primitive.material);
-    add_corners(vertex, corner, to);
-    add_uv(g.file, primitive, g.uv_set[static_cast<size_t>(material)], corner, vertices, to);
+    add_corners(vertex, colours_of(g, primitive, vertices), corner, to);
+    const uv_sets sets = g.uv_set[static_cast<size_t>(material)];
+    add_uv(g, primitive, sets.base, corner, vertices, to.index.size(), to.uv);
+    if (sets.glow != sets.base) {
+        fill_emission_uv(to, to.index.size() - corner.size());
+        add_uv(g, primitive, sets.glow, corner, vertices, to.index.size(), to.emission_uv);
+    }
     to.material.insert(to.material.end(), corner.size() / 3, material);
 }
 
@@ -666,6 +721,14 @@ long push_mesh(const importer &g, triangles &t)
         if (!t.uv.empty()) {
             t.uv.resize(2 * t.index.size());
             mesh.uv = copy_array(t.uv);
+        }
+        if (!t.emission_uv.empty()) {
+            fill_emission_uv(t, t.index.size());
+            mesh.emission_uv = copy_array(t.emission_uv);
+        }
+        if (!t.colour.empty()) {
+            t.colour.resize(t.position.size() / 3 * 4, UINT16_MAX);
+            mesh.colour = copy_array(t.colour);
         }
     } catch (...) {
         scene_mesh_clear(&mesh);

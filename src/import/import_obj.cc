@@ -5,6 +5,9 @@
  * line before it sees the text (obj_clean, mtl_clean); each case says what the library (2.0.0rc9)
  * would make of it.
  */
+extern "C" {
+#include "base/number.h"
+}
 #include "import/import.h"
 
 #define TINYOBJLOADER_USE_DOUBLE
@@ -446,6 +449,8 @@ struct geometry {
     std::vector<int32_t> material; /* of each face: index into materials::list, or -1 */
     std::vector<uint32_t> line;    /* of the file, of each face */
     int32_t current = -1;
+    struct scene_colours colour = {}; /* of vertices; owned */
+    ~geometry() { scene_colours_clear(&colour); }
 };
 
 void add_position(void *data, double x, double y, double z, double)
@@ -512,6 +517,34 @@ void clean_face(string &out, string_view line)
     out.push_back('\n');
 }
 
+/* Keeps the colour that stands behind the coordinates of vertex i; of seven numbers, the last is a
+ * weight or an alpha that no two programs agree on. */
+struct error *keep_colour(geometry &g, size_t i, const std::vector<string_view> &numbers)
+{
+    double rgba[4] = {0, 0, 0, -1};
+    for (size_t k = 0; k < 3; k++)
+        if (!number_read_f64(numbers[3 + k].data(), numbers[3 + k].data() + numbers[3 + k].size(),
+                             &rgba[k]))
+            return nullptr;
+    return scene_colours_set(&g.colour, i, rgba);
+}
+
+/* ZBrush's polypaint, in a comment: mask, red, green and blue of one vertex after the other, two
+ * hexadecimal digits each. */
+struct error *keep_paint(geometry &g, size_t &painted, string_view digits)
+{
+    struct error *err = nullptr;
+    for (size_t at = 0; at + 8 <= digits.size() && !err; at += 8) {
+        double rgba[4] = {0, 0, 0, -1};
+        for (size_t k = 0; k < 3; k++)
+            rgba[k] =
+                (double)strtoul(string(digits.substr(at + 2 + 2 * k, 2)).c_str(), nullptr, 16) /
+                255;
+        err = scene_colours_set(&g.colour, painted++, rgba);
+    }
+    return err;
+}
+
 /* Keeps the statements that we use, without comments, which tinyobjloader takes for corners; reads
  * the material files. A vertex that is not three numbers, which it would put at 0, goes to
  * infinity: its triangles are left out and counted. */
@@ -519,14 +552,19 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
 {
     struct scene_import *const import = g.import;
     struct error *err = nullptr;
+    size_t vertices = 0, painted = 0;
     out.reserve(size);
     lines reader(text, size);
     for (string_view line; !err && reader.next(line);) {
         const string_view whole = numbers_without_comment(trimmed(line)), word = take_word(line);
         if (word == "v") {
             string_view rest = whole.substr(1);
-            if (take_numbers(rest, 3).size() == 3) {
+            const std::vector<string_view> numbers = take_numbers(rest, 7);
+            vertices++;
+            if (numbers.size() >= 3) {
                 out.append(whole).push_back('\n');
+                if (numbers.size() >= 6)
+                    err = keep_colour(g, vertices - 1, numbers);
             } else {
                 out += "v 9e999 0 0\n";
                 err = scene_import_broken(
@@ -545,6 +583,8 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
                 err = scene_import_broken(import, "file cut off", reader.number(),
                                           "the file is cut off in the face 'f %.*s'",
                                           (int)std::min<size_t>(line.size(), 60), line.data());
+        } else if (word == "#MRGB") {
+            err = keep_paint(g, painted, line);
         } else if (word == "usemtl") {
             out.append("usemtl ").append(line).push_back('\n');
         } else if (word == "mtllib") {
@@ -572,7 +612,8 @@ struct error *push_materials(geometry &g)
         struct error *err;
         if (material < 0) {
             struct scene_material none = scene_material_default();
-            none.albedo = {default_albedo, default_albedo, default_albedo};
+            if (!g.colour.count)
+                none.albedo = {default_albedo, default_albedo, default_albedo};
             err = scene_push_material(import->scene, none, &index);
         } else {
             err = push_material(import, g.all->list[(size_t)material],
@@ -657,6 +698,8 @@ struct error *read(struct scene_import *import)
     polygons.corner = g.corner.data();
     polygons.uv = uv.empty() ? nullptr : uv.data();
     polygons.material = g.material.data();
+    g.colour.unstated = 1;
+    polygons.colour = &g.colour;
     polygons.line = g.line.size() == g.size.size() ? g.line.data() : nullptr;
     return scene_import_polygons(import, &polygons);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* OFF in text: Geomview's Object File Format, with or without colours, normals and texture
- * coordinates, which are left alone.
+/* OFF in text: Geomview's Object File Format, with or without colours of vertices (COFF) or faces;
+ * normals and texture coordinates are left alone.
  *
  * Read here and not by OpenMesh, whose reader rounds positions to float and knows neither comments
  * nor counts in the first line.
@@ -14,7 +14,11 @@
 
 struct off {
     const char *at, *end;
+    bool coloured; /* vertices have colours, behind: */
+    bool normals;
 };
+
+enum { REST_MOST = 16 };
 
 /* Moves to the next word, over line ends and comments; false at the end of the file. */
 static bool skip_blanks(struct off *off)
@@ -29,10 +33,24 @@ static bool skip_blanks(struct off *off)
     return off->at < off->end;
 }
 
-static void skip_line(struct off *off)
+/* Takes the numbers that are left on the line, at most REST_MOST, and moves to its end. */
+static size_t take_rest(struct off *off, double rest[REST_MOST])
 {
+    size_t count = 0;
+    while (count < REST_MOST) {
+        while (off->at < off->end && *off->at != '\n' && isspace((unsigned char)*off->at))
+            off->at++;
+        const char *end = off->at < off->end && *off->at != '\n'
+                              ? number_read_f64(off->at, off->end, &rest[count])
+                              : NULL;
+        if (!end)
+            break;
+        off->at = end;
+        count++;
+    }
     while (off->at < off->end && *off->at != '\n')
         off->at++;
+    return count;
 }
 
 static struct error *take_number(struct off *off, double *value)
@@ -69,6 +87,8 @@ static struct error *take_header(struct off *off, uint32_t *vertices, uint32_t *
         return error_new("expected OFF");
     if (strcspn(word, "4n") < length)
         return error_new("%.*s: only three dimensions are understood", (int)length, word);
+    off->coloured = strcspn(word, "C") < length;
+    off->normals = strcspn(word, "N") < length;
     skip_blanks(off);
     if (off->end - off->at >= 6 && !memcmp(off->at, "BINARY", 6))
         return error_new("binary OFF is not understood");
@@ -80,18 +100,35 @@ static struct error *take_header(struct off *off, uint32_t *vertices, uint32_t *
     return error_wrap(err, "counts of vertices, faces and edges");
 }
 
-static struct error *take_vertex(struct off *off, struct scene_faces *faces)
+static struct error *take_vertex(struct off *off, struct scene_import *import,
+                                 struct scene_faces *faces)
 {
-    double p[3] = {0};
+    double p[3] = {0}, rest[REST_MOST];
     struct error *err = NULL;
     for (int axis = 0; axis < 3 && !err; axis++)
         err = take_number(off, &p[axis]);
-    skip_line(off);
-    return err ? err : scene_faces_vertex(faces, p[0], p[1], p[2]);
+    if (!err)
+        err = scene_faces_vertex(faces, p[0], p[1], p[2]);
+    if (err)
+        return err;
+    const size_t count = take_rest(off, rest), first = off->normals ? 3 : 0;
+    if (!off->coloured && count > first + 2)
+        warnings_add(import->warnings, "numbers behind vertices",
+                     "%s: %zu numbers behind the coordinates of vertices are left out: colours are "
+                     "read from files that begin with COFF",
+                     import->path, count);
+    if (!off->coloured || count < first + 3)
+        return NULL;
+    const bool alpha = count == first + 4 || count == first + 6; /* 2: texture coordinates */
+    const double rgba[4] = {rest[first], rest[first + 1], rest[first + 2],
+                            alpha ? rest[first + 3] : -1};
+    return scene_colours_set(&faces->vertex_colour, faces->vertex_count - 1, rgba);
 }
 
-static struct error *take_face(struct off *off, struct scene_faces *faces)
+static struct error *take_face(struct off *off, struct scene_import *import,
+                               struct scene_faces *faces)
 {
+    double rest[REST_MOST];
     uint32_t size = 0, vertex = 0;
     struct error *err = take_index(off, &size);
     if (!err)
@@ -101,8 +138,18 @@ static struct error *take_face(struct off *off, struct scene_faces *faces)
         if (!err)
             err = scene_faces_corner(faces, vertex);
     }
-    skip_line(off);
-    return err;
+    if (err)
+        return err;
+    const size_t count = take_rest(off, rest);
+    if (count == 1)
+        warnings_add(import->warnings, "colours by number",
+                     "%s: faces name their colours by number, in a map that is not there: they are "
+                     "left out",
+                     import->path);
+    if (count < 3)
+        return NULL;
+    const double rgba[4] = {rest[0], rest[1], rest[2], count > 3 ? rest[3] : -1};
+    return scene_colours_set(&faces->face_colour, faces->count - 1, rgba);
 }
 
 struct error *scene_read_off(struct scene_import *import)
@@ -115,9 +162,9 @@ struct error *scene_read_off(struct scene_import *import)
     struct off off = {.at = data, .end = data + size};
     struct error *err = take_header(&off, &vertex_count, &face_count);
     for (uint32_t v = 0; v < vertex_count && !err; v++)
-        err = error_wrap(take_vertex(&off, &faces), "vertex %u of %u", v + 1, vertex_count);
+        err = error_wrap(take_vertex(&off, import, &faces), "vertex %u of %u", v + 1, vertex_count);
     for (uint32_t f = 0; f < face_count && !err; f++)
-        err = error_wrap(take_face(&off, &faces), "face %u of %u", f + 1, face_count);
+        err = error_wrap(take_face(&off, import, &faces), "face %u of %u", f + 1, face_count);
     if (!err)
         err = scene_import_faces(import, &faces);
     scene_faces_clear(&faces);

@@ -26,10 +26,15 @@ static const struct {
 
 enum { NAME_MOST = 64, PROPERTIES_MOST = 256, ELEMENTS_MOST = 64 };
 
+/* How a row's values are used. */
+enum role { SKIP, COORDINATE, COLOUR, CORNERS, STRIP };
+
 struct property {
     char name[NAME_MOST];
     bool list;
     enum type length, type;
+    enum role role;
+    int axis; /* of a coordinate, or a colour's channel: red, green, blue, alpha */
 };
 
 struct element {
@@ -37,6 +42,7 @@ struct element {
     uint64_t count;
     struct property *properties; /* owned */
     size_t property_count;
+    bool coloured; /* its properties have red, green and blue */
 };
 
 struct ply {
@@ -195,20 +201,56 @@ static uint32_t to_vertex(double value)
     return value >= 0 && value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
 }
 
-/* How a row's values are used. */
-enum role { SKIP, COORDINATE, CORNERS, STRIP };
-
-static enum role role_of(const struct element *element, const struct property *property, int *axis)
+/* The channel of a colour, as one of the spellings has it; -1: none. */
+static int channel_of(const char *name)
 {
-    *axis = property->name[0] - 'x';
-    const bool coordinate = *axis >= 0 && *axis < 3 && property->name[1] == 0;
-    if (!property->list)
-        return coordinate && !strcmp(element->name, "vertex") ? COORDINATE : SKIP;
-    if (strcmp(property->name, "vertex_indices") && strcmp(property->name, "vertex_index"))
-        return SKIP;
-    return !strcmp(element->name, "face")        ? CORNERS
-           : !strcmp(element->name, "tristrips") ? STRIP
-                                                 : SKIP;
+    static const char *const names[][4] = {
+        {"red", "green", "blue", "alpha"},
+        {"diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"},
+        {"r", "g", "b", "a"}};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        for (int k = 0; k < 4; k++)
+            if (!strcmp(name, names[i][k]))
+                return k;
+    return -1;
+}
+
+static void set_role(const struct element *element, struct property *property)
+{
+    const bool vertex = !strcmp(element->name, "vertex"), face = !strcmp(element->name, "face");
+    const int axis = property->name[0] - 'x', channel = channel_of(property->name);
+    if (property->list) {
+        if (!strcmp(property->name, "vertex_indices") || !strcmp(property->name, "vertex_index"))
+            property->role = face ? CORNERS : !strcmp(element->name, "tristrips") ? STRIP : SKIP;
+    } else if (vertex && axis >= 0 && axis < 3 && property->name[1] == 0) {
+        property->role = COORDINATE;
+        property->axis = axis;
+    } else if ((vertex || face) && channel >= 0) {
+        property->role = COLOUR;
+        property->axis = channel;
+    }
+}
+
+/* Sets what each property is for. */
+static void set_roles(struct ply *ply)
+{
+    for (size_t e = 0; e < ply->element_count; e++) {
+        struct element *element = &ply->elements[e];
+        unsigned channels = 0;
+        for (size_t k = 0; k < element->property_count; k++) {
+            struct property *property = &element->properties[k];
+            set_role(element, property);
+            channels |= property->role == COLOUR ? 1u << property->axis : 0;
+        }
+        element->coloured = (channels & 7) == 7;
+    }
+}
+
+/* A colour's channel as a share of white; of types that have more than one white, as it stands
+ * (import.h). */
+static double to_share(enum type type, double value)
+{
+    return type == UINT8 ? value / 255 : type == UINT16 ? value / 65535 : value;
 }
 
 /* A triangle of a strip: the newest three vertices, every other one turned; -1 begins a new
@@ -236,9 +278,10 @@ static struct error *add_to_strip(struct scene_faces *faces, uint32_t vertex, ui
     return err;
 }
 
-static struct error *read_list(struct ply *ply, const struct property *property, enum role role,
+static struct error *read_list(struct ply *ply, const struct property *property,
                                struct scene_faces *faces, bool *ended)
 {
+    const enum role role = property->role;
     double length = 0, value = 0;
     uint32_t last[2] = {0};
     size_t strip = 0;
@@ -257,20 +300,30 @@ static struct error *read_list(struct ply *ply, const struct property *property,
 static struct error *read_row(struct ply *ply, const struct element *element,
                               struct scene_faces *faces, bool *ended)
 {
-    double position[3] = {0}, ignored;
+    double position[3] = {0}, rgba[4] = {0, 0, 0, -1}, value = 0;
+    const size_t face_count = faces->count;
     struct error *err = NULL;
     for (size_t k = 0; k < element->property_count && !*ended && !err; k++) {
         const struct property *property = &element->properties[k];
-        int axis;
-        const enum role role = role_of(element, property, &axis);
-        if (property->list)
-            err = read_list(ply, property, role, faces, ended);
-        else
-            *ended =
-                !take_value(ply, property->type, role == COORDINATE ? &position[axis] : &ignored);
+        if (property->list) {
+            err = read_list(ply, property, faces, ended);
+            continue;
+        }
+        *ended = !take_value(ply, property->type, &value);
+        if (property->role == COORDINATE)
+            position[property->axis] = value;
+        else if (property->role == COLOUR)
+            rgba[property->axis] = to_share(property->type, value);
     }
-    if (!err && !*ended && !strcmp(element->name, "vertex"))
+    if (err || *ended)
+        return err;
+    const bool vertex = !strcmp(element->name, "vertex");
+    if (vertex)
         err = scene_faces_vertex(faces, position[0], position[1], position[2]);
+    if (!err && element->coloured && vertex)
+        err = scene_colours_set(&faces->vertex_colour, faces->vertex_count - 1, rgba);
+    else if (!err && element->coloured && faces->count == face_count + 1)
+        err = scene_colours_set(&faces->face_colour, face_count, rgba);
     return err;
 }
 
@@ -296,11 +349,9 @@ static struct error *check_vertices(const struct ply *ply)
     for (size_t e = 0; e < ply->element_count; e++) {
         const struct element *element = &ply->elements[e];
         unsigned found = 0;
-        for (size_t k = 0; k < element->property_count; k++) {
-            int axis;
-            if (role_of(element, &element->properties[k], &axis) == COORDINATE)
-                found |= 1u << axis;
-        }
+        for (size_t k = 0; k < element->property_count; k++)
+            if (element->properties[k].role == COORDINATE)
+                found |= 1u << element->properties[k].axis;
         if (!strcmp(element->name, "vertex"))
             return found == 7 ? NULL : error_new("vertices have no x, y and z");
     }
@@ -317,6 +368,7 @@ struct error *scene_read_ply(struct scene_import *import)
     ply.at = (const unsigned char *)data;
     ply.end = ply.at + size;
     struct error *err = parse_header(&ply);
+    set_roles(&ply);
     if (!err)
         err = check_vertices(&ply);
     for (size_t e = 0; e < ply.element_count && !err; e++)

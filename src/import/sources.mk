@@ -2,6 +2,7 @@
 # a scene file to a scene: hides tinyobjloader and tinygltf
 import_sources = \
 	%D%/import.c %D%/import.h \
+	%D%/import_colour.c \
 	%D%/import_faces.c \
 	%D%/import_files.c \
 	%D%/import_gltf.cc %D%/import_gltf.h \

@@ -93,7 +93,7 @@ static struct vec3f lit_by_probes(struct tile *tile, const struct trace_points *
     baked_irradiance(r->baked, &tile->place, p, n, e);
     const struct vec3f irradiance = {(float)(e[0] / ANGLE_PI), (float)(e[1] / ANGLE_PI),
                                      (float)(e[2] / ANGLE_PI)};
-    return vec3f_mul(scene_albedo(t->scene, at->material[i], at->u[i], at->v[i]), irradiance);
+    return vec3f_mul(trace_albedo(t, at, i), irradiance);
 }
 
 /* Adds the light of the probes to the samples of a wave. */

@@ -9,6 +9,8 @@ void scene_mesh_clear(struct scene_mesh *mesh)
     free(mesh->position);
     free(mesh->index);
     free(mesh->uv);
+    free(mesh->emission_uv);
+    free(mesh->colour);
     free(mesh->material);
     *mesh = (struct scene_mesh){0};
 }
@@ -75,13 +77,19 @@ static void hash_material(struct hash *hash, const struct scene_material *m)
 
 static void hash_mesh(struct hash *hash, const struct scene_mesh *mesh)
 {
-    const uint64_t shape[] = {mesh->vertex_count, mesh->triangle_count, mesh->uv != NULL};
+    const uint64_t more = (mesh->uv ? 1u : 0u) + (mesh->emission_uv ? 2u : 0u) +
+                          (mesh->colour ? 4u : 0u);
+    const uint64_t shape[] = {mesh->vertex_count, mesh->triangle_count, more};
     hash_add(hash, shape, sizeof shape);
     hash_add(hash, mesh->position, 3 * mesh->vertex_count * sizeof *mesh->position);
     hash_add(hash, mesh->index, 3 * mesh->triangle_count * sizeof *mesh->index);
     hash_add(hash, mesh->material, mesh->triangle_count * sizeof *mesh->material);
     if (mesh->uv)
         hash_add(hash, mesh->uv, 6 * mesh->triangle_count * sizeof *mesh->uv);
+    if (mesh->emission_uv)
+        hash_add(hash, mesh->emission_uv, 6 * mesh->triangle_count * sizeof *mesh->emission_uv);
+    if (mesh->colour)
+        hash_add(hash, mesh->colour, 4 * mesh->vertex_count * sizeof *mesh->colour);
 }
 
 static void hash_light(struct hash *hash, const struct scene_light *l)

@@ -37,6 +37,11 @@ struct scene_mesh {
     /* 6 * triangle_count: (u, v) of each corner, v up as in OBJ; NULL when the mesh has none. The
      * importer converts: texture row 0 (the image's top) is v = 1. */
     float *uv;
+    /* the same for the emission maps of its materials; NULL: they read uv */
+    float *emission_uv;
+    /* 4 * vertex_count: linear RGB and alpha, 65535 is 1, between which triangles interpolate;
+     * factors of albedo and opacity. NULL: 1 everywhere */
+    uint16_t *colour;
     int32_t *material; /* triangle_count: index into scene->materials, never SCENE_NONE */
 };
 

@@ -66,6 +66,9 @@ static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnin
         memmove(&mesh->index[3 * kept], i, 3 * sizeof *i);
         if (mesh->uv)
             memmove(&mesh->uv[6 * kept], &mesh->uv[6 * t], 6 * sizeof *mesh->uv);
+        if (mesh->emission_uv)
+            memmove(&mesh->emission_uv[6 * kept], &mesh->emission_uv[6 * t],
+                    6 * sizeof *mesh->emission_uv);
         mesh->material[kept++] = mesh->material[t];
     }
     mesh->triangle_count = kept;
@@ -82,6 +85,9 @@ static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnin
             continue;
         memmove(&mesh->position[3 * (size_t)used], &mesh->position[3 * v],
                 3 * sizeof *mesh->position);
+        if (mesh->colour)
+            memmove(&mesh->colour[4 * (size_t)used], &mesh->colour[4 * v],
+                    4 * sizeof *mesh->colour);
         place[v] = ++used;
     }
     for (size_t k = 0; k < 3 * kept; k++)
@@ -91,12 +97,25 @@ static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnin
     return NULL;
 }
 
-static void mesh_clean_uv(struct scene_mesh *mesh, struct warnings *warnings, size_t number)
+/* White takes nothing away: without it nothing is paid. */
+static void mesh_clean_colour(struct scene_mesh *mesh)
 {
-    for (size_t k = 0; mesh->uv && k < 6 * mesh->triangle_count; k++) {
-        if (isfinite(mesh->uv[k]))
+    size_t k = 0;
+    while (mesh->colour && k < 4 * mesh->vertex_count && mesh->colour[k] == UINT16_MAX)
+        k++;
+    if (k < 4 * mesh->vertex_count)
+        return;
+    free(mesh->colour);
+    mesh->colour = NULL;
+}
+
+static void mesh_clean_uv(const struct scene_mesh *mesh, float *uv, struct warnings *warnings,
+                          size_t number)
+{
+    for (size_t k = 0; uv && k < 6 * mesh->triangle_count; k++) {
+        if (isfinite(uv[k]))
             continue;
-        mesh->uv[k] = 0;
+        uv[k] = 0;
         warnings_add(warnings, "texture coordinate not finite",
                      "triangle %zu of mesh %zu has a texture coordinate that is not a finite "
                      "number: 0 is used",
@@ -122,17 +141,23 @@ static double openness(const double m[12])
 /* Below this a float cannot hold the matrix's inverse, which ray tracers need of an instance. */
 static const double openness_least = 1e-6;
 
+static void turn_uv(float *uv, size_t t)
+{
+    for (size_t k = 6 * t + 2; uv && k < 6 * t + 4; k++) {
+        const float u = uv[k];
+        uv[k] = uv[k + 2];
+        uv[k + 2] = u;
+    }
+}
+
 /* Turns a triangle's front to the other side. */
 static void turn(struct scene_mesh *mesh, size_t t)
 {
     const uint32_t i = mesh->index[3 * t + 1];
     mesh->index[3 * t + 1] = mesh->index[3 * t + 2];
     mesh->index[3 * t + 2] = i;
-    for (size_t k = 6 * t + 2; mesh->uv && k < 6 * t + 4; k++) {
-        const float u = mesh->uv[k];
-        mesh->uv[k] = mesh->uv[k + 2];
-        mesh->uv[k + 2] = u;
-    }
+    turn_uv(mesh->uv, t);
+    turn_uv(mesh->emission_uv, t);
 }
 
 /* Gives an instance that is squeezed flat a mesh of its own, already placed. */
@@ -150,6 +175,10 @@ static struct error *instance_flatten(struct scene *scene, size_t number)
         err = array_create(&mesh.material, mesh.triangle_count, sizeof *mesh.material);
     if (!err && from->uv)
         err = array_create(&mesh.uv, 6 * mesh.triangle_count, sizeof *mesh.uv);
+    if (!err && from->emission_uv)
+        err = array_create(&mesh.emission_uv, 6 * mesh.triangle_count, sizeof *mesh.emission_uv);
+    if (!err && from->colour)
+        err = array_create(&mesh.colour, 4 * mesh.vertex_count, sizeof *mesh.colour);
     if (err) {
         scene_mesh_clear(&mesh);
         return err;
@@ -160,6 +189,11 @@ static struct error *instance_flatten(struct scene *scene, size_t number)
     memcpy(mesh.material, from->material, mesh.triangle_count * sizeof *mesh.material);
     if (mesh.uv)
         memcpy(mesh.uv, from->uv, 6 * mesh.triangle_count * sizeof *mesh.uv);
+    if (mesh.emission_uv)
+        memcpy(mesh.emission_uv, from->emission_uv,
+               6 * mesh.triangle_count * sizeof *mesh.emission_uv);
+    if (mesh.colour)
+        memcpy(mesh.colour, from->colour, 4 * mesh.vertex_count * sizeof *mesh.colour);
     for (size_t t = 0; t < mesh.triangle_count && openness(matrix) < 0; t++)
         turn(&mesh, t);
     size_t place = 0;
@@ -257,7 +291,11 @@ struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnin
         if (!err)
             err = mesh_clean(mesh, warnings, i);
         if (!err)
-            mesh_clean_uv(mesh, warnings, i);
+            mesh_clean_uv(mesh, mesh->uv, warnings, i);
+        if (!err)
+            mesh_clean_uv(mesh, mesh->emission_uv, warnings, i);
+        if (!err)
+            mesh_clean_colour(mesh);
         after += mesh->triangle_count;
     }
     scene->degenerate_count = before - after;

@@ -130,6 +130,12 @@ struct vec3f scene_albedo(const struct scene *scene, const struct scene_material
     return limited(scene, colour(scene, m->albedo, &m->albedo_map, u, v));
 }
 
+struct vec3f scene_albedo_tinted(const struct scene *scene, const struct scene_material *m,
+                                 struct vec3f tint, float u, float v)
+{
+    return limited(scene, vec3f_mul(tint, colour(scene, m->albedo, &m->albedo_map, u, v)));
+}
+
 struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m,
                                     float u, float v, uint32_t bits)
 {
@@ -159,6 +165,13 @@ struct scene_texel scene_texel_draw(const struct scene *scene, const struct scen
     return texel;
 }
 
+struct vec3f scene_texel_albedo_tinted(const struct scene *scene, const struct scene_texel *texel,
+                                       struct vec3f tint)
+{
+    return texel->code ? vec3f_mul(tint, scene_texel_albedo(scene, texel))
+                       : scene_albedo_tinted(scene, texel->material, tint, texel->u, texel->v);
+}
+
 struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_texel *texel)
 {
     const struct vec3f a = texel->material->albedo;
@@ -178,11 +191,17 @@ struct vec3f scene_emission(const struct scene *scene, const struct scene_materi
 float scene_transparency(const struct scene *scene, const struct scene_material *m, float u,
                          float v)
 {
+    return scene_transparency_tinted(scene, m, 1, u, v);
+}
+
+float scene_transparency_tinted(const struct scene *scene, const struct scene_material *m,
+                                float tint, float u, float v)
+{
     if (m->alpha == SCENE_OPAQUE)
         return 0;
     float rgba[4];
     scene_map_sample(scene, &m->alpha_map, u, v, rgba);
-    const float alpha = m->opacity * rgba[3];
+    const float alpha = m->opacity * rgba[3] * tint;
     if (m->alpha == SCENE_CUTOUT)
         return alpha < m->cutoff ? 1 : 0;
     return fminf(fmaxf(1 - alpha, 0), 1);

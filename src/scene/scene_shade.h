@@ -16,6 +16,23 @@ void scene_map_sample(const struct scene *scene, const struct scene_map *map, fl
 struct vec3f scene_albedo(const struct scene *scene, const struct scene_material *m, float u,
                           float v);
 
+/* Where the vertices have colours: `tint` is theirs, factor of the albedo. */
+struct vec3f scene_albedo_tinted(const struct scene *scene, const struct scene_material *m,
+                                 struct vec3f tint, float u, float v);
+
+/* The colour that vertices have at a point of a triangle: linear RGB and alpha. colour: a mesh's;
+ * vertex: the triangle's; b, c: the point's barycentric weights of corners 1 and 2. */
+static inline void scene_tint(const uint16_t *colour, const uint32_t vertex[3], float b, float c,
+                              float rgba[4])
+{
+    const uint16_t *p = colour + 4 * (size_t)vertex[0], *q = colour + 4 * (size_t)vertex[1],
+                   *r = colour + 4 * (size_t)vertex[2];
+    for (int k = 0; k < 4; k++) {
+        const float at_p = p[k], at_q = q[k], at_r = r[k];
+        rgba[k] = (at_p + b * (at_q - at_p) + c * (at_r - at_p)) * (1.0f / 65535);
+    }
+}
+
 /* The same of one texel, drawn with the weight that it has in the interpolation: the right albedo
  * in the mean, at a quarter of the reads from memory. scene_texel_draw (`bits`: 32 random bits)
  * sends for it, scene_texel_albedo reads it: what is done between the two hides the way to
@@ -28,12 +45,17 @@ struct scene_texel {
 struct scene_texel scene_texel_draw(const struct scene *scene, const struct scene_material *m,
                                     float u, float v, uint32_t bits);
 struct vec3f scene_texel_albedo(const struct scene *scene, const struct scene_texel *texel);
+struct vec3f scene_texel_albedo_tinted(const struct scene *scene, const struct scene_texel *texel,
+                                       struct vec3f tint);
 
 struct vec3f scene_emission(const struct scene *scene, const struct scene_material *m, float u,
                             float v);
 /* The share of light that passes through the surface here: 0 opaque, 1 hole. */
 float scene_transparency(const struct scene *scene, const struct scene_material *m, float u,
                          float v);
+/* Where the vertices have colours: `tint` is their alpha, factor of the material's. */
+float scene_transparency_tinted(const struct scene *scene, const struct scene_material *m,
+                                float tint, float u, float v);
 
 /* Radiance of the sky from a unit direction (pointing away from the viewer). */
 /* A direction in the axes of the sky's picture, and back. */

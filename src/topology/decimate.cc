@@ -6,11 +6,11 @@
  * neighbours (half-edge collapses), so none is new, and texture coordinates are those of the file.
  * How far a texture slides over the surface counts beside the distance, as in Hoppe, "New quadric
  * metric for simplifying meshes with appearance attributes", Visualization 1999, but against the
- * surface as it is before the collapse.
+ * surface as it is before the collapse; so does how far colours of vertices change.
  *
- * Creases are edges with a face on one side alone, and those where material or texture differ. A
- * vertex on no crease may move into any neighbour, one with exactly two crease edges along these,
- * any other stays: ends and branches of creases.
+ * Creases are edges with a face on one side alone, and those where material, texture or colour
+ * differ. A vertex on no crease may move into any neighbour, one with exactly two crease edges
+ * along these, any other stays: ends and branches of creases.
  */
 #ifndef __clang__ /* OpenMesh's vectors begin without a value */
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -29,6 +29,9 @@ extern "C" {
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Geometry/QuadricT.hh> /* in this order: it uses what the first declares */
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+
+#include <array>
+#include <map>
 
 namespace
 {
@@ -61,22 +64,43 @@ const uint32_t fan_most = 128, fan_taken_most = 1024;
 /* Triangles to be decimated: a surface, and what belongs to its faces. */
 struct part {
     surface s;
-    std::vector<float> uv; /* of each corner */
+    /* of each corner: `width` numbers, u and v; and where some mesh has them, those of emission
+     * maps and the colour of its vertex */
+    std::vector<float> look;
+    size_t width = 2;
     std::vector<int32_t> material;
-    bool has_uv = false;
+    bool has_uv = false, has_emission_uv = false, has_colour = false;
     size_t count() const { return material.size(); }
 };
+
+enum { EMISSION_UV = 2, COLOUR = 4, WIDE = 8 }; /* places in a corner's look, and its width */
+
+/* Makes room for what a mesh has. To be called of all meshes of a part before one is added. */
+void part_widen(part &p, const struct scene_mesh &mesh)
+{
+    p.has_uv = p.has_uv || mesh.uv;
+    p.has_emission_uv = p.has_emission_uv || mesh.emission_uv;
+    p.has_colour = p.has_colour || mesh.colour;
+    p.width = p.has_emission_uv || p.has_colour ? WIDE : 2;
+}
 
 void part_add(part &p, const struct scene_mesh &mesh, const double *m)
 {
     const bool turned = affine_mirrors(m);
     surface_add(p.s, mesh, m);
     p.material.insert(p.material.end(), mesh.material, mesh.material + mesh.triangle_count);
-    p.has_uv = p.has_uv || mesh.uv;
     for (size_t t = 0; t < mesh.triangle_count; t++) {
         for (size_t k = 0; k < 3; k++) {
-            const float *uv = mesh.uv ? mesh.uv + 6 * t + 2 * (turned && k ? 3 - k : k) : nullptr;
-            p.uv.insert(p.uv.end(), {uv ? uv[0] : 0.0f, uv ? uv[1] : 0.0f});
+            const size_t c = 3 * t + (turned && k ? 3 - k : k);
+            const float *uv = mesh.uv ? mesh.uv + 2 * c : nullptr;
+            p.look.insert(p.look.end(), {uv ? uv[0] : 0.0f, uv ? uv[1] : 0.0f});
+            if (p.width != WIDE)
+                continue;
+            uv = mesh.emission_uv ? mesh.emission_uv + 2 * c : uv;
+            p.look.insert(p.look.end(), {uv ? uv[0] : 0.0f, uv ? uv[1] : 0.0f});
+            for (size_t i = 0; i < 4; i++)
+                p.look.push_back(mesh.colour ? (float)mesh.colour[4 * (size_t)mesh.index[c] + i]
+                                             : UINT16_MAX);
         }
     }
 }
@@ -91,8 +115,8 @@ struct topology {
     std::vector<uint32_t> fan;                /* faces about each vertex */
 };
 
-/* The error of a collapse, and whether it is legal. Keeps the corners' vertices and texture
- * coordinates up to date, and the fans. */
+/* The error of a collapse, and whether it is legal. Keeps the corners' vertices and looks up to
+ * date, and the fans. */
 class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
 {
   public:
@@ -127,8 +151,8 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
         if (count && !(count == 2 && is_crease(ci.v0v1)))
             return ILLEGAL_COLLAPSE;
         double slide = 0;
-        const bool legal = each_remaining(ci, [&](uint32_t t, uint32_t corner, const float *uv) {
-            return face_allows(ci, t, corner, uv, slide);
+        const bool legal = each_remaining(ci, [&](uint32_t t, uint32_t corner, const float *look) {
+            return face_allows(ci, t, corner, look, slide);
         });
         if (!legal)
             return ILLEGAL_COLLAPSE;
@@ -147,13 +171,15 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
             if (v.is_valid())
                 o->fan[(size_t)v.idx()]--;
         moves.clear();
-        each_remaining(ci, [&](uint32_t, uint32_t corner, const float *uv) {
-            moves.push_back({corner, {uv[0], uv[1]}});
+        each_remaining(ci, [&](uint32_t, uint32_t corner, const float *look) {
+            move m = {corner, {}};
+            std::copy_n(look, p->width, m.look);
+            moves.push_back(m);
             return true;
         });
         for (const move &m : moves) { /* now that nothing more is asked of the faces as they were */
             o->vertex[m.corner] = ci.v1.idx();
-            std::copy_n(m.uv, 2, &p->uv[2 * (size_t)m.corner]);
+            std::copy_n(m.look, p->width, look_of(m.corner));
         }
         counted = half_edges::VertexHandle();
     }
@@ -161,7 +187,7 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
   private:
     struct move {
         uint32_t corner;
-        float uv[2];
+        float look[WIDE];
     };
 
     /* Faces about v1 after the collapse. */
@@ -182,14 +208,24 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
         return c;
     }
 
-    const float *uv_at(uint32_t t, half_edges::VertexHandle v) const
+    float *look_of(uint32_t corner) const { return &p->look[p->width * (size_t)corner]; }
+
+    const float *look_at(uint32_t t, half_edges::VertexHandle v) const
     {
-        return &p->uv[2 * (size_t)corner_at(t, v)];
+        return look_of(corner_at(t, v));
     }
 
     bool is_textured(uint32_t t) const
     {
-        return p->has_uv && scene->materials[p->material[t]].textured;
+        return (p->has_uv || p->has_emission_uv) && scene->materials[p->material[t]].textured;
+    }
+
+    /* Whether a triangle's surface looks otherwise with the one than with the other. */
+    bool differs(uint32_t t, const float *a, const float *b) const
+    {
+        const size_t uv_end = std::min<size_t>(p->width, COLOUR);
+        return (is_textured(t) && !std::equal(a, a + uv_end, b)) ||
+               (p->has_colour && !std::equal(a + COLOUR, a + WIDE, b + COLOUR));
     }
 
     bool is_crease(half_edges::HalfedgeHandle h)
@@ -201,12 +237,10 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
         const uint32_t t = triangle_of(f), u = triangle_of(g);
         if (p->material[t] != p->material[u])
             return true;
-        const auto differs = [&](half_edges::VertexHandle v) {
-            const float *a = uv_at(t, v), *b = uv_at(u, v);
-            return a[0] != b[0] || a[1] != b[1];
+        const auto differ_at = [&](half_edges::VertexHandle v) {
+            return differs(t, look_at(t, v), look_at(u, v));
         };
-        return is_textured(t) &&
-               (differs(mesh().from_vertex_handle(h)) || differs(mesh().to_vertex_handle(h)));
+        return differ_at(mesh().from_vertex_handle(h)) || differ_at(mesh().to_vertex_handle(h));
     }
 
     /* The creases that end at the vertex where h begins. OpenMesh asks for one vertex's collapses
@@ -226,9 +260,9 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
         return creases;
     }
 
-    /* Calls visit(triangle, its corner on v0, texture coordinates that this is to get) for each
-     * face about v0 that the collapse leaves, until that is false. The coordinates are those of v1
-     * on the same side of the crease through v0. */
+    /* Calls visit(triangle, its corner on v0, the look that this is to get) for each face about v0
+     * that the collapse leaves, until that is false. The look is that of v1 on the same side of the
+     * crease through v0. */
     template <class Visit> bool each_remaining(const CollapseInfo &ci, const Visit &visit)
     {
         half_edges::HalfedgeHandle h = ci.v0v1;
@@ -242,7 +276,7 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
             if (f.is_valid() && f != ci.fl && f != ci.fr) {
                 const uint32_t t = triangle_of(f);
                 going = side.is_valid() &&
-                        visit(t, corner_at(t, ci.v0), uv_at(triangle_of(side), ci.v1));
+                        visit(t, corner_at(t, ci.v0), look_at(triangle_of(side), ci.v1));
             }
             h = mesh().ccw_rotated_halfedge_handle(h);
         } while (going && h != ci.v0v1);
@@ -254,8 +288,9 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
         return mesh().point(half_edges::VertexHandle(o->vertex[corner]));
     }
 
-    /* Whether a face may follow its corner from v0 to v1; adds what its texture slides. */
-    bool face_allows(const CollapseInfo &ci, uint32_t t, uint32_t corner, const float *uv,
+    /* Whether a face may follow its corner from v0 to v1; adds what its texture slides, and what
+     * its colour changes: from black to white counts as a slide of its size. */
+    bool face_allows(const CollapseInfo &ci, uint32_t t, uint32_t corner, const float *look,
                      double &slide)
     {
         const uint32_t next = next_corner(corner), last = next_corner(next);
@@ -267,23 +302,34 @@ class collapses : public OpenMesh::Decimater::ModBaseT<half_edges>
         if (!(area > 0 && moved_area > sin_corner_least * longest &&
               dot(normal, moved) >= cos_turn_most * area * moved_area))
             return false;
-        if (!is_textured(t))
+        if (!is_textured(t) && !p->has_colour)
             return true;
-        /* the face's own texture at v1, against what it is to get there */
+        /* the face's own look at v1, against what it is to get there */
         const double along_b = dot(cross(shift, c), normal) / (area * area),
                      along_c = dot(cross(b, shift), normal) / (area * area);
-        const float *own = &p->uv[2 * (size_t)corner], *at_b = &p->uv[2 * (size_t)next],
-                    *at_c = &p->uv[2 * (size_t)last];
-        double off = 0, size = 0;
-        for (int i = 0; i < 2; i++) {
-            const double to_b = (double)at_b[i] - (double)own[i],
-                         to_c = (double)at_c[i] - (double)own[i];
-            const double d = (double)uv[i] - ((double)own[i] + along_b * to_b + along_c * to_c);
-            off += d * d;
-            size += to_b * to_b + to_c * to_c;
+        const double weight = area / 2 * (b.sqrnorm() + c.sqrnorm());
+        double size = 0;
+        const auto off = [&](size_t begin, size_t end) {
+            const float *own = look_of(corner), *at_b = look_of(next), *at_c = look_of(last);
+            double sum = 0;
+            size = 0;
+            for (size_t i = begin; i < end; i++) {
+                const double to_b = (double)at_b[i] - (double)own[i],
+                             to_c = (double)at_c[i] - (double)own[i];
+                const double d = (double)look[i] -
+                                 ((double)own[i] + along_b * to_b + along_c * to_c);
+                sum += d * d;
+                size += to_b * to_b + to_c * to_c;
+            }
+            return sum;
+        };
+        for (size_t i = 0; is_textured(t) && i < std::min<size_t>(p->width, COLOUR); i += 2) {
+            const double slid = off(i, i + 2);
+            if (size > 0)
+                slide += weight * slid / size;
         }
-        if (size > 0)
-            slide += area / 2 * off * (b.sqrnorm() + c.sqrnorm()) / size;
+        if (p->has_colour)
+            slide += weight * off(COLOUR, WIDE) / (65535.0 * 65535.0);
         return true;
     }
 
@@ -426,11 +472,11 @@ void reduce(part &p, const topology &o)
             continue;
         for (size_t k = 0; k < 3; k++)
             p.s.corner[3 * kept + k] = (uint32_t)o.vertex[3 * t + k];
-        std::copy_n(&p.uv[6 * t], 6, &p.uv[6 * kept]);
+        std::copy_n(&p.look[3 * p.width * t], 3 * p.width, &p.look[3 * p.width * kept]);
         p.material[kept++] = p.material[t];
     }
     p.s.corner.resize(3 * kept);
-    p.uv.resize(6 * kept);
+    p.look.resize(3 * p.width * kept);
     p.material.resize(kept);
     std::vector<surface_point> vertices;
     for (const uint32_t v : o.origin)
@@ -464,9 +510,48 @@ void decimate(part &p, const struct scene *scene, size_t target)
     reduce(p, o);
 }
 
-/* Puts a part in a mesh's place. */
-struct error *store(struct scene_mesh *mesh, const part &p)
+/* Gives corners that stand on one vertex in other colours vertices of their own. Returns the colour
+ * of each vertex. */
+std::vector<std::array<float, 4>> part_colours(part &p)
 {
+    std::vector<std::array<float, 4>> colour(p.s.vertices.size());
+    std::vector<char> taken(colour.size());
+    std::map<std::pair<uint32_t, std::array<float, 4>>, uint32_t> more;
+    for (size_t c = 0; c < p.s.corner.size(); c++) {
+        uint32_t &v = p.s.corner[c];
+        std::array<float, 4> own;
+        std::copy_n(&p.look[p.width * c + COLOUR], 4, own.begin());
+        if (!taken[v]) {
+            taken[v] = 1;
+            colour[v] = own;
+        } else if (colour[v] != own) {
+            const auto split = more.insert({{v, own}, (uint32_t)colour.size()});
+            if (split.second) {
+                const surface_point place = p.s.vertices[v];
+                p.s.vertices.push_back(place);
+                colour.push_back(own);
+            }
+            v = split.first->second;
+        }
+    }
+    return colour;
+}
+
+/* Texture coordinates of the corners, from those places of their looks. */
+struct error *store_uv(float **uv, const part &p, size_t at)
+{
+    struct error *err = array_create(uv, 2 * p.s.corner.size(), sizeof **uv);
+    for (size_t c = 0; c < p.s.corner.size() && !err; c++)
+        std::copy_n(&p.look[p.width * c + at], 2, *uv + 2 * c);
+    return err;
+}
+
+/* Puts a part in a mesh's place. */
+struct error *store(struct scene_mesh *mesh, part &p)
+{
+    std::vector<std::array<float, 4>> colour;
+    if (p.has_colour)
+        colour = part_colours(p);
     struct scene_mesh made = {};
     made.vertex_count = p.s.vertices.size();
     made.triangle_count = p.count();
@@ -476,7 +561,11 @@ struct error *store(struct scene_mesh *mesh, const part &p)
     if (!err)
         err = array_create(&made.material, made.triangle_count, sizeof *made.material);
     if (!err && p.has_uv)
-        err = array_create(&made.uv, 6 * made.triangle_count, sizeof *made.uv);
+        err = store_uv(&made.uv, p, 0);
+    if (!err && p.has_emission_uv)
+        err = store_uv(&made.emission_uv, p, EMISSION_UV);
+    if (!err && p.has_colour)
+        err = array_create(&made.colour, 4 * made.vertex_count, sizeof *made.colour);
     if (err) {
         scene_mesh_clear(&made);
         return err;
@@ -487,8 +576,9 @@ struct error *store(struct scene_mesh *mesh, const part &p)
     }
     std::copy(p.s.corner.begin(), p.s.corner.end(), made.index);
     std::copy(p.material.begin(), p.material.end(), made.material);
-    if (made.uv)
-        std::copy(p.uv.begin(), p.uv.end(), made.uv);
+    for (size_t v = 0; v < colour.size(); v++)
+        std::transform(colour[v].begin(), colour[v].end(), made.colour + 4 * v,
+                       [](float code) { return (uint16_t)code; });
     scene_mesh_clear(mesh);
     *mesh = made;
     return nullptr;
@@ -500,6 +590,9 @@ struct error *decimate_joint(struct scene *scene, double share, const std::vecto
 {
     part joint;
     struct scene_instance *first = nullptr;
+    for (size_t i = 0; i < scene->mesh_count; i++)
+        if (placed[i] == 1)
+            part_widen(joint, scene->meshes[i]);
     for (size_t i = 0; i < scene->instance_count; i++) {
         struct scene_instance *instance = &scene->instances[i];
         if (placed[instance->mesh] != 1)
@@ -523,6 +616,7 @@ struct error *decimate_scene(struct scene *scene, double share)
         if (placed[i] < 2)
             continue;
         part alone;
+        part_widen(alone, scene->meshes[i]);
         part_add(alone, scene->meshes[i], scene_identity);
         decimate(alone, scene, (size_t)(share * (double)alone.count()));
         err = store(&scene->meshes[i], alone);

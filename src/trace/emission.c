@@ -314,7 +314,7 @@ static struct emission_range map_over(const struct emission_map *map, const stru
 }
 
 struct emission_range emission_over(const struct emission_maps *maps, int32_t material,
-                                    const float uv[3][2])
+                                    const float uv[3][2], const float alpha_uv[3][2])
 {
     const struct scene_material *m = &maps->scene->materials[material];
     const struct emission_use *use = &maps->use[material];
@@ -323,7 +323,8 @@ struct emission_range emission_over(const struct emission_maps *maps, int32_t ma
     if (use->light >= 0)
         range = map_over(&maps->map[use->light], &m->emission_map, uv);
     if (use->alpha >= 0) {
-        const struct emission_range alpha = map_over(&maps->map[use->alpha], &m->alpha_map, uv);
+        const struct emission_range alpha =
+            map_over(&maps->map[use->alpha], &m->alpha_map, alpha_uv);
         range.mean *= alpha.mean;
         range.most *= alpha.most;
         range.smooth = range.smooth && alpha.smooth;

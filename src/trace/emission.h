@@ -32,9 +32,9 @@ bool emission_varies(const struct scene_material *material);
 struct error *emission_init(struct emission_maps *maps, const struct scene *scene);
 void emission_clear(struct emission_maps *maps);
 
-/* uv: u and v of three corners. The material, by number, emits and varies. The mean is above 0
- * where the most is. */
+/* uv, alpha_uv: u and v of three corners, for the material's emission map and its alpha map. The
+ * material, by number, emits and varies. The mean is above 0 where the most is. */
 struct emission_range emission_over(const struct emission_maps *maps, int32_t material,
-                                    const float uv[3][2]);
+                                    const float uv[3][2], const float alpha_uv[3][2]);
 
 #endif

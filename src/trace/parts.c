@@ -79,8 +79,11 @@ struct error *parts_add(struct parts *parts, const struct tracer *t, uint32_t in
     for (int k = 0; k < 3; k++) {
         struct trace_point corner;
         trace_point_at(t, instance, triangle, k == 1, k == 2, &corner);
-        root->uv[k][0] = corner.u;
-        root->uv[k][1] = corner.v;
+        root->uv[k][0] = root->emission_uv[k][0] = corner.u;
+        root->uv[k][1] = root->emission_uv[k][1] = corner.v;
+        if (t->geometry[instance].emission_uv)
+            trace_uv(t->geometry[instance].emission_uv, &corner, &root->emission_uv[k][0],
+                     &root->emission_uv[k][1]);
     }
     return NULL;
 }
@@ -92,6 +95,16 @@ struct cutting {
     struct candidates candidates;
 };
 
+/* Texture coordinates of a part's corners, from those of its root. */
+static void part_uv(const struct light_part *p, const float root[3][2], float uv[3][2])
+{
+    for (int k = 0; k < 3; k++) {
+        const float b = p->b + (k == 1 ? p->size : 0), c = p->c + (k == 2 ? p->size : 0);
+        for (int i = 0; i < 2; i++)
+            uv[k][i] = root[0][i] + b * (root[1][i] - root[0][i]) + c * (root[2][i] - root[0][i]);
+    }
+}
+
 /* Sets what a part shines, and lines it up where that is uneven. */
 static struct error *judge(struct cutting *cutting, uint32_t number)
 {
@@ -100,15 +113,12 @@ static struct error *judge(struct cutting *cutting, uint32_t number)
     const struct parts_root *root = &parts->root[p->root];
     const struct scene_mesh *mesh =
         &cutting->scene->meshes[cutting->scene->instances[root->instance].mesh];
-    float uv[3][2];
-    for (int k = 0; k < 3; k++) {
-        const float b = p->b + (k == 1 ? p->size : 0), c = p->c + (k == 2 ? p->size : 0);
-        for (int i = 0; i < 2; i++)
-            uv[k][i] = root->uv[0][i] + b * (root->uv[1][i] - root->uv[0][i]) +
-                       c * (root->uv[2][i] - root->uv[0][i]);
-    }
+    float uv[3][2], emission_uv[3][2];
+    part_uv(p, (const float(*)[2])root->uv, uv);
+    part_uv(p, (const float(*)[2])root->emission_uv, emission_uv);
     const struct emission_range range =
-        emission_over(&cutting->maps, mesh->material[root->triangle], (const float(*)[2])uv);
+        emission_over(&cutting->maps, mesh->material[root->triangle],
+                      (const float(*)[2])emission_uv, (const float(*)[2])uv);
     p->brightness = range.mean;
     const float share = p->size * p->size, most = share * (range.most - range.mean);
     const float whole = parts->part[root->part].brightness;

@@ -28,7 +28,8 @@ struct parts_root {
     uint32_t instance, triangle;
     uint32_t part;  /* the whole */
     float area;     /* as the asker measures */
-    float uv[3][2]; /* of its corners */
+    float uv[3][2]; /* of its corners, and as its emission map reads them: */
+    float emission_uv[3][2];
 };
 
 struct parts {

@@ -176,11 +176,10 @@ struct drawn {
 static void set_drawn(const struct path_tracer *path, const struct lights_choice *choice,
                       struct drawn *drawn, size_t i)
 {
-    const struct scene *scene = path->tracer->scene;
     const struct trace_point *p = &choice->point;
-    struct vec3f radiance = scene_emission(scene, p->material, p->u, p->v);
+    struct vec3f radiance = trace_point_emission(path->tracer, p);
     if (path->tracer->has_alpha) /* where the surface is not, it does not shine */
-        radiance = vec3f_scale(1 - scene_transparency(scene, p->material, p->u, p->v), radiance);
+        radiance = vec3f_scale(1 - trace_point_transparency(path->tracer, p), radiance);
     wave_put(&drawn->position, i, p->position);
     wave_put(&drawn->normal, i, p->normal);
     wave_put(&drawn->radiance, i, radiance);
@@ -319,7 +318,14 @@ static struct vec3f emitted(const struct path_tracer *path, const struct trace_p
     const struct scene *scene = path->tracer->scene;
     if (!scene_emits(at->material[i]) || (scene->emit_front_only && !at->front[i]))
         return (struct vec3f){0};
-    return scene_emission(scene, at->material[i], at->u[i], at->v[i]);
+    const struct trace_point point = {.instance = at->instance[i],
+                                      .triangle = at->triangle[i],
+                                      .b = at->b[i],
+                                      .c = at->c[i],
+                                      .u = at->u[i],
+                                      .v = at->v[i],
+                                      .material = at->material[i]};
+    return trace_point_emission(path->tracer, &point);
 }
 
 /* -- a wave of paths --------------------------------------------------------------------------- */
@@ -428,8 +434,11 @@ TRACE_VECTORS static void turn(struct wave *w)
         wave_put(&w->ray.direction, i, path_scatter(wave_get(&w->facing, i), u[i], turns[i]));
         w->ray.most[i] = INFINITY;
     }
+    const bool tinted = w->path->tracer->has_colour;
     for (size_t i = 0; i < w->count; i++)
-        wave_put(&albedo, i, scene_texel_albedo(scene, &texel[i]));
+        wave_put(&albedo, i,
+                 tinted ? scene_texel_albedo_tinted(scene, &texel[i], wave_get(&w->at.tint, i))
+                        : scene_texel_albedo(scene, &texel[i]));
     for (size_t i = 0; i < w->count; i++) {
         const struct vec3f throughput =
             vec3f_mul(wave_get(&w->throughput, i), wave_get(&albedo, i));
@@ -480,6 +489,8 @@ static void move_path(struct wave *w, size_t to, size_t from)
     w->at.material[to] = w->at.material[from];
     w->at.u[to] = w->at.u[from];
     w->at.v[to] = w->at.v[from];
+    if (w->path->tracer->has_colour)
+        wave_put(&w->at.tint, to, wave_get(&w->at.tint, from));
 }
 
 /* Ends paths that escaped, that can bring nothing more, or that Russian roulette ends; their sums

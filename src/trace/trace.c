@@ -78,8 +78,7 @@ static void filter(const struct RTCFilterFunctionNArguments *args)
     struct trace_point point = {
         .instance = instance, .triangle = hit->primID, .b = hit->u, .c = hit->v};
     trace_point_shade(query->tracer, &point);
-    const float through =
-        scene_transparency(query->tracer->scene, point.material, point.u, point.v);
+    const float through = trace_point_transparency(query->tracer, &point);
     const float limit = isnan(query->opaque) ? 1 - chance(query->salt, instance, hit->primID)
                                              : query->opaque;
     if (through >= limit)
@@ -222,10 +221,13 @@ static struct error *build(struct tracer *t)
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         t->geometry[i].index = mesh->index;
         t->geometry[i].uv = mesh->uv;
+        t->geometry[i].emission_uv = mesh->emission_uv;
+        t->geometry[i].colour = mesh->colour;
         t->geometry[i].material = mesh->material;
         t->geometry[i].materials = scene->materials;
         t->geometry[i].mirrored = affine_mirrors(scene->instances[i].transform);
         t->has_alpha = t->has_alpha || mesh_has_alpha(scene, mesh);
+        t->has_colour = t->has_colour || mesh->colour;
         if (mesh->triangle_count)
             err = uses[scene->instances[i].mesh] > 1 ? add_placed(t, i) : add_flat(t, i);
     }
@@ -616,6 +618,11 @@ static void shade_points(const struct tracer *t, size_t count, struct trace_poin
         points->material[i] = p.material;
         points->u[i] = p.u;
         points->v[i] = p.v;
+        if (t->has_colour) {
+            float rgba[4];
+            trace_point_tint(t, &p, rgba);
+            wave_put(&points->tint, i, (struct vec3f){rgba[0], rgba[1], rgba[2]});
+        }
     }
 }
 
@@ -699,7 +706,7 @@ static float transmission(const struct tracer *t, struct trace_ray ray)
     for (struct trace_query query = start_query(t, 0, 1);
          through > 0 && nearest(&query, &ray, &point);) {
         trace_point_shade(t, &point);
-        through *= scene_transparency(t->scene, point.material, point.u, point.v);
+        through *= trace_point_transparency(t, &point);
         const struct vec3f behind = point.front ? vec3f_scale(-1, point.normal) : point.normal;
         ray.origin = trace_leave(point.position, point.distance, behind);
         ray.most -= point.distance;

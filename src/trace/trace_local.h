@@ -3,7 +3,7 @@
 #ifndef TRACE_LOCAL_H
 #define TRACE_LOCAL_H
 
-#include "scene/scene.h"
+#include "scene/scene_shade.h"
 #include "trace/trace.h"
 
 #include <embree3/rtcore.h>
@@ -13,7 +13,9 @@
 struct trace_geometry {
     const float *vertex; /* 3 a vertex: local coordinates, or the mesh's own where `placed` */
     const uint32_t *index;
-    const float *uv;         /* the mesh's, or NULL */
+    const float *uv; /* the mesh's, or NULL; and so are: */
+    const float *emission_uv;
+    const uint16_t *colour;
     const int32_t *material; /* by triangle, into: */
     const struct scene_material *materials;
     bool placed;         /* by an Embree instance, with: */
@@ -34,7 +36,8 @@ struct tracer {
     float **vertices;                /* owned buffers: by instance, then by mesh */
     /* by mesh: scenes of meshes that are placed many times, or NULL */
     RTCScene *parts;
-    bool has_alpha; /* some surface lets rays through */
+    bool has_alpha;  /* some surface lets rays through */
+    bool has_colour; /* some mesh's vertices have colours */
 };
 
 /* What an Embree query carries for the filters of trace.c. */
@@ -68,6 +71,14 @@ struct trace_point {
     const struct scene_material *material;
 };
 
+/* Texture coordinates between those of a triangle's corners. */
+static inline void trace_uv(const float *uv, const struct trace_point *point, float *u, float *v)
+{
+    const float a = 1 - point->b - point->c, *corner = uv + 6 * (size_t)point->triangle;
+    *u = a * corner[0] + point->b * corner[2] + point->c * corner[4];
+    *v = a * corner[1] + point->b * corner[3] + point->c * corner[5];
+}
+
 /* Sets the material and the texture coordinates of a point. trace_rays_nearest has sent for them:
  * what is done between the two hides the way to memory. */
 static inline void trace_point_shade(const struct tracer *tracer, struct trace_point *point)
@@ -75,11 +86,40 @@ static inline void trace_point_shade(const struct tracer *tracer, struct trace_p
     const struct trace_geometry *g = &tracer->geometry[point->instance];
     point->material = g->materials + g->material[point->triangle];
     point->u = point->v = 0;
-    if (point->material->textured && g->uv) {
-        const float a = 1 - point->b - point->c, *uv = g->uv + 6 * (size_t)point->triangle;
-        point->u = a * uv[0] + point->b * uv[2] + point->c * uv[4];
-        point->v = a * uv[1] + point->b * uv[3] + point->c * uv[5];
-    }
+    if (point->material->textured && g->uv)
+        trace_uv(g->uv, point, &point->u, &point->v);
+}
+
+/* The colour of the vertices at a point: linear RGB and alpha; 1 where they have none. */
+static inline void trace_point_tint(const struct tracer *tracer, const struct trace_point *point,
+                                    float rgba[4])
+{
+    const struct trace_geometry *g = &tracer->geometry[point->instance];
+    if (g->colour)
+        scene_tint(g->colour, g->index + 3 * (size_t)point->triangle, point->b, point->c, rgba);
+    else
+        rgba[0] = rgba[1] = rgba[2] = rgba[3] = 1;
+}
+
+/* Of a shaded point: the share of light that passes, and the radiance that its material emits. */
+static inline float trace_point_transparency(const struct tracer *tracer,
+                                             const struct trace_point *point)
+{
+    if (!tracer->has_colour)
+        return scene_transparency(tracer->scene, point->material, point->u, point->v);
+    float rgba[4];
+    trace_point_tint(tracer, point, rgba);
+    return scene_transparency_tinted(tracer->scene, point->material, rgba[3], point->u, point->v);
+}
+
+static inline struct vec3f trace_point_emission(const struct tracer *tracer,
+                                                const struct trace_point *point)
+{
+    const float *uv = tracer->geometry[point->instance].emission_uv;
+    float u = point->u, v = point->v;
+    if (uv && point->material->emission_map.texture != SCENE_NONE)
+        trace_uv(uv, point, &u, &v);
+    return scene_emission(tracer->scene, point->material, u, v);
 }
 
 /* -- waves ------------------------------------------------------------------------------------ */
@@ -122,6 +162,7 @@ struct trace_points {
     float b[TRACE_WAVE], c[TRACE_WAVE];
     const struct scene_material *material[TRACE_WAVE];
     float u[TRACE_WAVE], v[TRACE_WAVE];
+    struct wave_vec tint; /* of their vertices; set where the tracer has_colour alone */
 };
 
 /* Nearest surfaces of the first `count` rays, shaded. */
@@ -131,6 +172,16 @@ void trace_rays_nearest(const struct tracer *tracer, size_t count, const struct 
 /* Makes seen 0 where anything is on the way of a ray; rays whose seen is 0 are not traced. */
 void trace_rays_occluded(const struct tracer *tracer, size_t count, const struct trace_rays *rays,
                          int32_t *seen);
+
+/* The albedo of a point that was hit. */
+static inline struct vec3f trace_albedo(const struct tracer *tracer,
+                                        const struct trace_points *points, size_t i)
+{
+    const struct scene_material *m = points->material[i];
+    return tracer->has_colour ? scene_albedo_tinted(tracer->scene, m, wave_get(&points->tint, i),
+                                                    points->u[i], points->v[i])
+                              : scene_albedo(tracer->scene, m, points->u[i], points->v[i]);
+}
 
 /* -- points ----------------------------------------------------------------------------------- */
 

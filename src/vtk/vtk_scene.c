@@ -29,6 +29,12 @@ static bool is_plain(const struct scene_material *m)
            m->alpha_map.texture == SCENE_NONE;
 }
 
+/* One texture coordinate between those of the corners. */
+static float between(const float corner[6], float b, float c)
+{
+    return (1 - b - c) * corner[0] + b * corner[2] + c * corner[4];
+}
+
 /* Means over triangle t, of colours over what is opaque of it. Sampled in the centres of the 16
  * triangles that it falls into when its edges are quartered: strips, in which triangles stand on
  * their base and on their tip in turn. */
@@ -36,20 +42,25 @@ static void shade(const struct scene *scene, const struct scene_mesh *mesh, size
                   float albedo[3], float emission[3], float *opacity)
 {
     const struct scene_material *m = &scene->materials[mesh->material[t]];
-    const float *uv = mesh->uv ? mesh->uv + 6 * t : (const float[6]){0};
-    const int parts = is_plain(m) || !mesh->uv ? 1 : 4;
+    const float *uv = mesh->uv ? mesh->uv + 6 * t : (const float[6]){0},
+                *emission_uv = mesh->emission_uv ? mesh->emission_uv + 6 * t : uv;
+    const int parts = (is_plain(m) || !mesh->uv) && !mesh->colour ? 1 : 4;
     float weight = 0;
     for (int i = 0; i < parts; i++) {
         for (int j = 0; j < 2 * (parts - i) - 1; j++) {
             const float third = (float)(1 + j % 2) / 3;
             const float b = ((float)i + third) / (float)parts,
                         c = ((float)(j / 2) + third) / (float)parts;
-            const float a = 1 - b - c;
-            const float u = a * uv[0] + b * uv[2] + c * uv[4],
-                        v = a * uv[1] + b * uv[3] + c * uv[5];
-            const float opaque = 1 - scene_transparency(scene, m, u, v);
-            add_to(albedo, opaque, scene_albedo(scene, m, u, v));
-            add_to(emission, opaque, scene_emission(scene, m, u, v));
+            const float u = between(uv, b, c), v = between(uv + 1, b, c);
+            float tint[4] = {1, 1, 1, 1};
+            if (mesh->colour)
+                scene_tint(mesh->colour, mesh->index + 3 * t, b, c, tint);
+            const float opaque = 1 - scene_transparency_tinted(scene, m, tint[3], u, v);
+            add_to(albedo, opaque,
+                   scene_albedo_tinted(scene, m, (struct vec3f){tint[0], tint[1], tint[2]}, u, v));
+            add_to(emission, opaque,
+                   scene_emission(scene, m, between(emission_uv, b, c),
+                                  between(emission_uv + 1, b, c)));
             weight += opaque;
         }
     }
