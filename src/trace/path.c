@@ -434,11 +434,13 @@ TRACE_VECTORS static void turn(struct wave *w)
         wave_put(&w->ray.direction, i, path_scatter(wave_get(&w->facing, i), u[i], turns[i]));
         w->ray.most[i] = INFINITY;
     }
-    const bool tinted = w->path->tracer->has_colour;
-    for (size_t i = 0; i < w->count; i++)
-        wave_put(&albedo, i,
-                 tinted ? scene_texel_albedo_tinted(scene, &texel[i], wave_get(&w->at.tint, i))
-                        : scene_texel_albedo(scene, &texel[i]));
+    if (w->path->tracer->has_colour)
+        for (size_t i = 0; i < w->count; i++)
+            wave_put(&albedo, i,
+                     scene_texel_albedo_tinted(scene, &texel[i], wave_get(&w->at.tint, i)));
+    else
+        for (size_t i = 0; i < w->count; i++)
+            wave_put(&albedo, i, scene_texel_albedo(scene, &texel[i]));
     for (size_t i = 0; i < w->count; i++) {
         const struct vec3f throughput =
             vec3f_mul(wave_get(&w->throughput, i), wave_get(&albedo, i));

@@ -618,11 +618,21 @@ static void shade_points(const struct tracer *t, size_t count, struct trace_poin
         points->material[i] = p.material;
         points->u[i] = p.u;
         points->v[i] = p.v;
-        if (t->has_colour) {
-            float rgba[4];
-            trace_point_tint(t, &p, rgba);
-            wave_put(&points->tint, i, (struct vec3f){rgba[0], rgba[1], rgba[2]});
-        }
+    }
+}
+
+static void tint_points(const struct tracer *t, size_t count, struct trace_points *points)
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct trace_point p = {.instance = points->instance[i],
+                                      .triangle = points->triangle[i],
+                                      .b = points->b[i],
+                                      .c = points->c[i]};
+        float rgba[4];
+        if (!points->hit[i])
+            continue;
+        trace_point_tint(t, &p, rgba);
+        wave_put(&points->tint, i, (struct vec3f){rgba[0], rgba[1], rgba[2]});
     }
 }
 
@@ -654,6 +664,8 @@ TRACE_VECTORS void trace_rays_nearest(const struct tracer *t, size_t count,
         points->front[i] = vec3f_dot(normal, direction) < 0;
     }
     shade_points(t, count, points);
+    if (t->has_colour)
+        tint_points(t, count, points);
 }
 
 void trace_rays_occluded(const struct tracer *t, size_t count, const struct trace_rays *rays,
