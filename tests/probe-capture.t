@@ -139,6 +139,25 @@ check "a stream passes while it comes" says streamed.probe '^end'
 printf '%s\n' 'v 0 -1 0' 'v 1 -1 0' 'v 0 -1 1' 'f 1 2 3' >dark.obj
 capture dark.obj placed.probe 2>err >dark.probe
 check "no light at all is legal, and said" says err 'warning: .*no light' and all_lit dark.probe
+cat >house.mtl <<'END'
+newmtl Wall
+newmtl Window_Glass
+END
+{
+    printf 'mtllib house.mtl\nusemtl Wall\n'
+    awk 'BEGIN { for (i = 0; i < 8; i++) print "v", i % 2 * 8 - 4, int(i / 2) % 2 * 8 - 4,
+            int(i / 4) * 8 - 4 }'
+    printf 'f %s\n' '1 2 4 3' '5 7 8 6' '1 5 6 2' '3 4 8 7' '1 3 7 5'
+    printf 'usemtl Window_Glass\nf 2 6 8 4\n'
+} >house.obj
+printf '%s\n' '#?probe 1' 'table probe position:f64:3' '0 0 0' '1 1 1' end >inside.probe
+capture --sky 1,1,1 house.obj inside.probe 2>err >black.probe
+check "all black although there is light is said, with what may be in the way" \
+    says err "all probes are black" "none sees the sky" "'Window_Glass' may be glass" \
+    and all_lit black.probe
+echo 'd .5' >>house.mtl
+capture --sky 1,1,1 house.obj inside.probe 2>err >dim.probe
+check "and not where some light gets in" lacks err "black"
 : >nothing.obj
 refused 1 "nothing.obj: the file is empty" probe-capture --sky 1,1,1 nothing.obj placed.probe
 refused 2 "cannot both come from standard input" \

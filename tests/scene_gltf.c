@@ -558,8 +558,9 @@ static void test_factors(void)
     ok(is_colour(albedo_at(s, 0), 0.5f, 0.25f, 1) && is_colour(s->materials[0].emission, 8, 4, 0) &&
            !strcmp(s->materials[0].name, "a"),
        "factors are linear; emissive strength multiplies; metalness is left alone");
-    ok(scene_transparency(s, &s->materials[0], 0, 0) == 0 && warnings.count == 0,
-       "alpha counts for nothing unless asked for");
+    ok(scene_transparency(s, &s->materials[0], 0, 0) == 0 && warnings.count == 1 &&
+           warnings_of_kind(&warnings, "opaque by its mode") == 1,
+       "alpha counts for nothing unless asked for, and that is said");
     scene_destroy(s);
 
     snprintf(json, sizeof json, one,
@@ -606,6 +607,30 @@ static void test_factors(void)
     ok(warnings_of_kind(&warnings, "two opacities") == 1,
        "opacities of two models that contradict each other are warned about");
     scene_destroy(s);
+
+    static const struct {
+        const char *material, *kind;
+    } odd[] = {
+        {"'alphaMode':'MASK','alphaCutoff':1.5", "nothing to be seen"},
+        {"'alphaMode':'MASK','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4]}",
+         "nothing to be seen"},
+        {"'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0]}",
+         "nothing to be seen"},
+        {"'pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.12]}", "opaque by its mode"},
+        {"'pbrMetallicRoughness':{'baseColorFactor':[1,0.8,0,1]},'extensions':"
+         "{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0,0,0,1]}}",
+         "two colours"},
+        {"'extensions':{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0,0,0,1]}}", NULL},
+        {"'alphaMode':'MASK','alphaCutoff':1", NULL},
+        {"'alphaMode':'BLEND','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.01]}", NULL}};
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        snprintf(json, sizeof json, one, odd[i].material);
+        s = read_scene("%s", json);
+        ok(warnings.count == (odd[i].kind != NULL) &&
+               (!odd[i].kind || warnings_of_kind(&warnings, odd[i].kind) == 1),
+           "%s: %s", odd[i].material, odd[i].kind ? odd[i].kind : "nothing is odd");
+        scene_destroy(s);
+    }
 
     snprintf(json, sizeof json, one,
              "'alphaMode':'MASK','pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.4]}");
@@ -746,6 +771,19 @@ static void test_textures(void)
                             "'texCoord':1}}}]");
     ok(warnings.count == 0 && shows(s, "gbr") && !s->meshes[0].emission_uv,
        "nothing is kept twice where both read the same");
+    scene_destroy(s);
+    s = read_scene(TEXTURED "," TEXTURE
+                            ",'materials':[{'emissiveTexture':{'index':0},'pbrMetallicRoughness':"
+                            "{'baseColorFactor':[0,0,0,1],'baseColorTexture':{'index':0}}}]");
+    ok(warnings_of_kind(&warnings, "baseColorFactor 0 with a picture") == 1 &&
+           warnings_of_kind(&warnings, "emissiveFactor 0 with a picture") == 1,
+       "factors of 0 that take pictures away are named");
+    scene_destroy(s);
+    s = read_scene(TEXTURED "," TEXTURE ",'materials':[{'alphaMode':'MASK','alphaCutoff':0.6,"
+                            "'pbrMetallicRoughness':{'baseColorFactor':[1,1,1,0.5],"
+                            "'baseColorTexture':{'index':0}}}]");
+    ok(warnings_of_kind(&warnings, "nothing to be seen") == 1,
+       "a cut-out whose picture never reaches its cut-off");
     scene_destroy(s);
     s = read_scene(TEXTURED "," TEXTURE ",'materials':[{'pbrMetallicRoughness':"
                             "{'baseColorTexture':{'index':0,'texCoord':2}}}]");

@@ -233,6 +233,8 @@ static void test_albedo(void)
                   "Kd 0 with a picture");
     expect_albedo("Kd 0 alone", "newmtl m\nKd 0 0 0\n", 0, 0, 0, NULL);
     expect_albedo("d 0", "newmtl m\nKd 1 1 1\nd 0\n", 1, 1, 1, "nothing to be seen");
+    expect_albedo("d against Tr", "newmtl m\nKd 1 1 1\nd 1\nTr 1\n", 1, 1, 1, "d against Tr");
+    expect_albedo("d and Tr", "newmtl a\nd .5\nnewmtl m\nKd 1 1 1\nTr .25\nd .75\n", 1, 1, 1, NULL);
     expect_albedo("Tr 1", "newmtl m\nKd 1 1 1\nTr 1\n", 1, 1, 1, "nothing to be seen");
     expect_albedo("a lamp that is lost", "newmtl m\nKd 1 1 1\nnewmtl lamp\nKe 9 9 9\n", 1, 1, 1,
                   "light that nothing has");

@@ -175,6 +175,9 @@ struct error *capture_forget(struct table *table);
 struct error *capture_check_same(const struct stream_header *before,
                                  const struct stream_header *now);
 
+/* The name of a material that may be glass, by its name, and is opaque; NULL: none. */
+const char *capture_find_pane(const struct scene *scene);
+
 /* Whether nothing in the scene shines: all light that is captured is black. */
 bool capture_is_dark(const struct scene *scene);
 

@@ -4,6 +4,7 @@
 #include "scene/scene.h"
 
 #include <math.h>
+#include <string.h>
 
 bool capture_is_dark(const struct scene *scene)
 {
@@ -12,6 +13,18 @@ bool capture_is_dark(const struct scene *scene)
     for (size_t i = 0; i < scene->material_count; i++)
         dark = dark && !scene_emits(&scene->materials[i]);
     return dark;
+}
+
+const char *capture_find_pane(const struct scene *scene)
+{
+    static const char *const words[] = {"glass", "window", "pane", "glazing"};
+    for (size_t i = 0; i < scene->material_count; i++) {
+        const struct scene_material *m = &scene->materials[i];
+        for (size_t k = 0; k < sizeof words / sizeof *words; k++)
+            if (m->alpha == SCENE_OPAQUE && strcasestr(m->name, words[k]))
+                return m->name;
+    }
+    return NULL;
 }
 
 bool capture_is_white(const struct scene *scene)

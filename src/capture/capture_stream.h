@@ -26,6 +26,7 @@ struct capture_run {
     size_t left;             /* that a signal came before */
     struct dering_count dering;
     double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
+    bool lit;   /* some of them got light */
     double order_lost; /* what the order that was found loses of the irradiance; NaN: none was */
 };
 

@@ -160,6 +160,10 @@ struct error *scene_import_picture(struct scene_import *import, const char *name
                                    size_t size, enum image_use use, struct scene_sampler sampler,
                                    int32_t *texture);
 
+/* Warns of a material that all light passes, wherever on it. */
+void scene_import_warn_hidden(struct scene_import *import, const struct scene_material *m,
+                              const char *name);
+
 /* Frees what the helpers keep in it. */
 void scene_import_clear(struct scene_import *import);
 

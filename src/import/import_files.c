@@ -227,3 +227,39 @@ void scene_import_clear(struct scene_import *import)
     free(import->entries);
     free(import->content);
 }
+
+/* -- materials -------------------------------------------------------------------------------- */
+
+/* Whether some texel's alpha, times the factor, is at least `least`, and above 0. */
+static bool any_alpha(const struct scene_texture *t, float factor, float least)
+{
+    for (uint32_t y = 0; y < t->height; y++) {
+        for (uint32_t x = 0; x < t->width; x++) {
+            float rgba[4];
+            scene_texture_texel(t, x, y, rgba);
+            if (factor * rgba[3] >= least && factor * rgba[3] > 0)
+                return true;
+        }
+    }
+    return false;
+}
+
+void scene_import_warn_hidden(struct scene_import *import, const struct scene_material *m,
+                              const char *name)
+{
+    const bool cut = m->alpha == SCENE_CUTOUT;
+    const int32_t map = m->alpha_map.texture;
+    const float least = cut ? m->cutoff : 0;
+    char reach[64] = "";
+    if (m->alpha == SCENE_OPAQUE ||
+        (map == SCENE_NONE ? m->opacity >= least && m->opacity > 0
+                           : any_alpha(&import->scene->textures[map], m->opacity, least)))
+        return;
+    if (cut)
+        snprintf(reach, sizeof reach, ", and should reach %.4g", (double)m->cutoff);
+    warnings_add(import->warnings, "nothing to be seen",
+                 "%s: material '%.60s' hides all that has it, for all light passes: its opacity "
+                 "(d, 1 - Tr, alpha) is %.4g%s%s",
+                 import->path, name, (double)m->opacity,
+                 map == SCENE_NONE ? "" : " times that of a picture", reach);
+}

@@ -377,25 +377,55 @@ void let_through(const importer &g, const tinygltf::Material &from, struct scene
     }
 }
 
-/* Where both models of a material state how much of the light passes, and differ. */
-void warn_contradiction(const importer &g, const tinygltf::Material &from, const Value *glossy)
+double most_of(const double c[3])
 {
-    const double opacity = at(from.pbrMetallicRoughness.baseColorFactor, 3, 1),
-                 used = number_of(glossy, "diffuseFactor", 3, 1);
-    if (from.alphaMode != "OPAQUE" && opacity < 1 && std::fabs(opacity - used) > 0.01)
+    return std::max({c[0], c[1], c[2]});
+}
+
+/* Where both models of a material state its colour or how much of the light passes, and differ. */
+void warn_contradiction(const importer &g, const tinygltf::Material &from, const double used[4])
+{
+    const tinygltf::PbrMetallicRoughness &other = from.pbrMetallicRoughness;
+    const double opacity = at(other.baseColorFactor, 3, 1);
+    if (from.alphaMode != "OPAQUE" && opacity < 1 && std::fabs(opacity - used[3]) > 0.01)
         warnings_add(g.import->warnings, "two opacities",
                      "%s: material '%.60s' has opacity %.3g in pbrMetallicRoughness and %.3g in "
                      "KHR_materials_pbrSpecularGlossiness: the latter is used%s",
-                     g.import->path, from.name.c_str(), opacity, used,
-                     used > 0.9 ? ", which shuts light out" : "");
+                     g.import->path, from.name.c_str(), opacity, used[3],
+                     used[3] > 0.9 ? ", which shuts light out" : "");
+    const double base[3] = {at(other.baseColorFactor, 0, 1), at(other.baseColorFactor, 1, 1),
+                            at(other.baseColorFactor, 2, 1)};
+    const bool stated = from.values.count("baseColorFactor") || other.baseColorTexture.index >= 0;
+    if (stated && most_of(used) < 0.01 && most_of(base) > 0.1)
+        warnings_add(g.import->warnings, "two colours",
+                     "%s: material '%.60s' is black in KHR_materials_pbrSpecularGlossiness, which "
+                     "is used, and up to %.3g in pbrMetallicRoughness",
+                     g.import->path, from.name.c_str(), most_of(base));
 }
 
-void warn_material(const importer &g, const tinygltf::Material &from)
+/* What exporters write without meaning it, and what makes things black or shuts light out. */
+void warn_material(const importer &g, const tinygltf::Material &from,
+                   const struct scene_material &m, double opacity, const slot &glow)
 {
+    const char *const path = g.import->path, *const name = from.name.c_str();
     if (extension(from.extensions, "KHR_materials_unlit"))
         warnings_add(g.import->warnings, "unlit",
-                     "%s: material '%.60s' is unlit: its colour is used as its albedo",
-                     g.import->path, from.name.c_str());
+                     "%s: material '%.60s' is unlit: its colour is used as its albedo", path, name);
+    if (m.albedo_map.texture != SCENE_NONE && !(vec3f_most(m.albedo) > 0))
+        warnings_add(g.import->warnings, "baseColorFactor 0 with a picture",
+                     "%s: material '%.60s': baseColorFactor 0 times its picture is black", path,
+                     name);
+    if (glow.texture >= 0 && !scene_emits(&m))
+        warnings_add(
+            g.import->warnings, "emissiveFactor 0 with a picture",
+            "%s: material '%.60s': its emissiveTexture does not shine, for emissiveFactor, "
+            "or its strength, is 0, as it is where it is not stated",
+            path, name);
+    if (m.alpha == SCENE_OPAQUE && opacity < 0.99)
+        warnings_add(g.import->warnings, "opaque by its mode",
+                     "%s: material '%.60s' has opacity %.3g, and alphaMode OPAQUE, which is used "
+                     "and shuts light out: BLEND would let %.3g of it pass",
+                     path, name, opacity, 1 - opacity);
 }
 
 /* Where one of its maps reads nothing, the other's. */
@@ -420,7 +450,7 @@ void read_material(importer &g, const tinygltf::Material &from)
         for (size_t k = 0; k < 4; k++)
             factor[k] = number_of(glossy, "diffuseFactor", k, 1);
         base = slot_of(member(glossy, "diffuseTexture"));
-        warn_contradiction(g, from, glossy);
+        warn_contradiction(g, from, factor);
     }
     const Value *const strong = extension(from.extensions, "KHR_materials_emissive_strength");
     for (size_t k = 0; k < 3; k++)
@@ -439,8 +469,9 @@ void read_material(importer &g, const tinygltf::Material &from)
         m.cutoff = static_cast<float>(from.alphaCutoff);
         m.alpha_map = m.albedo_map;
     }
+    scene_import_warn_hidden(g.import, &m, from.name.c_str());
     let_through(g, from, m);
-    warn_material(g, from);
+    warn_material(g, from, m, factor[3], glow);
     g.uv_set.push_back(uv_sets_of(m, base, glow));
     m.name = strdup(from.name.c_str());
     gltf_check(m.name ? scene_push_material(g.import->scene, m, nullptr) : error_memory());
@@ -572,6 +603,13 @@ vector<uint16_t> colours_of(const importer &g, const tinygltf::Primitive &primit
                 static_cast<uint16_t>(share > 0 ? 65535 * std::min(share, 1.0) + 0.5 : 0);
         }
     }
+    bool hidden = !opaque && components == 4;
+    for (size_t v = 0; v < vertices && hidden; v++)
+        hidden = colour[4 * v + 3] == 0;
+    if (hidden)
+        warnings_add(g.import->warnings, "alpha 0 everywhere",
+                     "%s: the colours of a mesh's vertices have alpha 0, which hides all of it",
+                     g.import->path);
     return colour;
 }
 

@@ -233,6 +233,26 @@ void clean_colour(string &out, string_view key, string_view line, struct scene_i
     out.append(n[n.size() - 1]).push_back('\n');
 }
 
+/* What the newest material of an MTL file says of how opaque it is; NaN: nothing. */
+struct opacity {
+    double d = NAN, tr = NAN;
+};
+
+/* Keeps d or Tr, and says where both are there and contradict each other: tinyobjloader takes d. */
+void clean_opacity(string &out, const string &key, string_view number, opacity &stated,
+                   struct scene_import *import, const string &material)
+{
+    double value = 0;
+    out += key + " " + string(number) + "\n";
+    if (number_read_f64(number.data(), number.data() + number.size(), &value))
+        (key == "d" ? stated.d : stated.tr) = value;
+    if (std::fabs(stated.d + stated.tr - 1) > 0.01)
+        warnings_add(import->warnings, "d against Tr",
+                     "%s: material '%.60s' has d %g and Tr %g, of which the sum should be 1: d is "
+                     "used, by Tr it would be %g opaque",
+                     import->path, material.c_str(), stated.d, stated.tr, 1 - stated.tr);
+}
+
 /* Keeps the statements that we use, in one spelling. Each material begins with colours that no file
  * means, so that what is not stated can be told apart: tinyobjloader gives 0, or 0.6 with a
  * texture, or neither after a material that had Kd. */
@@ -241,6 +261,7 @@ string mtl_clean(const char *text, size_t size, struct scene_import *import)
     static const char *const keys[] = {"newmtl", "Kd",     "Ke",     "d",
                                        "Tr",     "map_Kd", "map_Ke", "map_d"};
     string out, material;
+    opacity stated;
     lines reader(text, size);
     for (string_view line; reader.next(line);) {
         const string_view word = take_word(line);
@@ -250,6 +271,7 @@ string mtl_clean(const char *text, size_t size, struct scene_import *import)
                 key = name;
         if (key == "newmtl") {
             material = line.empty() ? "(nameless)" : string(line);
+            stated = opacity();
             out += "newmtl " + material + "\nKd -1 -1 -1\nKe -1 -1 -1\n";
         } else if (key == "Kd" || key == "Ke") {
             clean_colour(out, key, line, import, material);
@@ -259,7 +281,7 @@ string mtl_clean(const char *text, size_t size, struct scene_import *import)
                 line = rest;
             const std::vector<string_view> numbers = take_numbers(line, 1);
             if (!numbers.empty())
-                out += key + " " + string(numbers[0]) + "\n";
+                clean_opacity(out, key, numbers[0], stated, import, material);
         } else if (!key.empty() && !line.empty()) {
             out += key + " ";
             clean_map(out, line);
@@ -386,7 +408,7 @@ struct error *to_map(struct scene_import *import, const string &directory, const
     return err;
 }
 
-/* What exporters write without meaning it, and what makes things black or hides them. */
+/* What exporters write without meaning it, and what makes things black. */
 void warn_material(struct scene_import *import, const struct scene_material &m, const string &name)
 {
     if (m.albedo_map.texture != SCENE_NONE && !(vec3f_most(m.albedo) > 0))
@@ -398,11 +420,6 @@ void warn_material(struct scene_import *import, const struct scene_material &m, 
         warnings_add(import->warnings, "Ke 0 with a picture",
                      "%s: material '%.60s': Ke 0 times its picture map_Ke is dark: without the "
                      "line, or as Ke 1 1 1, it shines",
-                     import->path, name.c_str());
-    if (!(m.opacity > 0))
-        warnings_add(import->warnings, "nothing to be seen",
-                     "%s: material '%.60s' hides all that has it: d 0 (Tr 1) lets all light "
-                     "through",
                      import->path, name.c_str());
 }
 
@@ -431,6 +448,7 @@ struct error *push_material(struct scene_import *import, const tinyobj::material
     else if (m.alpha_map.texture != SCENE_NONE)
         m.alpha = SCENE_CUTOUT;
     warn_material(import, m, from.name);
+    scene_import_warn_hidden(import, &m, from.name.c_str());
     m.name = strdup(from.name.c_str());
     return m.name ? scene_push_material(import->scene, m, index) : error_memory();
 }
