@@ -419,6 +419,12 @@ static void test_colours(void)
                    "property uchar red\nproperty uchar green\nproperty uchar blue\n" PLY_END
                    "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 128 51 255\n3 2 3 0 0 255 0\n",
                    first, last, false, NULL);
+    expect_colours("PLY with a picture", "x.ply",
+                   "ply\nformat ascii 1.0\ncomment TextureFile a b.png\nelement vertex 4\n"
+                   "property float x\nproperty float y\nproperty float z\n" PLY_FACES
+                   "property uchar red\nproperty uchar green\nproperty uchar blue\n" PLY_END
+                   "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 128 51 255\n3 2 3 0 0 255 0\n",
+                   first, last, false, "picture of PLY");
     expect_colours("COFF in whole numbers", "x.off",
                    "COFF\n4 2 0\n0 0 0 128 51 255 255\n1 0 0 9 9 9 255\n1 1 0 0 255 0 255\n"
                    "0 1 0 9 9 9 255\n" BOTH,
@@ -497,6 +503,36 @@ static void test_stl(void)
 }
 
 /* The content tells the format where the name does not. */
+/* Facets of one triangle each with these two bytes. */
+static void expect_paint(const char *what, const char *header, size_t header_size, uint16_t first,
+                         uint16_t second, const float *a, const float *b)
+{
+    struct bytes out = make_stl("", 2, 2);
+    struct scene *s = NULL;
+    memcpy(out.data, header, header_size);
+    memcpy(out.data + 84 + 48, &first, 2);
+    memcpy(out.data + 84 + 50 + 48, &second, 2);
+    files_write_bytes("x.stl", out.data, out.size);
+    must(scene_read(&s, files_path("x.stl"), NULL, true, &warnings));
+    const struct scene_mesh *mesh = &s->meshes[0];
+    bool right = a ? mesh->colour != NULL : !mesh->colour;
+    for (size_t k = 0; k < 4 && right && a; k++)
+        right = fabs(mesh->colour[4 * mesh->index[0] + k] / 65535.0 - (double)a[k]) < 2e-5 &&
+                fabs(mesh->colour[4 * mesh->index[3] + k] / 65535.0 - (double)b[k]) < 2e-5;
+    ok(right, "STL: %s", what);
+    scene_destroy(s);
+}
+
+static void test_paint(void)
+{
+    static const float red[4] = {1, 0, 0, 1}, blue[4] = {0, 0, 1, 1}, grey[4] = {.8f, .8f, .8f, 1};
+    expect_paint("VisCAM's colours, of a facet with one and one without", "x", 1, 0x8000 | 31 << 10,
+                 0, red, grey);
+    expect_paint("those of Magics, of a facet's own and of all", "COLOR=\x00\x00\xff\xff", 10, 31,
+                 0x8000, red, blue);
+    expect_paint("other bytes are no colours", "x", 1, 0x8000 | 31 << 10, 7, NULL, NULL);
+}
+
 static void test_guess(void)
 {
     const struct bytes ply = make_ply("binary_little_endian", "float", "uchar", "int"),
@@ -514,6 +550,7 @@ int main(void)
     test_off();
     test_colours();
     test_stl();
+    test_paint();
     test_guess();
     warnings_clear(&warnings);
     files_end();

@@ -119,9 +119,9 @@ static struct error *parse_element(struct ply *ply, const char *line)
     return NULL;
 }
 
-static struct error *parse_header(struct ply *ply)
+static struct error *parse_header(struct ply *ply, const struct scene_import *import)
 {
-    char line[256], format[32] = "";
+    char line[256], format[32] = "", picture[128];
     struct error *err = NULL;
     if (!take_line(ply, line, sizeof line) || strcmp(line, "ply"))
         return error_new("expected 'ply' in the first line");
@@ -130,6 +130,10 @@ static struct error *parse_header(struct ply *ply)
             return error_new("the header has no end_header");
         if (!strncmp(line, "format ", 7))
             sscanf(line, "format %31s", format);
+        else if (sscanf(line, "comment TextureFile %127[^\n]", picture) == 1)
+            warnings_add(import->warnings, "picture of PLY",
+                         "%s: the picture %s is left out: it would be read from an OBJ or a glTF",
+                         import->path, picture);
         else if (!strncmp(line, "element ", 8))
             err = parse_element(ply, line);
         else if (!strncmp(line, "property ", 9))
@@ -367,7 +371,7 @@ struct error *scene_read_ply(struct scene_import *import)
     scene_import_content(import, &data, &size);
     ply.at = (const unsigned char *)data;
     ply.end = ply.at + size;
-    struct error *err = parse_header(&ply);
+    struct error *err = parse_header(&ply, import);
     set_roles(&ply);
     if (!err)
         err = check_vertices(&ply);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* STL, text and binary.
+/* STL, text and binary, with the colours of facets that two programs hide in the latter.
  *
  * Read here and not by OpenMesh, whose reader tells the two kinds apart by the file's name alone,
  * and passes over facets that are cut off.
@@ -79,6 +79,56 @@ static struct error *read_text(const char *data, size_t size, struct scene_faces
 
 /* -- binary ----------------------------------------------------------------------------------- */
 
+/* What colours mean, two bytes a facet: bits of VisCAM, with 15 where there is one; or of
+ * Materialise Magics, whose header has one for all, with 15 where that is meant. */
+struct paint {
+    bool viscam, magics;
+    double all[4];
+};
+
+static uint16_t facet_word(const char *data, size_t facet)
+{
+    uint16_t word;
+    memcpy(&word, data + HEADER + facet * FACET + FACET - sizeof word, sizeof word);
+    return word;
+}
+
+static struct paint find_paint(const char *data, size_t count)
+{
+    static const char mark[] = "COLOR=";
+    struct paint paint = {0};
+    const char *at = memmem(data, 80 - 4, mark, strlen(mark));
+    if (at) {
+        paint.magics = true;
+        for (size_t k = 0; k < 4; k++)
+            paint.all[k] = (uint8_t)at[strlen(mark) + k] / 255.0;
+        return paint;
+    }
+    for (size_t f = 0; f < count; f++) {
+        const uint16_t word = facet_word(data, f);
+        paint.viscam = paint.viscam || word >> 15;
+        if (word && !(word >> 15)) /* something else */
+            return (struct paint){0};
+    }
+    return paint;
+}
+
+/* Gives the newest facet its colour, if it has one. */
+static struct error *paint_facet(const struct paint *paint, uint16_t word,
+                                 struct scene_faces *faces)
+{
+    const double low = (word & 31) / 31.0, middle = (word >> 5 & 31) / 31.0,
+                 high = (word >> 10 & 31) / 31.0;
+    const double viscam[4] = {high, middle, low, -1}, magics[4] = {low, middle, high, -1};
+    const bool own = paint->viscam ? word >> 15 : !(word >> 15);
+    if (paint->viscam ? !own : !paint->magics)
+        return NULL;
+    return scene_colours_set(&faces->face_colour, faces->count - 1,
+                             paint->viscam ? viscam
+                             : own         ? magics
+                                           : paint->all);
+}
+
 static struct error *read_binary(const char *data, size_t size, struct scene_faces *faces)
 {
     uint32_t count;
@@ -88,6 +138,7 @@ static struct error *read_binary(const char *data, size_t size, struct scene_fac
     if ((size - HEADER) / FACET < count)
         return error_new("the header promises %u facets, there is room for %zu", (unsigned)count,
                          (size - HEADER) / FACET);
+    const struct paint paint = find_paint(data, count);
     struct error *err = NULL;
     for (size_t f = 0; f < count && !err; f++) {
         float p[12]; /* normal, then three vertices */
@@ -98,6 +149,8 @@ static struct error *read_binary(const char *data, size_t size, struct scene_fac
             if (!err)
                 err = scene_faces_corner(faces, (uint32_t)(faces->vertex_count - 1));
         }
+        if (!err)
+            err = paint_facet(&paint, facet_word(data, f), faces);
     }
     return err;
 }

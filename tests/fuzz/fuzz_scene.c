@@ -184,21 +184,25 @@ static void add_text(uint8_t format, const char *text)
 static void make_seeds(void)
 {
     add_text(FORMAT_OBJ,
-             "# cube\nmtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
+             "# cube\nmtllib x.mtl\nv 0 0 0 .1 1 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1 9 8 7\nv 1 "
+             "0 1\nv 1 1 1\n"
              "v 0 1 1\nvt 0 0\nvt 1 0.5\n"
              "usemtl a\nf 4/1 3/2 2/1 1/2\nf 5 6 7 8\nf -8 -7 -3 -4\nusemtl b\nf 2//1 3//1 7 6\n"
              "f 3 4 8 \\\n7\nf 4 1 5 8\n");
     add_text(FORMAT_MTL,
              "newmtl a\nKd .5 .6 .7\nmap_Kd -s 1 2 -o .5 x.png\nd .5\nnewmtl b\nKe 1 2 3\nTr .2\n"
              "map_d none.png\n");
-    add_text(
-        FORMAT_PLY,
-        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty double y\n"
-        "property int z\nelement face 2\n"
-        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n"
-        "4 0 1 2 3\n");
+    add_text(FORMAT_PLY,
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty double y\n"
+             "property int z\nproperty uchar red\nproperty uchar green\nproperty float blue\n"
+             "property uchar alpha\nelement face 2\n"
+             "property list uchar int vertex_indices\nend_header\n0 0 0 1 2 .3 9\n"
+             "1 0 0 9 8 .7 6\n0 1 0 1 2 .3 255\n0 0 1 1 2 3 0\n3 0 1 2\n"
+             "4 0 1 2 3\n");
+    add_text(FORMAT_OFF, "COFF # c\n4 2 0\n0 0 0 1\n1 0 0 .1 .2 .3 .4\n0 1 0 1\n0 0 1 1\n3 0 1 2\n"
+                         "4 0 1 2 3 9 9 9\n");
     add_text(FORMAT_OFF,
-             "COFF # c\n4 2 0\n0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n3 0 1 2\n4 0 1 2 3 9 9 9\n");
+             "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2 1 0 0\n4 0 1 2 3 9 9 9\n");
     add_text(FORMAT_STL, "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 "
                          "0\nvertex 1 1 0\nendloop\n"
                          "endfacet\nendsolid\n");
@@ -206,7 +210,7 @@ static void make_seeds(void)
         FORMAT_GLTF,
         "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
         "\"nodes\":[{\"mesh\":0,\"scale\":[1,2,3]}],"
-        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"COLOR_0\":0}}]}],"
         "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],"
         "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"buffers\":[{\"byteLength\":36,"
         "\"uri\":"
