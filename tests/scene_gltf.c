@@ -458,13 +458,14 @@ static void test_instancing(void)
         "'count':3,'type':'VEC4'},{'bufferView':3,'componentType':5126,'count':%d,'type':'VEC3'}]"
         "," MESHES ",'nodes':[{'mesh':0,'translation':[0,0,9],'extensions':{'EXT_mesh_gpu_"
         "instancing':{'attributes':"
-        "{'TRANSLATION':1,'ROTATION':2,'SCALE':3,'_ID':0}}}}]";
+        "{'TRANSLATION':1,'ROTATION':2,'SCALE':3,'_ID':0,'_COLOR_0':0}}}}]";
     char json[1024];
     snprintf(json, sizeof json, head, 3);
     struct scene *s = read_scene("%s", json);
     ok(s->instance_count == 3 && s->mesh_count == 1 && is_at(placed(s, 0, 0, 1), 2, 0, 9) &&
            is_at(placed(s, 1, 0, 1), 4, 0, 9) && is_at(placed(s, 2, 0, 1), 2, 0, 9),
        "EXT_mesh_gpu_instancing: one mesh, three places within the node's");
+    ok(warnings_of_kind(&warnings, "colours of instances") == 1, "their colours are missed");
     scene_destroy(s);
     snprintf(json, sizeof json, head, 2);
     refuse("instances whose attributes differ in number", "differ in number", "%s", json);

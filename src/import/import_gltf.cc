@@ -911,6 +911,12 @@ void add_instances(const importer &g, size_t mesh, const Value *attributes, cons
     if ((!t.empty() && t.size() < 3 * count) || (!q.empty() && q.size() < 4 * count) ||
         (!s.empty() && s.size() < 3 * count))
         gltf_fail(error_new("the attributes of its instances differ in number"));
+    for (const char *const colour : {"_COLOR_0", "COLOR_0"})
+        if (index_of(attributes, colour) >= 0)
+            warnings_add(g.import->warnings, "colours of instances",
+                         "%s: %s of the instances of a mesh is left out: all have the mesh's own "
+                         "colours",
+                         g.import->path, colour);
     const double no_t[3] = {0, 0, 0}, no_q[4] = {0, 0, 0, 1}, no_s[3] = {1, 1, 1};
     for (size_t i = 0; i < count; i++) {
         const matrix here =
