@@ -94,6 +94,8 @@ int main(int argc, char **argv)
     if (!err)
         err = scene_read(&scene, program.operands[0], &o->scene, true, &warnings);
     if (!err)
+        err = scene_settings_found_sky(&o->scene, scene);
+    if (!err)
         err = scene_decimate(scene, o->capture.decimate, &warnings);
     if (!err)
         err = trace_create(&tracer, scene);

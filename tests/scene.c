@@ -257,6 +257,83 @@ static void test_sky_maps(void)
     warnings_clear(&warnings);
 }
 
+/* Faces whose light grows evenly from left to right and from top to bottom, with a colour of its
+ * own for each, as in every layout. */
+static void test_sky_cubes(void)
+{
+    enum { N = 16 };
+    static const struct {
+        const char *name;
+        int across, down, at[6][2];
+        bool turned; /* the back, by half a turn */
+    } layouts[] = {
+        {"a cross that lies", 4, 3, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}}, false},
+        {"a cross that stands", 3, 4, {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {1, 3}}, true},
+        {"a strip", 6, 1, {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}}, false},
+        {"a column", 1, 6, {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}}, false}};
+    /* of right, left, up, down, front, back: where they look, and their right and their top */
+    static const float axes[6][3][3] = {
+        {{0, 0, 1}, {-1, 0, 0}, {0, 1, 0}}, {{0, 0, -1}, {1, 0, 0}, {0, 1, 0}},
+        {{0, 1, 0}, {0, 0, 1}, {-1, 0, 0}}, {{0, -1, 0}, {0, 0, 1}, {1, 0, 0}},
+        {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},  {{-1, 0, 0}, {0, 0, -1}, {0, 1, 0}}};
+    static float pixels[6 * N * 6 * N * 3];
+    for (size_t l = 0; l < sizeof layouts / sizeof *layouts; l++) {
+        const int wide = layouts[l].across * N;
+        memset(pixels, 0, sizeof pixels);
+        for (int f = 0; f < 6; f++)
+            for (int i = 0; i < N * N; i++) {
+                const bool turned = f == 5 && layouts[l].turned;
+                const int x = i % N, y = i / N, column = turned ? N - 1 - x : x,
+                          row = turned ? N - 1 - y : y;
+                float *to = pixels + 3 * ((layouts[l].at[f][1] * N + y) * wide +
+                                          layouts[l].at[f][0] * N + x);
+                to[0] = 100 + (float)column;
+                to[1] = 100 + (float)row;
+                to[2] = 64 + 16 * (float)f;
+            }
+        stbi_write_hdr(files_path("cube.hdr"), wide, layouts[l].down * N, 3, pixels);
+        struct warnings warnings = {0};
+        struct scene_settings settings = scene_settings_default();
+        settings.sky_file = strdup(files_path("cube.hdr"));
+        struct scene *s;
+        must(scene_create(&s));
+        struct error *err = scene_finish(s, &settings, &warnings);
+        ok(err && strstr(error_message(err), "--sky-map cube"), "%s is no panorama: %s",
+           layouts[l].name, err ? error_message(err) : "");
+        error_destroy(err);
+        scene_destroy(s);
+        settings.sky_map = SCENE_SKY_CUBE;
+        must(scene_create(&s));
+        must(scene_finish(s, &settings, &warnings));
+        double worst = 0;
+        for (int f = 0; f < 6; f++)
+            for (int k = 0; k < 9; k++) {
+                const float a = 0.75f * (float)(k % 3 - 1), b = 0.75f * (float)(k / 3 - 1);
+                const float(*way)[3] = axes[f];
+                struct vec3f d = {way[0][0] + a * way[1][0] + b * way[2][0],
+                                  way[0][1] + a * way[1][1] + b * way[2][1],
+                                  way[0][2] + a * way[1][2] + b * way[2][2]};
+                const float length = sqrtf(d.x * d.x + d.y * d.y + d.z * d.z);
+                d = (struct vec3f){d.x / length, d.y / length, d.z / length};
+                const struct vec3f r = scene_sky_radiance(s, d);
+                worst = fmax(worst, fabs((double)r.x - 99.5 - 8 * (1 + (double)a)));
+                worst = fmax(worst, fabs((double)r.y - 99.5 - 8 * (1 - (double)b)));
+                worst = fmax(worst, fabs((double)r.z - 64 - 16 * f));
+            }
+        ok(worst < 1, "%s: every face is where it should be, to %.2g of %d texels", layouts[l].name,
+           worst, N);
+        scene_destroy(s);
+        settings.sky_map = SCENE_SKY_ANGULAR;
+        must(scene_create(&s));
+        err = scene_finish(s, &settings, &warnings);
+        ok(err && strstr(error_message(err), "expects a square"), "nor an angular map");
+        error_destroy(err);
+        scene_destroy(s);
+        scene_settings_clear(&settings);
+        warnings_clear(&warnings);
+    }
+}
+
 static void test_sky(void)
 {
     enum { W = 64, H = 32 };
@@ -612,6 +689,9 @@ static bool same_settings(const struct scene_settings *a, const struct scene_set
 {
     bool same = !memcmp(a->sky, b->sky, sizeof a->sky) && !a->sky_file == !b->sky_file &&
                 (!a->sky_file || !strcmp(a->sky_file, b->sky_file)) &&
+                !a->sky_from_scene == !b->sky_from_scene &&
+                (!a->sky_from_scene || !strcmp(a->sky_from_scene, b->sky_from_scene)) &&
+                a->sky_key == b->sky_key && a->sky_map == b->sky_map &&
                 a->light_count == b->light_count && a->emit_front_only == b->emit_front_only &&
                 a->albedo_scale == b->albedo_scale && a->max_albedo == b->max_albedo &&
                 a->light_scale == b->light_scale;
@@ -661,6 +741,8 @@ static void test_settings(void)
     must(read_options(
         "--sky clouds.hdr --sky-turn 30 --sky-up 0,0,9 --sky-scale 2 --sky-map angular",
         &settings));
+    settings.sky_from_scene = strdup("../clouds.hdr");
+    settings.sky_key = 0x0123456789abcdef;
     must(scene_settings_to_header(&settings, &header));
     must(scene_settings_from_header(&back, &header));
     ok(settings.sky_file && same_settings(&settings, &back) && settings.sky[0] == 0 &&
@@ -668,7 +750,8 @@ static void test_settings(void)
            back.sky_scale == 2 && back.sky_map == SCENE_SKY_ANGULAR,
        "a picture of the sky, too");
     must(read_options("--sky 1,1,1", &settings));
-    ok(!settings.sky_file && settings.sky[0] == 1, "the last --sky wins");
+    ok(!settings.sky_file && !settings.sky_from_scene && !settings.sky_key && settings.sky[0] == 1,
+       "the last --sky wins");
     scene_settings_clear(&back);
     scene_settings_clear(&settings);
 
@@ -679,10 +762,12 @@ static void test_settings(void)
                  {"sun-1", "0,0,2,1,1,1"},
                  {"spot-1", "0,0,0,1,0,0,0.1,0.2,1,1,1"},
                  {"point-3", "1,2,3,nan,0,0"},
+                 {"sky-key", "0123456789abcdeg"},
                  {"emit", "back"},
                  {"max-albedo", "2"},
                  {"light-scale", "x"}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        must(header_set_key(&header, "sky-file", "clouds.hdr"));
         must(header_set_key(&header, wrong[i].key, wrong[i].value));
         struct error *err = scene_settings_from_header(&back, &header);
         ok(err && error_status(err) == EXIT_BAD_DATA && strstr(error_message(err), wrong[i].key),
@@ -855,6 +940,7 @@ int main(void)
     test_materials();
     test_sky();
     test_sky_maps();
+    test_sky_cubes();
     test_lights();
     test_degenerate();
     test_instances();

@@ -63,6 +63,7 @@ PROGRAM_TESTS = \
 	tests/probe-cat.t \
 	tests/probe-place.t \
 	tests/probe-capture.t \
+	tests/sky-file.t \
 	tests/bake-in-pieces.t \
 	tests/light-conversion.t \
 	tests/probe-tet.t \

@@ -23,6 +23,8 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
     if (!err)
         err = scene_read(&stage->scene, path, &stage->scene_settings, true, warnings);
     if (!err)
+        err = scene_settings_found_sky(&stage->scene_settings, stage->scene);
+    if (!err)
         err = trace_create(&stage->tracer, stage->scene);
     if (!err)
         err = path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);

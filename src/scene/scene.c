@@ -28,6 +28,8 @@ void scene_destroy(struct scene *scene)
     if (scene->sky.picture)
         free(scene->sky.picture->texels);
     free(scene->sky.picture);
+    free(scene->sky.file);
+    free(scene->sky.from_scene);
     free(scene->meshes);
     free(scene->instances);
     free(scene->materials);

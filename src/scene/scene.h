@@ -123,6 +123,10 @@ struct scene_sky {
      * look, instead of +X, +Y and +Z */
     bool turned;
     struct vec3 front, up, right;
+    /* where the picture was found: its absolute name, and its name from the scene's folder (NULL:
+     * they have nothing in common, or the scene is no file); XXH3-64 of its bytes; owned */
+    char *file, *from_scene;
+    uint64_t key;
 };
 
 struct scene {

@@ -3,14 +3,13 @@
  * user's settings. */
 #include "base/array.h"
 #include "base/error.h"
-#include "base/file.h"
 #include "base/warning.h"
 #include "image/image.h"
-#include "math/angle.h"
 #include "math/affine.h"
 #include "math/box.h"
 #include "scene/scene_build.h"
 #include "scene/scene_settings.h"
+#include "scene/scene_sky.h"
 
 #include <float.h>
 #include <math.h>
@@ -463,126 +462,6 @@ static struct error *finish_lights(struct scene *scene, const struct scene_setti
     return err;
 }
 
-/* Bilinear; x and y in texels from the centre of the left upper one, within the picture. */
-static double between_texels(const struct image *from, double x, double y, int c)
-{
-    const size_t i = (size_t)fmin(x, from->width - 2.0), j = (size_t)fmin(y, from->height - 2.0);
-    const double fx = x - (double)i, fy = y - (double)j;
-    const float *t = (const float *)from->texels + 3 * (j * from->width + i) + c;
-    const size_t row = 3 * (size_t)from->width;
-    return (1 - fy) * ((1 - fx) * (double)t[0] + fx * (double)t[3]) +
-           fy * ((1 - fx) * (double)t[row] + fx * (double)t[row + 3]);
-}
-
-/* Makes a panorama of an angular map: its centre looks to the front, its rim to the back; the angle
- * from the front grows with the distance from the centre. */
-static struct error *unroll_angular(struct image *image)
-{
-    const uint32_t side = image->width;
-    if (side != image->height || side < 8)
-        return error_new("a picture of %u x %u texels: --sky-map angular expects a square of at "
-                         "least 8",
-                         (unsigned)image->width, (unsigned)image->height);
-    const uint32_t height = side < 8192 ? side : 8192, width = 2 * height;
-    float *to = NULL;
-    struct error *err = array_create(&to, 3 * (size_t)width * height, sizeof *to);
-    if (err)
-        return err;
-    /* what lies beyond the rim is no light */
-    const double rim = 1 - 3.0 / side;
-    for (uint32_t j = 0; j < height; j++) {
-        const double up = ANGLE_PI * (0.5 - (j + 0.5) / height), flat = angle_cos(up),
-                     y = angle_sin(up);
-        for (uint32_t i = 0; i < width; i++) {
-            const double turn = 2 * ANGLE_PI * ((i + 0.5) / width - 0.5);
-            const double x = flat * angle_cos(turn), z = flat * angle_sin(turn),
-                         away = sqrt(y * y + z * z);
-            const double r = fmin(angle_atan2(away, x) / ANGLE_PI, rim);
-            const double across = away > 0 ? r * z / away : 0, above = away > 0 ? r * y / away : 0;
-            for (int c = 0; c < 3; c++)
-                to[3 * ((size_t)j * width + i) + (size_t)c] = (float)between_texels(
-                    image, (across + 1) / 2 * side - 0.5, (1 - above) / 2 * side - 0.5, c);
-        }
-    }
-    free(image->texels);
-    image->texels = to;
-    image->width = width;
-    image->height = height;
-    return NULL;
-}
-
-static struct error *map_sky(struct image *image, int map)
-{
-    const double width = image->width, height = image->height;
-    if (map == SCENE_SKY_ANGULAR)
-        return unroll_angular(image);
-    if (map == SCENE_SKY_LATLONG || fabs(width - 2 * height) <= fmax(1, 0.01 * width))
-        return NULL;
-    const double sides = width / height;
-    const bool cube = fabs(sides - 6) < 0.01 || fabs(sides - 1 / 6.0) < 0.001 ||
-                      fabs(sides - 4 / 3.0) < 0.01 || fabs(sides - 0.75) < 0.01;
-    return error_new("a picture of %u x %u texels, expected a panorama twice as wide as high: "
-                     "--sky-map latlong takes any sides for one, --sky-map angular reads the map "
-                     "of a square light probe%s",
-                     (unsigned)image->width, (unsigned)image->height,
-                     cube ? "; a cube map is not read: convert it to a panorama" : "");
-}
-
-/* Reads the sky's picture, which is only of use as radiance: floats. */
-static struct error *read_sky(struct scene_texture **picture, const char *path, int map)
-{
-    char *data = NULL;
-    size_t size = 0;
-    struct image image = {0};
-    struct error *err = file_read(path, &data, &size);
-    if (!err)
-        err = image_decode(&image, data, size, IMAGE_COLOUR);
-    free(data);
-    if (!err && image.bytes)
-        err = error_new(
-            "expected a Radiance .hdr or OpenEXR picture: 8-bit pictures hold no radiance");
-    if (!err)
-        err = map_sky(&image, map);
-    if (!err)
-        err = array_create(picture, 1, sizeof **picture);
-    if (err) {
-        free(image.texels);
-        return error_wrap(err, "%s", path);
-    }
-    **picture = scene_texture_of(&image);
-    (*picture)->wrap_v = SCENE_CLAMP;
-    return NULL;
-}
-
-/* The picture's axes: +Y turned into `up` by the shortest way (+X stays where up is -Y), then about
- * it. */
-static void turn_sky(struct scene_sky *sky, const struct scene_settings *settings)
-{
-    const struct vec3 up = vec3_load(settings->sky_up);
-    sky->turned = !(up.y == 1) || !(settings->sky_turn == 0);
-    if (!sky->turned)
-        return;
-    const double above = 1 + up.y;
-    const struct vec3 front =
-        above > 1e-12 ? (struct vec3){1 - up.x * up.x / above, -up.x, -up.x * up.z / above}
-                      : (struct vec3){1, 0, 0};
-    const double angle = settings->sky_turn * (ANGLE_PI / 180);
-    sky->up = up;
-    sky->front = vec3_normalize(vec3_add(vec3_scale(angle_cos(angle), front),
-                                         vec3_scale(angle_sin(angle), vec3_cross(up, front))));
-    sky->right = vec3_cross(sky->front, up);
-}
-
-static struct error *finish_sky(struct scene *scene, const struct scene_settings *settings)
-{
-    for (int c = 0; c < 3; c++)
-        scene->sky.radiance[c] = settings->sky_scale * (settings->sky_file ? 1 : settings->sky[c]);
-    if (!settings->sky_file)
-        return NULL;
-    turn_sky(&scene->sky, settings);
-    return read_sky(&scene->sky.picture, settings->sky_file, settings->sky_map);
-}
-
 struct error *scene_finish(struct scene *scene, const struct scene_settings *settings,
                            struct warnings *warnings)
 {
@@ -600,5 +479,5 @@ struct error *scene_finish(struct scene *scene, const struct scene_settings *set
         return error_wrap(err, "%s", scene->path);
     if (!err)
         err = finish_lights(scene, settings, warnings);
-    return err ? err : finish_sky(scene, settings);
+    return err ? err : scene_sky_finish(&scene->sky, scene->path, settings, warnings);
 }

@@ -9,6 +9,7 @@
 #include "stream/stream.h"
 
 #include <float.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,9 +20,17 @@ struct scene_settings scene_settings_default(void)
         .sky_up = {0, 1, 0}, .sky_scale = 1, .albedo_scale = 1, .max_albedo = 1, .light_scale = 1};
 }
 
-void scene_settings_clear(struct scene_settings *settings)
+static void forget_sky(struct scene_settings *settings)
 {
     free(settings->sky_file);
+    free(settings->sky_from_scene);
+    settings->sky_file = settings->sky_from_scene = NULL;
+    settings->sky_key = 0;
+}
+
+void scene_settings_clear(struct scene_settings *settings)
+{
+    forget_sky(settings);
     free(settings->lights);
     *settings = scene_settings_default();
 }
@@ -85,12 +94,12 @@ static struct error *parse_sky(void *value, const char *text)
     if (err)
         return err;
     memcpy(settings->sky, rgb, sizeof rgb);
-    free(settings->sky_file);
+    forget_sky(settings);
     settings->sky_file = file;
     return NULL;
 }
 
-static const char *const map_names[] = {"auto", "latlong", "angular", NULL};
+static const char *const map_names[] = {"auto", "latlong", "angular", "cube", NULL};
 
 static struct error *parse_sky_up(void *value, const char *text)
 {
@@ -186,7 +195,8 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
          .value = OPTION_ENUM(settings->sky_map),
          .choices = map_names,
          .help = "what the picture is: auto, a panorama of 2:1; latlong, of\n"
-                 "any sides; angular, the map of a square light probe"},
+                 "any sides; angular, the map of a square light probe; cube,\n"
+                 "six faces as a cross or a strip"},
         {.name = "sky-turn",
          .argument = "DEGREES",
          .kind = OPTION_REAL,
@@ -355,12 +365,19 @@ struct error *scene_lenient_from_header(bool *lenient, const struct stream_heade
 /* Keys of what is not the default alone. */
 static struct error *sky_to_header(const struct scene_settings *s, struct stream_header *header)
 {
-    static const char *const names[] = {"sky-file", "sky-map", "sky-turn", "sky-up", "sky-scale"};
+    static const char *const names[] = {"sky-file", "sky-from-scene", "sky-key",  "sky-map",
+                                        "sky-turn", "sky-up",         "sky-scale"};
+    char number[32];
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         header_remove_key(header, names[k]);
     struct error *err = header_set_reals(header, "sky", 3, s->sky);
     if (!err && s->sky_file)
         err = header_set_key(header, "sky-file", s->sky_file);
+    if (!err && s->sky_from_scene)
+        err = header_set_key(header, "sky-from-scene", s->sky_from_scene);
+    snprintf(number, sizeof number, "%016" PRIx64, s->sky_key);
+    if (!err && s->sky_key)
+        err = header_set_key(header, "sky-key", number);
     if (!err && s->sky_map != SCENE_SKY_AUTO)
         err = header_set_key(header, "sky-map", map_names[s->sky_map]);
     if (!err && !(s->sky_turn == 0))
@@ -370,6 +387,26 @@ static struct error *sky_to_header(const struct scene_settings *s, struct stream
     if (!err && !(s->sky_scale == 1))
         err = header_set_real(header, "sky-scale", s->sky_scale);
     return err;
+}
+
+static struct error *set_sky_names(struct scene_settings *settings, const char *file,
+                                   const char *from_scene)
+{
+    settings->sky_file = strdup(file);
+    settings->sky_from_scene = from_scene ? strdup(from_scene) : NULL;
+    return settings->sky_file && !from_scene == !settings->sky_from_scene ? NULL : error_memory();
+}
+
+static struct error *sky_key_from_header(struct scene_settings *s,
+                                         const struct stream_header *header)
+{
+    const char *text = header_key(header, "sky-key");
+    if (!text)
+        return NULL;
+    if (strlen(text) != 16 || text[strspn(text, "0123456789abcdef")])
+        return error_new("header key sky-key: expected 16 hexadecimal digits, got '%.40s'", text);
+    s->sky_key = strtoull(text, NULL, 16);
+    return NULL;
 }
 
 static struct error *sky_from_header(struct scene_settings *s, const struct stream_header *header)
@@ -387,12 +424,21 @@ static struct error *sky_from_header(struct scene_settings *s, const struct stre
         err = error_new("header key sky-up: expected a direction of length 1");
     if (!err)
         err = header_get_real(header, "sky-scale", 0, DBL_MAX, &s->sky_scale);
-    if (!err && file) {
-        free(s->sky_file);
-        s->sky_file = strdup(file);
-        err = s->sky_file ? NULL : error_memory();
-    }
-    return err;
+    if (err || !file)
+        return err;
+    forget_sky(s);
+    err = sky_key_from_header(s, header);
+    return err ? err : set_sky_names(s, file, header_key(header, "sky-from-scene"));
+}
+
+struct error *scene_settings_found_sky(struct scene_settings *settings, const struct scene *scene)
+{
+    const struct scene_sky *sky = &scene->sky;
+    if (!sky->file)
+        return NULL;
+    forget_sky(settings);
+    settings->sky_key = sky->key;
+    return set_sky_names(settings, sky->file, sky->from_scene);
 }
 
 struct error *scene_settings_to_header(const struct scene_settings *settings,

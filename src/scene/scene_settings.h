@@ -15,8 +15,12 @@ struct stream_header;
  * the stream's header so that a later stage sees the same light. */
 struct scene_settings {
     double sky[3];
-    char *sky_file;             /* owned; NULL: uniform sky; absolute where it was found */
-    int sky_map;                /* scene_sky_maps */
+    char *sky_file; /* owned; NULL: uniform sky; absolute where it was found */
+    /* of a header's: its name from the scene's folder, or NULL, owned; and the key of its bytes, or
+     * 0: not known */
+    char *sky_from_scene;
+    uint64_t sky_key;
+    int sky_map;                /* scene_sky_map */
     double sky_turn;            /* degrees about sky_up, counter-clockwise from above */
     double sky_up[3];           /* of length 1; where the picture's upper edge is */
     double sky_scale;           /* multiplies sky or picture */
@@ -39,9 +43,10 @@ void scene_settings_clear(struct scene_settings *settings);
 
 enum { SCENE_SETTINGS_ROWS = 14 };
 
-/* How a picture covers the sky: a panorama twice as wide as high, any panorama, or the angular map
- * of a light probe (P. Debevec, "Rendering synthetic objects into real scenes", SIGGRAPH 1998). */
-enum scene_sky_map { SCENE_SKY_AUTO, SCENE_SKY_LATLONG, SCENE_SKY_ANGULAR };
+/* How a picture covers the sky: a panorama twice as wide as high, any panorama, the angular map of
+ * a light probe (P. Debevec, "Rendering synthetic objects into real scenes", SIGGRAPH 1998), or the
+ * six faces of a cube (scene_sky.h). */
+enum scene_sky_map { SCENE_SKY_AUTO, SCENE_SKY_LATLONG, SCENE_SKY_ANGULAR, SCENE_SKY_CUBE };
 
 /* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sky-map, --sky-turn, --sky-up, --sky-scale, --sun,
  * --point, --spot, --emit, --albedo-scale, --max-albedo, --light-scale, --lenient. */
@@ -52,6 +57,8 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
  *
  *     sky 0.5,0.6,0.8                     radiance; 0,0,0 beside
  *     sky-file /pictures/clouds.hdr       (only when there is one)
+ *     sky-from-scene ../clouds.hdr        its name from the scene's folder
+ *     sky-key 0123456789abcdef            of its bytes; it tells whether the picture is the same
  *     sky-map angular                     these four only where they are not the default
  *     sky-turn 90
  *     sky-up 0,0,1
@@ -73,6 +80,9 @@ struct error *scene_settings_to_header(const struct scene_settings *settings,
                                        struct stream_header *header);
 struct error *scene_settings_from_header(struct scene_settings *settings,
                                          const struct stream_header *header);
+
+/* Takes over where the picture of a scene's sky was found, and its key, for the header. */
+struct error *scene_settings_found_sky(struct scene_settings *settings, const struct scene *scene);
 
 /* --lenient and its key alone: all that a program needs of them that places probes. */
 struct option_row scene_lenient_row(bool *lenient);
