@@ -92,7 +92,7 @@ int main(int argc, char **argv)
     if (!err)
         err = options_record(&program, program.operands[0]);
     if (!err)
-        err = scene_read(&scene, program.operands[0], &o->scene, true, &warnings);
+        err = scene_read(&scene, program.operands[0], &o->scene, o->scene.lenient, &warnings);
     if (!err)
         err = scene_settings_found_sky(&o->scene, scene);
     if (!err)

@@ -293,9 +293,39 @@ static void test_radiance_damage(void)
     refuse_radiance("#?RADIANCE\nEXPOSURE=1e-30\n\n-Y 1 +X 1\n\2\2\2\377", "too bright");
 }
 
+/* A picture that is cut off anywhere is refused, and known for what it was. */
+static void test_cut(void)
+{
+    static uint8_t texels[32 * 32 * 3];
+    for (size_t i = 0; i < sizeof texels; i++)
+        texels[i] = (uint8_t)(i * i % 251);
+    struct bytes files[3] = {png(32, 32, 3, texels)};
+    stbi_write_jpg_to_func(append, &files[1], 32, 32, 3, texels, 90);
+    files[2].size = WebPEncodeLosslessRGB(texels, 32, 32, 96, &files[2].data);
+    for (int f = 0; f < 3; f++) {
+        size_t accepted = 0, unknown = 0;
+        for (size_t size = 0; size < files[f].size; size++) {
+            struct image t = {0};
+            struct error *err = image_decode(&t, files[f].data, size, IMAGE_COLOUR);
+            accepted += !err;
+            unknown += !image_is_known(files[f].data, size);
+            error_destroy(err);
+            free(t.texels);
+        }
+        ok(accepted <= (f == 0 ? 16 : 0) && unknown <= 12 && files[f].size > 300,
+           "%s cut off is refused: %zu of %zu accepted, %zu not known",
+           (const char *const[]){"a PNG", "a JPEG", "a WebP"}[f], accepted, files[f].size, unknown);
+        if (f < 2)
+            free(files[f].data);
+        else
+            WebPFree(files[f].data);
+    }
+}
+
 int main(void)
 {
     test_codes();
+    test_cut();
     test_lossy();
     test_radiance();
     test_cut_radiance();

@@ -22,6 +22,7 @@ struct form {
     int tile;                /* 0: rows */
     int left, top;           /* of the data window in the display window, which is larger by both */
     double error;            /* relative */
+    bool second;             /* behind a part that has no light */
 };
 
 static double value_at(const struct form *form, int c, int x, int y)
@@ -36,15 +37,16 @@ static void must_exr(exr_result_t code)
         bail(exr_get_default_error_message(code));
 }
 
-static void write_chunk(exr_context_t file, const struct form *form, const exr_chunk_info_t *chunk,
-                        int x0, int y0, exr_encode_pipeline_t *encode, bool first)
+static void write_chunk(exr_context_t file, int part, const struct form *form,
+                        const exr_chunk_info_t *chunk, int x0, int y0,
+                        exr_encode_pipeline_t *encode, bool first)
 {
     static union {
         float f;
         uint32_t u;
     } texels[4][W * H];
-    must_exr(first ? exr_encoding_initialize(file, 0, chunk, encode)
-                   : exr_encoding_update(file, 0, chunk, encode));
+    must_exr(first ? exr_encoding_initialize(file, part, chunk, encode)
+                   : exr_encoding_update(file, part, chunk, encode));
     for (int k = 0; k < encode->channel_count; k++) {
         exr_coding_channel_info_t *channel = &encode->channels[k];
         int c = 0;
@@ -64,18 +66,16 @@ static void write_chunk(exr_context_t file, const struct form *form, const exr_c
         channel->encode_from_ptr = (const uint8_t *)texels[c];
     }
     if (first)
-        must_exr(exr_encoding_choose_default_routines(file, 0, encode));
-    must_exr(exr_encoding_run(file, 0, encode));
+        must_exr(exr_encoding_choose_default_routines(file, part, encode));
+    must_exr(exr_encoding_run(file, part, encode));
 }
 
-static void write_exr(const char *path, const struct form *form)
+static void add_part(exr_context_t file, const char *name, exr_storage_t storage,
+                     const struct form *form)
 {
-    exr_context_t file;
     int part;
-    must_exr(exr_start_write(&file, path, EXR_WRITE_FILE_DIRECTLY, NULL));
-    must_exr(
-        exr_add_part(file, "light", form->tile ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, &part));
-    must_exr(exr_initialize_required_attr_simple(file, 0, W, H, form->compression));
+    must_exr(exr_add_part(file, name, storage, &part));
+    must_exr(exr_initialize_required_attr_simple(file, part, W, H, form->compression));
     exr_attr_box2i_t stored, shown = {0};
     stored.min.x = form->left;
     stored.min.y = form->top;
@@ -83,31 +83,71 @@ static void write_exr(const char *path, const struct form *form)
     stored.max.y = form->top + H - 1;
     shown.max.x = W + form->left - 1;
     shown.max.y = H + form->top - 1;
-    must_exr(exr_set_data_window(file, 0, &stored));
-    must_exr(exr_set_display_window(file, 0, &shown));
+    must_exr(exr_set_data_window(file, part, &stored));
+    must_exr(exr_set_display_window(file, part, &shown));
     for (int c = 0; c < 4 && form->channels[c]; c++)
-        must_exr(exr_add_channel(file, 0, form->channels[c], form->type,
+        must_exr(exr_add_channel(file, part, form->channels[c], form->type,
                                  EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
     if (form->tile)
-        must_exr(exr_set_tile_descriptor(file, 0, (uint32_t)form->tile, (uint32_t)form->tile,
+        must_exr(exr_set_tile_descriptor(file, part, (uint32_t)form->tile, (uint32_t)form->tile,
                                          EXR_TILE_ONE_LEVEL, EXR_TILE_ROUND_DOWN));
-    must_exr(exr_write_header(file));
+}
+
+static void write_part(exr_context_t file, int part, const struct form *form)
+{
     exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
     exr_chunk_info_t chunk;
     bool first = true;
     int32_t lines = form->tile;
     if (!form->tile)
-        must_exr(exr_get_scanlines_per_chunk(file, 0, &lines));
+        must_exr(exr_get_scanlines_per_chunk(file, part, &lines));
     for (int y = 0; y < H; y += lines)
         for (int x = 0; x < W; x += form->tile ? form->tile : W) {
             must_exr(form->tile
-                         ? exr_write_tile_chunk_info(file, 0, x / lines, y / lines, 0, 0, &chunk)
-                         : exr_write_scanline_chunk_info(file, 0, form->top + y, &chunk));
-            write_chunk(file, form, &chunk, x, y, &encode, first);
+                         ? exr_write_tile_chunk_info(file, part, x / lines, y / lines, 0, 0, &chunk)
+                         : exr_write_scanline_chunk_info(file, part, form->top + y, &chunk));
+            write_chunk(file, part, form, &chunk, x, y, &encode, first);
             first = false;
         }
     must_exr(exr_encoding_destroy(file, &encode));
+}
+
+static void write_exr(const char *path, const struct form *form)
+{
+    const struct form depth = {.compression = EXR_COMPRESSION_ZIP,
+                               .type = EXR_PIXEL_FLOAT,
+                               .channels = {"Z"},
+                               .left = form->left,
+                               .top = form->top};
+    exr_context_t file;
+    must_exr(exr_start_write(&file, path, EXR_WRITE_FILE_DIRECTLY, NULL));
+    if (form->second)
+        add_part(file, "depth", EXR_STORAGE_SCANLINE, &depth);
+    add_part(file, "light", form->tile ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, form);
+    must_exr(exr_write_header(file));
+    if (form->second)
+        write_part(file, 0, &depth);
+    write_part(file, form->second, form);
     must_exr(exr_finish(&file));
+}
+
+/* The header alone: what is deep is told before anything is read. */
+static void write_deep(const char *path)
+{
+    const struct form deep = {
+        .compression = EXR_COMPRESSION_ZIPS, .type = EXR_PIXEL_HALF, .channels = {"R", "G", "B"}};
+    exr_context_t file;
+    must_exr(exr_start_write(&file, path, EXR_WRITE_FILE_DIRECTLY, NULL));
+    add_part(file, "deep", EXR_STORAGE_DEEP_SCANLINE, &deep);
+    must_exr(exr_write_header(file));
+    char *data = NULL;
+    size_t size = 0;
+    struct error *err = file_read(path, &data, &size); /* the library removes what is not whole */
+    must_exr(exr_finish(&file));
+    if (err)
+        bail("%s", error_message(err));
+    files_write_bytes("deep.exr", data, size);
+    free(data);
 }
 
 static struct error *read_exr(const char *path, size_t most, struct image *t)
@@ -149,20 +189,29 @@ static void test_form(const struct form *form)
 static void test_forms(void)
 {
     static const struct form forms[] = {
-        {"half, ZIP", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0},
-        {"half, ZIPS", EXR_COMPRESSION_ZIPS, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0},
-        {"half, RLE", EXR_COMPRESSION_RLE, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0},
-        {"half, PIZ", EXR_COMPRESSION_PIZ, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0},
-        {"float, none", EXR_COMPRESSION_NONE, EXR_PIXEL_FLOAT, RGB, 3, 0, 0, 0, 0},
-        {"float, PIZ", EXR_COMPRESSION_PIZ, EXR_PIXEL_FLOAT, RGB, 3, 0, 0, 0, 0},
-        {"float, PXR24", EXR_COMPRESSION_PXR24, EXR_PIXEL_FLOAT, RGB, 3, 0, 0, 0, 1e-4},
-        {"half, B44", EXR_COMPRESSION_B44, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0.1},
-        {"half, B44A", EXR_COMPRESSION_B44A, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0.1},
-        {"whole numbers, ZIP", EXR_COMPRESSION_ZIP, EXR_PIXEL_UINT, RGB, 3, 0, 0, 0, 0},
-        {"tiles, half, ZIP", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 16, 0, 0, 0},
-        {"tiles, float, none", EXR_COMPRESSION_NONE, EXR_PIXEL_FLOAT, RGB, 3, 7, 0, 0, 0},
-        {"luminance alone", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, {"Y"}, 1, 0, 0, 0, 0},
-        {"with alpha", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, {"R", "G", "B", "A"}, 3, 0, 0, 0, 0},
+        {"half, ZIP", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0, false},
+        {"half, ZIPS", EXR_COMPRESSION_ZIPS, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0, false},
+        {"half, RLE", EXR_COMPRESSION_RLE, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0, false},
+        {"half, PIZ", EXR_COMPRESSION_PIZ, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0, false},
+        {"float, none", EXR_COMPRESSION_NONE, EXR_PIXEL_FLOAT, RGB, 3, 0, 0, 0, 0, false},
+        {"float, PIZ", EXR_COMPRESSION_PIZ, EXR_PIXEL_FLOAT, RGB, 3, 0, 0, 0, 0, false},
+        {"float, PXR24", EXR_COMPRESSION_PXR24, EXR_PIXEL_FLOAT, RGB, 3, 0, 0, 0, 1e-4, false},
+        {"half, B44", EXR_COMPRESSION_B44, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0.1, false},
+        {"half, B44A", EXR_COMPRESSION_B44A, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0.1, false},
+        {"whole numbers, ZIP", EXR_COMPRESSION_ZIP, EXR_PIXEL_UINT, RGB, 3, 0, 0, 0, 0, false},
+        {"tiles, half, ZIP", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 16, 0, 0, 0, false},
+        {"tiles, float, none", EXR_COMPRESSION_NONE, EXR_PIXEL_FLOAT, RGB, 3, 7, 0, 0, 0, false},
+        {"luminance alone", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, {"Y"}, 1, 0, 0, 0, 0, false},
+        {"with alpha",
+         EXR_COMPRESSION_ZIP,
+         EXR_PIXEL_HALF,
+         {"R", "G", "B", "A"},
+         3,
+         0,
+         0,
+         0,
+         0,
+         false},
         {"a layer",
          EXR_COMPRESSION_ZIP,
          EXR_PIXEL_HALF,
@@ -171,10 +220,16 @@ static void test_forms(void)
          0,
          0,
          0,
-         0},
-        {"rows in a larger picture", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, 5, 3, 0},
-        {"tiles in a larger picture", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 16, 5, 3, 0},
-        {"what lies outside is cut", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, -5, -3, 0},
+         0,
+         false},
+        {"rows in a larger picture", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, 5, 3, 0,
+         false},
+        {"tiles in a larger picture", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 16, 5, 3, 0,
+         false},
+        {"what lies outside is cut", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, -5, -3, 0,
+         false},
+        {"rows of the second part", EXR_COMPRESSION_PIZ, EXR_PIXEL_HALF, RGB, 3, 0, 5, 3, 0, true},
+        {"tiles of it", EXR_COMPRESSION_ZIP, EXR_PIXEL_FLOAT, RGB, 3, 16, 0, 0, 0, true},
     };
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
         test_form(&forms[i]);
@@ -183,12 +238,24 @@ static void test_forms(void)
 static void test_refused(void)
 {
     struct image t = {0};
-    const struct form odd = {"", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, {"A", "Z"}, 1, 0, 0, 0, 0},
-                      whole = {"", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0};
+    const struct form odd = {"",   EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, {"A", "Z"}, 1, 0, 0, 0, 0,
+                             false},
+                      whole = {"", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, RGB, 3, 0, 0, 0, 0, false},
+                      two = {"", EXR_COMPRESSION_ZIP, EXR_PIXEL_HALF, {"A"}, 1, 0, 0, 0, 0, true};
     write_exr(files_path("a.exr"), &odd);
     struct error *err = read_exr(files_path("a.exr"), SIZE_MAX, &t);
     ok(err && strstr(error_message(err), "without channels R, G and B, or Y; it has 2"),
        "no light: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    write_exr(files_path("a.exr"), &two);
+    err = read_exr(files_path("a.exr"), SIZE_MAX, &t);
+    ok(err && strstr(error_message(err), "2 parts (0 of them deep), of which none has channels"),
+       "nor any in two parts: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    write_deep(files_path("a.exr"));
+    err = read_exr(files_path("deep.exr"), SIZE_MAX, &t);
+    ok(err && strstr(error_message(err), "a deep OpenEXR picture"), "deep: %s",
+       err ? error_message(err) : "");
     error_destroy(err);
     write_exr(files_path("a.exr"), &whole);
     char *data = NULL;

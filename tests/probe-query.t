@@ -303,8 +303,31 @@ awk 'BEGIN { for (i = 0; i < 125; i++)
     probe-tet >surfaces.probe
 echo "1.25 2 3" | probe-query --column irradiance surfaces.probe >light
 check "surface probes are asked without a normal" every 'near($1, 1.25, 1e-5) && $2 == 2' light
-refused 1 "column irradiance is that of the probes' own normals: ask for it with x y z alone" \
-    given "1 2 3 0 1 0" probe-query --column irradiance surfaces.probe
+# A floor and a wall that meet in an edge: light 1 and 3 on the floor, 8 on the wall.
+probe-tet -q >corner.probe <<'END'
+#?probe 1
+table probe position:f64:3 normal:f32:3 irradiance:f32:3
+0 0 0  0 1 0  1 1 1
+2 0 0  0 1 0  3 3 3
+0 2 0  1 0 0  8 8 8
+end
+END
+for ask in "1 0 0 0 7 0=2" "1 0 0 .1 0 0=fails" ".5 .5 0 0 1 0=1.666667" ".5 .5 0 2 0 0=8" \
+    ".5 .5 0 1 1 0=3.25" "0 0 0 0 1 0=1" "0 1 0 0 -1 0=fails"; do
+    echo "${ask%=*}" | probe-query --column irradiance corner.probe >light 2>err
+    if [ "${ask#*=}" = fails ]; then
+        check "surface probes asked at and towards ${ask%=*}: none faces so" \
+            says err 'stdin:1: none of the surface probes around the point faces'
+    else
+        check "surface probes asked at and towards ${ask%=*}: those that face so, by the cosine" \
+            every "NF == 3 && near(\$2, ${ask#*=}, 1e-5)" light
+    fi
+done
+echo "1 0 0 0 7 0" | probe-query --to stream --column irradiance corner.probe >asked.probe
+check "as a stream of surface probes" says asked.probe \
+    '^table probe position:f64:3 normal:f32:3 irradiance:f32:3$'
+refused 1 "surface probes are asked with a normal by --interpolate barycentric alone" \
+    given "1 0 0 0 1 0" probe-query --interpolate nearest --column irradiance corner.probe
 for points in "1 2 3" "1 2 3 0 1 0"; do
     refused 1 "each has the irradiance of its own normal (--column irradiance)" \
         given "$points" probe-query surfaces.probe

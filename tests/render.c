@@ -358,7 +358,7 @@ static void test_sphere(void)
     add_floor(&b, 1e-3, -50, material(0.5f, 0)); /* a scene is never empty */
     must(scene_finish(b.scene, &b.settings, NULL));
     struct object object;
-    must(object_init(&object, b.scene, "sphere", 0.5, NULL));
+    must(object_init(&object, b.scene, "sphere", false, 0.5, NULL));
     const struct vec3 centre = {0.1, 0.2, -0.1};
     object_place(&object, centre);
     must(trace_create(&b.tracer, b.scene));
@@ -446,7 +446,7 @@ static void test_moving(void)
     add_floor(&b, 1e-3, -50, material(0.5f, 0));
     must(scene_finish(b.scene, &b.settings, NULL));
     struct object object;
-    must(object_init(&object, b.scene, "sphere", 0.5, NULL));
+    must(object_init(&object, b.scene, "sphere", false, 0.5, NULL));
     const struct camera camera = camera_at(3, 0.2, 4, 3, 0.2, 0, 10, 8, 8);
     struct render r = render_of(&b, &camera, 4);
     for (int there = 0; there < 2; there++) {

@@ -925,7 +925,7 @@ static void test_pictures(void)
     scene_destroy(s);
 }
 
-/* Pictures that are not there, or damaged: the factor alone, with a warning. */
+/* Pictures that are not there, or of no known format: the factor alone, with a warning. */
 static void test_missing_pictures(void)
 {
     static const struct {
@@ -936,11 +936,11 @@ static void test_missing_pictures(void)
         {"a file elsewhere",
          "'textures':[{'source':0}],'images':[{'uri':'https://x.example/y.png'}]",
          "texture missing"},
-        {"a damaged picture",
+        {"what is no picture",
          "'textures':[{'source':0}],'images':[{'uri':'data:image/png;base64,AAAA'}]",
-         "texture damaged"},
+         "texture not understood"},
         {"an empty picture", "'textures':[{'source':0}],'images':[{'uri':'data:,'}]",
-         "texture damaged"},
+         "texture not understood"},
         {"a texture of an unknown kind",
          "'textures':[{'extensions':{'KHR_texture_basisu':{'source':0}}}],'images':"
          "[{'uri':'x.ktx2'}]",
@@ -1220,13 +1220,24 @@ static void test_documents(void)
         {"'meshes':{'primitives':[]}", "meshes: expected a list of objects, got {"},
         {"'meshes':[{'primitives':{}}]", "meshes 0: primitives: expected a list of objects"},
         {"'meshes':[{'primitives':[{'attributes':[0]}]}]",
-         "mesh 0, primitive 0: attributes: expected an object, got [0]"},
+         "meshes 0, primitives 0: attributes: expected an object, got [0]"},
         {"'nodes':[{'mesh':'0'}]", "nodes 0: mesh: expected a whole number, got \"0\""},
         {"'nodes':[{'translation':[0,'1',2]}]", "nodes 0: translation: expected a list of numbers"},
         {"'nodes':[3]", "nodes: expected a list of objects"},
         {"'scenes':[{'nodes':0}]", "scenes 0: nodes: expected a list of whole numbers, got 0"},
         {"'materials':[{'pbrMetallicRoughness':1}]", "pbrMetallicRoughness: expected an object"},
         {"'materials':[{'alphaMode':2}]", "materials 0: alphaMode: expected text, got 2"},
+        {"'meshes':[\n{'name':'a\\'}[','primitives':[\n{},\n{'mode':'4'}]}]",
+         ":4: meshes 0, primitives 1: mode: expected a whole number"},
+        {"'meshes':[{'primitives':[\n{'attributes':{'POSITION':'0'}}]}]",
+         ":2: meshes 0, primitives 0, attributes: POSITION: expected a whole number"},
+        {"'materials':[{},\n\n{'pbrMetallicRoughness':{'baseColorFactor':'red'}}]",
+         ":3: materials 1, pbrMetallicRoughness: baseColorFactor: expected a list of numbers"},
+        {"'materials':[{'emissiveTexture':{'index':[1]}}]",
+         "emissiveTexture: index: expected a whole number"},
+        {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point'},\n{'type':'point',"
+         "'intensity':'9'}]}}",
+         ":2: extensions, KHR_lights_punctual, lights 1: intensity: expected a number"},
         {"'scene':'main'", "scene: expected a whole number, got \"main\""}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         refuse(wrong[i][1], wrong[i][1], "%s", wrong[i][0]);

@@ -124,6 +124,16 @@ static void test_geometry(void)
            0.5, "free-form geometry");
     expect("nothing at all", "", 0, 0, "file empty");
     expect("a face that is cut off", CORNERS "f 1 2 3\nf 1 3", 1, 0.5, "file cut off");
+    expect("the last vertices without a face", CORNERS "f 1 2 3 4\nv 5 0 0\nv 6 0 0\nv 6 1 0\n", 2,
+           1, "vertices without faces");
+    expect("such vertices of a line", CORNERS "f 1 2 3 4\nv 5 0 0\nv 6 0 0\nv 6 1 0\nl 5 6 7\n", 2,
+           1, NULL);
+    expect("two vertices to spare", CORNERS "f 1 2 3 4\nv 5 0 0\nv 6 0 0\n", 2, 1, NULL);
+    expect("the last material without a face", CORNERS "f 1 2 3 4\nusemtl lamp\n", 2, 1,
+           "material without faces");
+    expect("materials without a face before others", CORNERS "usemtl\nf 1 2 3 4\n", 2, 1,
+           "material missing");
+    ok(warnings.count == 1, "and no word of a file that is cut off");
 
     static char text[20000];
     char *to = text + sprintf(text, CORNERS);
@@ -490,7 +500,9 @@ static void test_files(void)
         {CORNERS "f 1 2 3\nv 1 2", "x.obj:6: expected a vertex"},
         {CORNERS "f 1 2 3\nf 2 3", "x.obj:6: the file is cut off in the face 'f 2 3'"},
         {CORNERS "f 1 2 3\nf", "x.obj:6: the file is cut off"},
-        {CORNERS "vt 0 0\nf 1/1 2/1 3/2\n", "x.obj:6: a corner names texture coordinate 2 of 1"}};
+        {CORNERS "vt 0 0\nf 1/1 2/1 3/2\n", "x.obj:6: a corner names texture coordinate 2 of 1"},
+        {"mtllib broken.mtl\n" CORNERS "usemtl m\nf 1 2 3\n", "texture broken.png: a damaged"}};
+    files_write("broken.mtl", "newmtl m\nmap_Kd broken.png\n");
     for (size_t i = 0; i < sizeof broken / sizeof *broken; i++) {
         files_write("x.obj", broken[i][0]);
         refuse("x.obj", true, broken[i][1]);

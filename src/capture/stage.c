@@ -21,7 +21,8 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
     if (!err)
         err = capture_settings_from_header(&stage->capture_settings, header);
     if (!err)
-        err = scene_read(&stage->scene, path, &stage->scene_settings, true, warnings);
+        err = scene_read(&stage->scene, path, &stage->scene_settings, stage->scene_settings.lenient,
+                         warnings);
     if (!err)
         err = scene_settings_found_sky(&stage->scene_settings, stage->scene);
     if (!err)

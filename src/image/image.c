@@ -71,6 +71,30 @@ static bool is_webp(const unsigned char *data, size_t size)
     return size >= 12 && !memcmp(data, "RIFF", 4) && !memcmp(data + 8, "WEBP", 4);
 }
 
+static bool is_jpeg(const unsigned char *data, size_t size)
+{
+    return size >= 3 && !memcmp(data, "\xff\xd8\xff", 3);
+}
+
+bool image_is_known(const void *data, size_t size)
+{
+    return (size >= 4 && !memcmp(data, "\x89PNG", 4)) || is_jpeg(data, size) ||
+           is_webp(data, size) || image_is_hdr(data, size) || image_is_exr(data, size);
+}
+
+/* Whether a JPEG's end mark follows its last scan; stb_image makes up what is missing. */
+static bool jpeg_ends(const unsigned char *data, size_t size)
+{
+    size_t end = size;
+    for (size_t i = size; i-- > 1;) {
+        if (data[i - 1] == 0xff && data[i] == 0xd9)
+            end = i;
+        if (data[i - 1] == 0xff && data[i] == 0xda)
+            break;
+    }
+    return end < size;
+}
+
 /* RGBA codes of an 8-bit picture; the caller frees them. */
 static struct error *decode_bytes(const unsigned char *data, size_t size, uint8_t **rgba,
                                   int *width, int *height)
@@ -91,7 +115,13 @@ static struct error *decode_bytes(const unsigned char *data, size_t size, uint8_
     }
     int channels;
     if (!stbi_info_from_memory(data, (int)size, width, height, &channels))
-        return error_new("not a picture that can be read (%s)", stbi_failure_reason());
+        return image_is_known(data, size)
+                   ? error_new("a damaged picture (%s)", stbi_failure_reason())
+                   : error_new("not a picture that can be read (%s)", stbi_failure_reason());
+    if (is_jpeg(data, size) && !jpeg_ends(data, size))
+        return error_new("a JPEG picture that is cut off: expected its end mark, got the end of "
+                         "its %zu bytes",
+                         size);
     err = image_check_sides(*width, *height);
     if (err)
         return err;

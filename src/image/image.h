@@ -36,6 +36,9 @@ enum image_use {
  * they are the same on every machine. */
 extern const float image_linear[256];
 
+/* Whether it begins as a PNG, JPEG, WebP, .hdr or .exr picture does. */
+bool image_is_known(const void *data, size_t size);
+
 /* Decodes the picture in data[0..size). The caller frees image->texels; there are none on error.
  * Errors: not a picture, damaged, larger than 16384 texels a side. */
 struct error *image_decode(struct image *image, const void *data, size_t size, enum image_use use);

@@ -15,6 +15,7 @@ struct source {
 
 struct file {
     exr_context_t context;
+    int part;
     exr_attr_box2i_t shown, stored; /* the display window; the data window: both with their ends */
     const char *channel[3];         /* of red, green and blue; all the same: luminance */
     exr_decode_pipeline_t decode;
@@ -65,28 +66,11 @@ static struct error *damaged(exr_result_t code)
 
 /* -- header ----------------------------------------------------------------------------------- */
 
-static struct error *refuse_kind(const struct file *file)
-{
-    int parts = 0;
-    exr_storage_t storage;
-    exr_result_t code = exr_get_count(file->context, &parts);
-    if (code == EXR_ERR_SUCCESS && parts != 1)
-        return error_new("an OpenEXR picture of %d parts, expected one: save its light alone",
-                         parts);
-    if (code == EXR_ERR_SUCCESS)
-        code = exr_get_storage(file->context, 0, &storage);
-    if (code != EXR_ERR_SUCCESS)
-        return damaged(code);
-    if (storage == EXR_STORAGE_DEEP_SCANLINE || storage == EXR_STORAGE_DEEP_TILED)
-        return error_new("a deep OpenEXR picture, expected one sample a texel: flatten it");
-    return NULL;
-}
-
 static struct error *read_windows(struct file *file)
 {
-    exr_result_t code = exr_get_display_window(file->context, 0, &file->shown);
+    exr_result_t code = exr_get_display_window(file->context, file->part, &file->shown);
     if (code == EXR_ERR_SUCCESS)
-        code = exr_get_data_window(file->context, 0, &file->stored);
+        code = exr_get_data_window(file->context, file->part, &file->stored);
     if (code != EXR_ERR_SUCCESS)
         return damaged(code);
     const exr_attr_box2i_t a = file->shown, b = file->stored;
@@ -134,24 +118,61 @@ static bool take_layer(struct file *file, const exr_attr_chlist_t *list, const c
     return false;
 }
 
-static struct error *choose_channels(struct file *file)
+/* The channels of a part: those of no layer, or else of the first that has them. */
+static struct error *choose_channels(struct file *file, bool *found)
 {
     const exr_attr_chlist_t *list = NULL;
-    const exr_result_t code = exr_get_channels(file->context, 0, &list);
+    const exr_result_t code = exr_get_channels(file->context, file->part, &list);
+    *found = false;
     if (code != EXR_ERR_SUCCESS)
         return damaged(code);
     if (find_channel(list, "", 0, "RY") || find_channel(list, "", 0, "BY"))
         return error_new("an OpenEXR picture of luminance and chroma (Y, RY, BY), expected RGB");
-    bool found = take_layer(file, list, "", 0);
-    for (int i = 0; i < list->num_channels && !found; i++) {
+    *found = take_layer(file, list, "", 0);
+    for (int i = 0; i < list->num_channels && !*found; i++) {
         const char *name = list->entries[i].name.str, *dot = strrchr(name, '.');
-        found = dot && take_layer(file, list, name, (size_t)(dot - name) + 1);
+        *found = dot && take_layer(file, list, name, (size_t)(dot - name) + 1);
     }
-    if (found)
-        return NULL;
+    return NULL;
+}
+
+static struct error *no_light(const struct file *file, int parts, int deep)
+{
+    const exr_attr_chlist_t *list = NULL;
+    if (deep == parts)
+        return error_new("a deep OpenEXR picture, expected one sample a texel: flatten it");
+    if (parts > 1)
+        return error_new("an OpenEXR picture of %d parts (%d of them deep), of which none has "
+                         "channels R, G and B, or Y",
+                         parts, deep);
+    const exr_result_t code = exr_get_channels(file->context, 0, &list);
+    if (code != EXR_ERR_SUCCESS)
+        return damaged(code);
     return error_new("an OpenEXR picture without channels R, G and B, or Y; it has %d, the first "
                      "is '%.40s'",
                      list->num_channels, list->num_channels ? list->entries[0].name.str : "");
+}
+
+/* The first part that is not deep and has light. */
+static struct error *choose_part(struct file *file)
+{
+    int parts = 0, deep = 0;
+    exr_result_t code = exr_get_count(file->context, &parts);
+    bool found = false;
+    struct error *err = NULL;
+    for (int i = 0; i < parts && !found && !err && code == EXR_ERR_SUCCESS; i++) {
+        exr_storage_t storage;
+        file->part = i;
+        code = exr_get_storage(file->context, i, &storage);
+        if (code == EXR_ERR_SUCCESS &&
+            (storage == EXR_STORAGE_DEEP_SCANLINE || storage == EXR_STORAGE_DEEP_TILED))
+            deep++;
+        else if (code == EXR_ERR_SUCCESS)
+            err = choose_channels(file, &found);
+    }
+    if (!err && code != EXR_ERR_SUCCESS)
+        err = damaged(code);
+    return err || found ? err : no_light(file, parts, deep);
 }
 
 /* -- texels ----------------------------------------------------------------------------------- */
@@ -206,25 +227,36 @@ static struct error *aim(struct file *file)
     return err;
 }
 
+static const char *compression_name(const struct file *file)
+{
+    exr_compression_t compression;
+    if (exr_get_compression(file->context, file->part, &compression) != EXR_ERR_SUCCESS)
+        return "something";
+    return compression == EXR_COMPRESSION_DWAA   ? "DWAA"
+           : compression == EXR_COMPRESSION_DWAB ? "DWAB"
+                                                 : "a method of its own";
+}
+
 static struct error *decode_chunk(struct file *file, const exr_chunk_info_t *chunk, int64_t left,
                                   int64_t top)
 {
-    exr_result_t code = file->decoding
-                            ? exr_decoding_update(file->context, 0, chunk, &file->decode)
-                            : exr_decoding_initialize(file->context, 0, chunk, &file->decode);
+    exr_result_t code =
+        file->decoding ? exr_decoding_update(file->context, file->part, chunk, &file->decode)
+                       : exr_decoding_initialize(file->context, file->part, chunk, &file->decode);
     if (code != EXR_ERR_SUCCESS)
         return damaged(code);
     struct error *err = aim(file);
     if (err)
         return err;
     if (!file->decoding)
-        code = exr_decoding_choose_default_routines(file->context, 0, &file->decode);
+        code = exr_decoding_choose_default_routines(file->context, file->part, &file->decode);
     file->decoding = true;
     if (code == EXR_ERR_SUCCESS)
-        code = exr_decoding_run(file->context, 0, &file->decode);
+        code = exr_decoding_run(file->context, file->part, &file->decode);
     if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
-        return error_new("an OpenEXR picture whose compression is not read: save it with another, "
-                         "ZIP or PIZ");
+        return error_new("an OpenEXR picture compressed with %s, which is not read: save it with "
+                         "ZIP or PIZ",
+                         compression_name(file));
     if (code != EXR_ERR_SUCCESS)
         return damaged(code);
     const size_t texels = (size_t)chunk->width * (size_t)chunk->height;
@@ -237,13 +269,13 @@ static struct error *decode_chunk(struct file *file, const exr_chunk_info_t *chu
 static struct error *read_scanlines(struct file *file)
 {
     int32_t lines = 0;
-    exr_result_t code = exr_get_scanlines_per_chunk(file->context, 0, &lines);
+    exr_result_t code = exr_get_scanlines_per_chunk(file->context, file->part, &lines);
     if (code != EXR_ERR_SUCCESS || lines < 1)
         return damaged(code);
     struct error *err = NULL;
     for (int64_t y = file->stored.min.y; y <= file->stored.max.y && !err; y += lines) {
         exr_chunk_info_t chunk;
-        code = exr_read_scanline_chunk_info(file->context, 0, (int)y, &chunk);
+        code = exr_read_scanline_chunk_info(file->context, file->part, (int)y, &chunk);
         err = code == EXR_ERR_SUCCESS ? decode_chunk(file, &chunk, file->stored.min.x, y)
                                       : damaged(code);
     }
@@ -254,7 +286,7 @@ static struct error *read_scanlines(struct file *file)
 static struct error *read_tiles(struct file *file)
 {
     int32_t width = 0, height = 0;
-    exr_result_t code = exr_get_tile_sizes(file->context, 0, 0, 0, &width, &height);
+    exr_result_t code = exr_get_tile_sizes(file->context, file->part, 0, 0, &width, &height);
     if (code != EXR_ERR_SUCCESS || width < 1 || height < 1)
         return damaged(code);
     const exr_attr_box2i_t all = file->stored;
@@ -262,7 +294,8 @@ static struct error *read_tiles(struct file *file)
     for (int64_t y = all.min.y; y <= all.max.y && !err; y += height)
         for (int64_t x = all.min.x; x <= all.max.x && !err; x += width) {
             exr_chunk_info_t chunk;
-            code = exr_read_tile_chunk_info(file->context, 0, (int)((x - all.min.x) / width),
+            code = exr_read_tile_chunk_info(file->context, file->part,
+                                            (int)((x - all.min.x) / width),
                                             (int)((y - all.min.y) / height), 0, 0, &chunk);
             err = code == EXR_ERR_SUCCESS ? decode_chunk(file, &chunk, x, y) : damaged(code);
         }
@@ -286,15 +319,13 @@ struct error *image_decode_exr(const void *data, size_t size, struct image_float
     if (code != EXR_ERR_SUCCESS)
         return damaged(code);
     exr_storage_t storage = EXR_STORAGE_SCANLINE;
-    struct error *err = refuse_kind(&file);
+    struct error *err = choose_part(&file);
     if (!err)
         err = read_windows(&file);
     if (!err)
-        err = choose_channels(&file);
-    if (!err)
         err = array_create(&out->rgb, 3 * (size_t)out->width * out->height, sizeof *out->rgb);
     if (!err) {
-        exr_get_storage(file.context, 0, &storage);
+        exr_get_storage(file.context, file.part, &storage);
         err = storage == EXR_STORAGE_TILED ? read_tiles(&file) : read_scanlines(&file);
     }
     exr_decoding_destroy(file.context, &file.decode);

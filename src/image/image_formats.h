@@ -9,9 +9,10 @@
  * white, which is that of equal energy: X = Y = Z is R = G = B; colours outside are cut at 0.
  *
  * OpenEXR through the plain C part of its library: rows or tiles, half, float or whole numbers, any
- * compression that the library reads; channels R, G, B or Y, of no layer or else of the first that
- * has them. The picture is the display window, black where there are no data. Light below 0 is 0.
- * Refused by name: several parts, deep ones, chroma, what is not finite.
+ * compression that the library reads; of the first part that has light, channels R, G, B or Y, of
+ * no layer or else of the first that has them. The picture is the display window, black where there
+ * are no data. Light below 0 is 0. Refused by name: deep parts alone, DWA, chroma, what is not
+ * finite.
  */
 #ifndef IMAGE_FORMATS_H
 #define IMAGE_FORMATS_H

@@ -81,6 +81,8 @@ static struct error *find_format(struct scene_import *import, const struct forma
     *format = find_ending(strrchr(import->path, '.'));
     if (*format)
         return NULL;
+    if (strspn(import->content, " \t\r\n") == import->content_size)
+        return error_new("the file is empty, expected a scene: a pipe can be read once");
     *format = find_ending(guess(import->content, import->content_size));
     return *format ? NULL : error_new("not a scene: expected OBJ, glTF, GLB, PLY, OFF or STL");
 }

@@ -148,8 +148,8 @@ struct scene_sampler {
 };
 
 /* The texture in the file called `name` (found by scene_import_find), read once for each use and
- * sampler. One that is missing or damaged is a warning, and *texture SCENE_NONE; only a shortage of
- * memory is an error. */
+ * sampler. One that is missing or of an unknown format is a warning, and *texture SCENE_NONE; one
+ * that is damaged is broken. */
 struct error *scene_import_texture(struct scene_import *import, const char *name,
                                    enum image_use use, struct scene_sampler sampler,
                                    int32_t *texture);

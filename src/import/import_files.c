@@ -171,11 +171,16 @@ struct error *scene_import_picture(struct scene_import *import, const char *name
     if (err == error_memory())
         return err;
     if (err) {
-        warnings_add(import->warnings, "texture damaged",
-                     "%s: texture %s: %s: the material's factor alone is used", import->path, name,
-                     error_message(err));
-        error_destroy(err);
+        struct error *damage = err;
         err = NULL;
+        if (image_is_known(data, size))
+            err = scene_import_broken(import, "texture damaged", 0, "texture %s: %s", name,
+                                      error_message(damage));
+        else
+            warnings_add(import->warnings, "texture not understood",
+                         "%s: texture %s: %s: the material's factor alone is used", import->path,
+                         name, error_message(damage));
+        error_destroy(damage);
     } else {
         struct scene_texture picture = scene_texture_of(&image);
         picture.wrap_u = sampler.wrap_u;

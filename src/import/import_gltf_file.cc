@@ -243,7 +243,8 @@ gltf_bytes fetch_buffer(const struct scene_import *import, const string &uri)
     const string name = gltf_file_name(import, uri);
     const std::shared_ptr<char> path = find(import, name);
     if (!path)
-        gltf_fail(error_new("%.200s is missing", name.c_str()));
+        gltf_fail(error_new("%.200s is missing%s", name.c_str(),
+                            *import->directory ? "" : " from the folder where the program runs"));
     try {
         return read_file(path.get());
     } catch (const gltf_error &e) {
@@ -302,59 +303,82 @@ const char *const type_names[TYPES] = {
     "a whole number", "a number",          "true or false",           "text",
     "an object",      "a list of numbers", "a list of whole numbers", "a list of objects"};
 
-/* What glTF says of the members that a bake depends on; of lists of objects in the file's root. */
+/* What glTF says of the members that a bake depends on; * is each member or element. */
 const struct {
-    const char *list, *name;
+    const char *path;
     enum type type;
-} members[] = {{"accessors", "bufferView", INDEX},
-               {"accessors", "byteOffset", INDEX},
-               {"accessors", "componentType", INDEX},
-               {"accessors", "count", INDEX},
-               {"accessors", "normalized", BOOLEAN},
-               {"accessors", "sparse", OBJECT},
-               {"accessors", "type", TEXT},
-               {"bufferViews", "buffer", INDEX},
-               {"bufferViews", "byteLength", INDEX},
-               {"bufferViews", "byteOffset", INDEX},
-               {"bufferViews", "byteStride", INDEX},
-               {"buffers", "uri", TEXT},
-               {"images", "bufferView", INDEX},
-               {"images", "uri", TEXT},
-               {"materials", "alphaCutoff", NUMBER},
-               {"materials", "alphaMode", TEXT},
-               {"materials", "emissiveFactor", NUMBERS},
-               {"materials", "emissiveTexture", OBJECT},
-               {"materials", "extensions", OBJECT},
-               {"materials", "pbrMetallicRoughness", OBJECT},
-               {"meshes", "primitives", OBJECTS},
-               {"meshes", "weights", NUMBERS},
-               {"nodes", "children", INDICES},
-               {"nodes", "extensions", OBJECT},
-               {"nodes", "matrix", NUMBERS},
-               {"nodes", "mesh", INDEX},
-               {"nodes", "rotation", NUMBERS},
-               {"nodes", "scale", NUMBERS},
-               {"nodes", "skin", INDEX},
-               {"nodes", "translation", NUMBERS},
-               {"nodes", "weights", NUMBERS},
-               {"samplers", "magFilter", INDEX},
-               {"samplers", "wrapS", INDEX},
-               {"samplers", "wrapT", INDEX},
-               {"scenes", "nodes", INDICES},
-               {"skins", "inverseBindMatrices", INDEX},
-               {"skins", "joints", INDICES},
-               {"textures", "sampler", INDEX},
-               {"textures", "source", INDEX}};
-
-/* of a primitive */
-const struct {
-    const char *name;
-    enum type type;
-} primitive_members[] = {{"attributes", OBJECT},
-                         {"indices", INDEX},
-                         {"material", INDEX},
-                         {"mode", INDEX},
-                         {"targets", OBJECTS}};
+} rules[] = {{"scene", INDEX},
+             {"accessors", OBJECTS},
+             {"accessors/*/bufferView", INDEX},
+             {"accessors/*/byteOffset", INDEX},
+             {"accessors/*/componentType", INDEX},
+             {"accessors/*/count", INDEX},
+             {"accessors/*/normalized", BOOLEAN},
+             {"accessors/*/sparse", OBJECT},
+             {"accessors/*/type", TEXT},
+             {"bufferViews", OBJECTS},
+             {"bufferViews/*/buffer", INDEX},
+             {"bufferViews/*/byteLength", INDEX},
+             {"bufferViews/*/byteOffset", INDEX},
+             {"bufferViews/*/byteStride", INDEX},
+             {"buffers", OBJECTS},
+             {"buffers/*/uri", TEXT},
+             {"extensions", OBJECT},
+             {"extensions/KHR_lights_punctual", OBJECT},
+             {"extensions/KHR_lights_punctual/lights", OBJECTS},
+             {"extensions/KHR_lights_punctual/lights/*/color", NUMBERS},
+             {"extensions/KHR_lights_punctual/lights/*/intensity", NUMBER},
+             {"extensions/KHR_lights_punctual/lights/*/spot", OBJECT},
+             {"extensions/KHR_lights_punctual/lights/*/type", TEXT},
+             {"images", OBJECTS},
+             {"images/*/bufferView", INDEX},
+             {"images/*/uri", TEXT},
+             {"materials", OBJECTS},
+             {"materials/*/alphaCutoff", NUMBER},
+             {"materials/*/alphaMode", TEXT},
+             {"materials/*/emissiveFactor", NUMBERS},
+             {"materials/*/emissiveTexture", OBJECT},
+             {"materials/*/emissiveTexture/index", INDEX},
+             {"materials/*/extensions", OBJECT},
+             {"materials/*/extensions/*", OBJECT},
+             {"materials/*/extensions/KHR_materials_emissive_strength/emissiveStrength", NUMBER},
+             {"materials/*/pbrMetallicRoughness", OBJECT},
+             {"materials/*/pbrMetallicRoughness/baseColorFactor", NUMBERS},
+             {"materials/*/pbrMetallicRoughness/baseColorTexture", OBJECT},
+             {"materials/*/pbrMetallicRoughness/baseColorTexture/index", INDEX},
+             {"meshes", OBJECTS},
+             {"meshes/*/primitives", OBJECTS},
+             {"meshes/*/primitives/*/attributes", OBJECT},
+             {"meshes/*/primitives/*/attributes/*", INDEX},
+             {"meshes/*/primitives/*/indices", INDEX},
+             {"meshes/*/primitives/*/material", INDEX},
+             {"meshes/*/primitives/*/mode", INDEX},
+             {"meshes/*/primitives/*/targets", OBJECTS},
+             {"meshes/*/weights", NUMBERS},
+             {"nodes", OBJECTS},
+             {"nodes/*/children", INDICES},
+             {"nodes/*/extensions", OBJECT},
+             {"nodes/*/extensions/KHR_lights_punctual", OBJECT},
+             {"nodes/*/extensions/KHR_lights_punctual/light", INDEX},
+             {"nodes/*/matrix", NUMBERS},
+             {"nodes/*/mesh", INDEX},
+             {"nodes/*/rotation", NUMBERS},
+             {"nodes/*/scale", NUMBERS},
+             {"nodes/*/skin", INDEX},
+             {"nodes/*/translation", NUMBERS},
+             {"nodes/*/weights", NUMBERS},
+             {"samplers", OBJECTS},
+             {"samplers/*/magFilter", INDEX},
+             {"samplers/*/wrapS", INDEX},
+             {"samplers/*/wrapT", INDEX},
+             {"scenes", OBJECTS},
+             {"scenes/*/nodes", INDICES},
+             {"skins", OBJECTS},
+             {"skins/*/inverseBindMatrices", INDEX},
+             {"skins/*/joints", INDICES},
+             {"textures", OBJECTS},
+             {"textures/*/sampler", INDEX},
+             {"textures/*/source", INDEX}};
 
 bool is_of_type(const json &value, enum type type)
 {
@@ -374,39 +398,134 @@ bool is_of_type(const json &value, enum type type)
     }
 }
 
-/* Takes a member out that is of another type than it should be; an error but for --lenient. */
-void check_member(struct scene_import *import, json &object, const char *name, enum type type,
-                  const string &where)
+/* Where a value of good JSON stands, by the names and numbers that lead to it. */
+class walk
 {
-    const json *const value = member(object, name);
+  public:
+    explicit walk(const gltf_bytes &text)
+        : first(reinterpret_cast<const char *>(text.data)), at(first), end(first + text.size)
+    {
+    }
+
+    /* Goes into the object or list here; false: it has none of this name. */
+    bool enter(const string &name)
+    {
+        skip_blanks();
+        const bool object = at < end && *at == '{';
+        if (at++ == end)
+            return false;
+        for (size_t i = 0; skip_blanks(), at < end && *at != '}' && *at != ']'; i++) {
+            string own = std::to_string(i);
+            if (object) {
+                const char *const key = at;
+                skip_value();
+                own.assign(key + 1, std::max(at - 1, key + 1));
+                skip_blanks();
+                at += at < end; /* : */
+            }
+            skip_blanks();
+            if (own == name)
+                return true;
+            skip_value();
+            skip_blanks();
+            at += at < end && *at == ',';
+        }
+        return false;
+    }
+
+    size_t line() const { return 1 + static_cast<size_t>(std::count(first, at, '\n')); }
+
+  private:
+    void skip_blanks()
+    {
+        while (at < end && std::strchr(" \t\r\n", *at))
+            at++;
+    }
+
+    void skip_text()
+    {
+        for (at++; at < end && *at != '"'; at++)
+            at += *at == '\\' && at + 1 < end;
+        at += at < end;
+    }
+
+    void skip_value()
+    {
+        size_t depth = 0;
+        do {
+            if (at < end && *at == '"') {
+                skip_text();
+                continue;
+            }
+            const bool open = at < end && (*at == '{' || *at == '['),
+                       close = at < end && (*at == '}' || *at == ']');
+            if (close && !depth)
+                return;
+            depth += open;
+            depth -= close;
+            at += at < end;
+        } while (at < end && (depth || !std::strchr(",]} \t\r\n:", *at)));
+    }
+
+    const char *first, *at, *end;
+};
+
+/* JSON that is looked at, rule by rule; its text, or none where it has no lines. */
+struct checked {
+    struct scene_import *import;
+    gltf_bytes text;
+    std::vector<string> path; /* of what is looked at */
+};
+
+/* Takes a member out that is of another type than it should be; an error but for --lenient. */
+void check_member(checked &c, json &object, const string &name, enum type type)
+{
+    const json *const value = member(object, name.c_str());
     if (!value || is_of_type(*value, type))
         return;
-    gltf_check(scene_import_broken(import, "glTF of the wrong type", 0,
-                                   "%s%s: expected %s, got %.60s", where.c_str(), name,
-                                   type_names[type], value->dump().c_str()));
+    string where;
+    walk place(c.text);
+    bool found = c.text.data != nullptr;
+    for (size_t i = 0; i < c.path.size(); i++) {
+        const bool number = isdigit(static_cast<unsigned char>(c.path[i][0]));
+        where += (i ? number ? " " : ", " : "") + c.path[i];
+        found = found && place.enter(c.path[i]);
+    }
+    where += where.empty() ? "" : ": ";
+    found = found && place.enter(name);
+    gltf_check(scene_import_broken(c.import, "glTF of the wrong type", found ? place.line() : 0,
+                                   "%.200s%.60s: expected %s, got %.60s", where.c_str(),
+                                   name.c_str(), type_names[type], value->dump().c_str()));
     object.erase(name);
 }
 
-void check_types(struct scene_import *import, json &document)
+/* What a rule says of the members of this value. */
+void check_rule(checked &c, json &value, const char *rule, enum type type)
 {
-    check_member(import, document, "scene", INDEX, "");
-    for (const char *const name : {"accessors", "bufferViews", "buffers", "images", "materials",
-                                   "meshes", "nodes", "samplers", "scenes", "skins", "textures"})
-        check_member(import, document, name, OBJECTS, "");
-    for (const auto &rule : members) {
-        const auto list = document.find(rule.list);
-        for (size_t i = 0; list != document.end() && i < list->size(); i++)
-            check_member(import, (*list)[i], rule.name, rule.type,
-                         string(rule.list) + " " + std::to_string(i) + ": ");
+    const char *const slash = std::strchr(rule, '/');
+    const string name(rule, slash ? static_cast<size_t>(slash - rule) : std::strlen(rule));
+    std::vector<string> names;
+    if (name != "*")
+        names.push_back(name);
+    else if (value.is_object())
+        for (json::const_iterator at = value.begin(); at != value.end(); ++at)
+            names.push_back(at.key());
+    for (const string &own : names) {
+        const auto below = value.is_object() ? value.find(own) : value.end();
+        if (below == value.end())
+            continue;
+        if (!slash) {
+            check_member(c, value, own, type);
+            continue;
+        }
+        c.path.push_back(own);
+        check_rule(c, *below, slash + 1, type);
+        c.path.pop_back();
     }
-    const auto meshes = document.find("meshes");
-    for (size_t i = 0; meshes != document.end() && i < meshes->size(); i++) {
-        const auto primitives = (*meshes)[i].find("primitives");
-        for (size_t p = 0; primitives != (*meshes)[i].end() && p < primitives->size(); p++)
-            for (const auto &rule : primitive_members)
-                check_member(import, (*primitives)[p], rule.name, rule.type,
-                             "mesh " + std::to_string(i) + ", primitive " + std::to_string(p) +
-                                 ": ");
+    for (size_t i = 0; name == "*" && slash && value.is_array() && i < value.size(); i++) {
+        c.path.push_back(std::to_string(i));
+        check_rule(c, value[i], slash + 1, type);
+        c.path.pop_back();
     }
 }
 
@@ -475,7 +594,9 @@ gltf_file gltf_open(struct scene_import *import)
     check_version(document);
     check_extensions(document);
     warn_extensions(import, document);
-    check_types(import, document);
+    checked c = {import, text.data == whole.data ? text : gltf_bytes(), {}};
+    for (const auto &rule : rules)
+        check_rule(c, document, rule.path, rule.type);
     gltf_file file;
     list_weights(document, file);
     list_skins(document, file);

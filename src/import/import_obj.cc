@@ -467,7 +467,9 @@ struct geometry {
     std::vector<int32_t> material; /* of each face: index into materials::list, or -1 */
     std::vector<uint32_t> line;    /* of the file, of each face */
     int32_t current = -1;
-    struct scene_colours colour = {}; /* of vertices; owned */
+    struct scene_colours colour = {};           /* of vertices; owned */
+    bool points_or_lines = false, ended = true; /* there are some; the last line has an end */
+    string idle;                                /* of the last usemtl, where no face follows it */
     ~geometry() { scene_colours_clear(&colour); }
 };
 
@@ -595,6 +597,7 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
         } else if (word == "f" || word == "fo") {
             line = numbers_without_comment(line);
             clean_face(out, line);
+            g.idle.clear();
             if (!line.empty()) /* tinyobjloader hands on no face without corners */
                 g.line.push_back((uint32_t)reader.number());
             if (reader.is_cut() && count_words(line) < 3)
@@ -605,14 +608,37 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
             err = keep_paint(g, painted, line);
         } else if (word == "usemtl") {
             out.append("usemtl ").append(line).push_back('\n');
+            g.idle = line;
         } else if (word == "mtllib") {
             err = mtl_read_all(import, line, all);
+        } else if (word == "p" || word == "l") {
+            g.points_or_lines = true;
         } else if (word == "surf" || word == "curv" || word == "curv2") {
             warnings_add(import->warnings, "free-form geometry",
                          "%s: free-form curves and surfaces are left out", import->path);
+            g.points_or_lines = true;
         }
+        g.ended = !reader.is_cut();
     }
     return err;
+}
+
+/* A file that is cut off at the end of a line is a good one. What its faces were for, is left. */
+void warn_cut_off(const geometry &g)
+{
+    const size_t count = g.position.size() / 3;
+    size_t used = 0;
+    for (const uint32_t vertex : g.corner)
+        used = vertex < count ? std::max<size_t>(used, vertex + size_t{1}) : used;
+    const char *const end = g.ended ? "" : ", whose last line has no end,";
+    if (count - used >= 3 && !g.points_or_lines)
+        warnings_add(g.import->warnings, "vertices without faces",
+                     "%s: the last %zu of %zu vertices belong to no face: is the file%s cut off?",
+                     g.import->path, count - used, count, end);
+    if (!g.idle.empty())
+        warnings_add(g.import->warnings, "material without faces",
+                     "%s: no face follows the last 'usemtl %.60s': is the file%s cut off?",
+                     g.import->path, g.idle.c_str(), end);
 }
 
 /* Materials that faces use become the scene's; face materials become its indices. */
@@ -701,6 +727,7 @@ struct error *read(struct scene_import *import)
         if (!tinyobj::LoadObjWithCallback(stream, callbacks, &g, nullptr, &warning, &error))
             return error_new("%s", error.c_str());
     }
+    warn_cut_off(g);
     struct error *err = push_materials(g);
     if (err)
         return err;

@@ -32,6 +32,8 @@ struct query {
     struct file_output out;
     struct stream_writer *writer;
     size_t point_width; /* 0 before the first point */
+    /* 3 a probe, where surface probes are asked by points with a normal; else NULL */
+    const float *normal;
     struct points *points;
     /* What the threads share, under the lock. A block has a ticket, its number; blocks are written
      * in the order of their tickets. Who has answered one before its turn leaves it, and goes on
@@ -151,17 +153,30 @@ static struct error *write_legend(struct query *q)
     return err ? err : file_output_flush(&q->out, true);
 }
 
-/* The first point says what comes out. */
-static struct error *start(struct query *q, size_t point_width)
+/* Points with a normal ask for irradiance: of SH, or of surface probes that have it. */
+static struct error *check_normals(struct query *q)
 {
-    if (point_width == 6 && !q->in->order && !strcmp(q->in->settings.column, "irradiance"))
-        return error_new("points with a normal ask for irradiance there, which is made of light "
-                         "from all sides (column sh); column irradiance is that of the probes' own "
-                         "normals: ask for it with x y z alone");
-    if (point_width == 6 && !q->in->order)
+    const struct table *probes = q->in->stream ? stream_table(q->in->stream, "probe") : NULL;
+    const struct column *normal = probes ? table_column(probes, "normal") : NULL;
+    if (q->in->order)
+        return NULL;
+    if (strcmp(q->in->settings.column, "irradiance") || !normal)
         return error_new(
             "points with a normal ask for irradiance, which is made of the column sh, not of %s",
             q->in->settings.column);
+    if (q->in->settings.kind != &interpolate_barycentric)
+        return error_new("surface probes are asked with a normal by --interpolate barycentric "
+                         "alone; x y z alone takes every way");
+    q->normal = column_f32(normal);
+    return NULL;
+}
+
+/* The first point says what comes out. */
+static struct error *start(struct query *q, size_t point_width)
+{
+    struct error *err = point_width == 6 ? check_normals(q) : NULL;
+    if (err)
+        return err;
     q->point_width = point_width;
     if (q->settings.format == QUERY_STREAM)
         return start_stream(q);
@@ -259,8 +274,42 @@ static struct error *make_irradiance(const struct query *q, const float *sh, con
     return NULL;
 }
 
+/* Irradiance from those surface probes of a place that face as the point does, each by its weight
+ * times the cosine between the normals: a probe at a right angle has no say, and what is between
+ * two walls of a corner turns from one to the other. */
+static struct error *blend_surfaces(const struct query *q, const double n[3],
+                                    const struct probe_place *place, float rgb[3])
+{
+    const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    double sum[3] = {0}, all = 0;
+    if (!(length > 0) || !(length < INFINITY))
+        return error_new("expected a normal with a length, got %g %g %g", n[0], n[1], n[2]);
+    for (int i = 0; i < 4; i++) {
+        if (place->probe[i] < 0 || !(place->weight[i] > 0))
+            continue;
+        const float *normal = q->normal + 3 * (size_t)place->probe[i],
+                    *light = q->in->value + 3 * (size_t)place->probe[i];
+        const double weight =
+            place->weight[i] *
+            fmax(n[0] * (double)normal[0] + n[1] * (double)normal[1] + n[2] * (double)normal[2],
+                 0) /
+            length;
+        if (isnan(light[0]))
+            return error_new("probe %d has no irradiance: run probe-capture", place->probe[i]);
+        all += weight;
+        for (int c = 0; c < 3; c++)
+            sum[c] += weight * (double)light[c];
+    }
+    if (!(all > 1e-9))
+        return error_new("none of the surface probes around the point faces as its normal does; "
+                         "x y z alone asks for them all the same");
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (float)(sum[c] / all);
+    return NULL;
+}
+
 /* The column's values at a point whose place is known. */
-static struct error *light_point(struct worker *w, const double point[3],
+static struct error *light_point(struct worker *w, const double *point,
                                  const struct probe_place *place, float *light)
 {
     const struct query *q = w->query;
@@ -274,7 +323,8 @@ static struct error *light_point(struct worker *w, const double point[3],
             return NULL;
         }
     }
-    return interpolate_at(q->in, point, place, light);
+    return q->normal ? blend_surfaces(q, point + 3, place, light)
+                     : interpolate_at(q->in, point, place, light);
 }
 
 /* The error of a block's point, to be told if it is the first that has one. */
@@ -301,7 +351,7 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
 {
     const struct query *q = w->query;
     const struct points_block *block = &w->job->block;
-    const bool irradiance = q->point_width == 6;
+    const bool irradiance = q->point_width == 6 && !q->normal;
     const size_t width = q->in->width;
     struct probe_place place[RUN];
     place[0].cell = w->last;

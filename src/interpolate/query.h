@@ -6,8 +6,9 @@
  *     if (!err) err = query_finish(q);
  *
  * A point alone gets the interpolated column; a point with a normal gets the irradiance (RGB) of a
- * surface there. Blocks of points are answered by many threads and written in order. Points of a
- * block that are far from one another are looked up along a Morton curve.
+ * surface there, of SH or of the surface probes that face as it does. Blocks of points are answered
+ * by many threads and written in order. Points of a block that are far from one another are looked
+ * up along a Morton curve.
  */
 #ifndef QUERY_H
 #define QUERY_H

@@ -291,7 +291,8 @@ static struct error *take_path(const struct film *film, struct warnings *warning
     if (!err)
         err = read_path(film->path, film->scene, &way);
     if (!err)
-        err = object_init(&object, film->scene, film->object, film->object_radius, warnings);
+        err = object_init(&object, film->scene, film->object, film->lenient, film->object_radius,
+                          warnings);
     if (!err) {
         struct progress *progress = progress_start(film->progress, film->program, "tiles",
                                                    way.count * render_tiles(film->render->camera) *

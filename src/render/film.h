@@ -24,6 +24,7 @@ struct film {
     struct overlay_settings overlay;
     int bounces;
     const char *object, *path; /* path NULL: one shot, without an object */
+    bool lenient;              /* with what is broken in the object's file */
     double object_radius;      /* 0: its own */
     bool per_pixel;
     const char *output, *pfm; /* NULL: not written */

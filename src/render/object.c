@@ -104,10 +104,11 @@ static struct error *move_over(struct scene *to, struct scene *from)
     return err;
 }
 
-static struct error *add_file(struct scene *scene, const char *path, struct vec3 *centre,
-                              double *radius, struct warnings *warnings)
+static struct error *add_file(struct scene *scene, const char *path, bool lenient,
+                              struct vec3 *centre, double *radius, struct warnings *warnings)
 {
-    const struct scene_settings settings = scene_settings_default();
+    struct scene_settings settings = scene_settings_default();
+    settings.lenient = lenient;
     struct scene *mesh = NULL;
     struct error *err = scene_read(&mesh, path, &settings, false, warnings);
     if (err)
@@ -121,8 +122,8 @@ static struct error *add_file(struct scene *scene, const char *path, struct vec3
 
 /* -- the object -------------------------------------------------------------------------------- */
 
-struct error *object_init(struct object *o, struct scene *scene, const char *path, double radius,
-                          struct warnings *warnings)
+struct error *object_init(struct object *o, struct scene *scene, const char *path, bool lenient,
+                          double radius, struct warnings *warnings)
 {
     struct vec3 centre = {0};
     *o = (struct object){.scene = scene,
@@ -132,7 +133,7 @@ struct error *object_init(struct object *o, struct scene *scene, const char *pat
                          .box_min = scene->box_min,
                          .box_max = scene->box_max};
     struct error *err = o->sphere ? add_sphere(scene)
-                                  : add_file(scene, path, &centre, &o->radius, warnings);
+                                  : add_file(scene, path, lenient, &centre, &o->radius, warnings);
     o->count = scene->instance_count - o->first;
     if (!err)
         err = array_create(&o->own, o->count, sizeof *o->own);

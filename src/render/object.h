@@ -24,11 +24,11 @@ struct object {
     struct vec3 box_min, box_max; /* of the scene without it */
 };
 
-/* Adds the mesh in the file at `path`, or a white sphere (albedo 0.8) for "sphere". radius 0: a
- * mesh as it is, a sphere of 3 % of the scene's diagonal; else that which the object is to have.
- * Lights and sky of its file are left alone. */
+/* Adds the mesh in the file at `path` (lenient: what is broken in it is left out), or a white
+ * sphere (albedo 0.8) for "sphere". radius 0: a mesh as it is, a sphere of 3 % of the scene's
+ * diagonal; else that which the object is to have. Lights and sky of its file are left alone. */
 struct error *object_init(struct object *object, struct scene *scene, const char *path,
-                          double radius, struct warnings *warnings);
+                          bool lenient, double radius, struct warnings *warnings);
 void object_clear(struct object *object);
 
 /* Puts its centre (of a mesh: its box's) to p. The scene's tracer has to be made anew. */

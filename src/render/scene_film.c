@@ -127,6 +127,7 @@ struct error *scene_film_take(const struct scene_film *film, const struct render
                                .bounces = o->bounces,
                                .object = o->object ? o->object : "sphere",
                                .path = o->path,
+                               .lenient = o->scene.lenient,
                                .object_radius = o->object_radius,
                                .per_pixel = o->per_pixel,
                                .output = o->output,
