@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { PLANES = 4 };
+
 struct source {
     const unsigned char *data;
     size_t size;
@@ -20,7 +22,7 @@ struct file {
     const char *channel[3];         /* of red, green and blue; all the same: luminance */
     exr_decode_pipeline_t decode;
     bool decoding;
-    float *chunk; /* RGB of what is decoded at once; owned */
+    float *chunk; /* planes of what is decoded at once: the light's, and one for the rest; owned */
     size_t capacity;
     struct image_floats *out;
 };
@@ -181,6 +183,7 @@ static struct error *choose_part(struct file *file)
 static struct error *put(const struct file *file, int64_t left, int64_t top)
 {
     const exr_chunk_info_t *chunk = &file->decode.chunk;
+    const int64_t plane = (int64_t)chunk->width * chunk->height;
     for (int64_t j = 0; j < chunk->height; j++) {
         const int64_t y = top + j - file->shown.min.y;
         if (y < 0 || y >= file->out->height)
@@ -190,7 +193,7 @@ static struct error *put(const struct file *file, int64_t left, int64_t top)
             if (x < 0 || x >= file->out->width)
                 continue;
             for (int c = 0; c < 3; c++) {
-                const float light = file->chunk[3 * (j * chunk->width + i) + c];
+                const float light = file->chunk[c * plane + j * chunk->width + i];
                 if (!isfinite(light))
                     return error_new("texel (%d, %d) of an OpenEXR picture: expected finite light, "
                                      "got %g",
@@ -204,25 +207,27 @@ static struct error *put(const struct file *file, int64_t left, int64_t top)
     return NULL;
 }
 
-/* The pipeline writes floats of the chosen channels side by side. */
+/* The pipeline writes floats of each channel to a plane. Those that are no light go to one of their
+ * own: the library (3.1.5) writes to channels without a place where a file has three or four. */
 static struct error *aim(struct file *file)
 {
     const exr_chunk_info_t *chunk = &file->decode.chunk;
     if (chunk->width < 1 || chunk->height < 1)
         return damaged(EXR_ERR_CORRUPT_CHUNK);
-    struct error *err = array_reserve(&file->chunk, &file->capacity,
-                                      3 * (size_t)chunk->width * (size_t)chunk->height,
-                                      sizeof *file->chunk);
+    const size_t plane = (size_t)chunk->width * (size_t)chunk->height;
+    struct error *err =
+        array_reserve(&file->chunk, &file->capacity, PLANES * plane, sizeof *file->chunk);
     for (int k = 0; k < file->decode.channel_count && !err; k++) {
         exr_coding_channel_info_t *channel = &file->decode.channels[k];
-        channel->decode_to_ptr = NULL;
+        float *to = file->chunk + (PLANES - 1) * plane;
         for (int c = 2; c >= 0; c--)
             if (!strcmp(channel->channel_name, file->channel[c]))
-                channel->decode_to_ptr = (uint8_t *)(file->chunk + c);
+                to = file->chunk + (size_t)c * plane;
+        channel->decode_to_ptr = (uint8_t *)to;
         channel->user_bytes_per_element = sizeof(float);
         channel->user_data_type = EXR_PIXEL_FLOAT;
-        channel->user_pixel_stride = 3 * sizeof(float);
-        channel->user_line_stride = 3 * (int32_t)sizeof(float) * chunk->width;
+        channel->user_pixel_stride = sizeof(float);
+        channel->user_line_stride = (int32_t)sizeof(float) * chunk->width;
     }
     return err;
 }
@@ -260,9 +265,8 @@ static struct error *decode_chunk(struct file *file, const exr_chunk_info_t *chu
     if (code != EXR_ERR_SUCCESS)
         return damaged(code);
     const size_t texels = (size_t)chunk->width * (size_t)chunk->height;
-    if (!strcmp(file->channel[0], file->channel[1]))
-        for (size_t i = 0; i < texels; i++)
-            file->chunk[3 * i + 1] = file->chunk[3 * i + 2] = file->chunk[3 * i];
+    for (size_t c = 1; c < 3 && !strcmp(file->channel[0], file->channel[1]); c++)
+        memcpy(file->chunk + c * texels, file->chunk, texels * sizeof *file->chunk);
     return put(file, left, top);
 }
 
