@@ -19,6 +19,7 @@
 struct arguments {
     struct assess_job job;
     struct interpolate_options how;
+    struct scene_settings given;
     enum report_format format;
     bool any_scene;
     struct common common;
@@ -161,12 +162,13 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .unrecorded = true,
          .help = "the same as JSON"},
         {0}};
-    struct option_row how[INTERPOLATE_OPTIONS_ROWS], shared[COMMON_ROWS];
+    struct option_row how[INTERPOLATE_OPTIONS_ROWS], of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
         points,
         truth,
         interpolate_options_rows(&a->how, how),
         figures,
+        scene_file_rows(&a->given, of_file),
         common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS,
                     shared),
         NULL};
@@ -256,6 +258,7 @@ int main(int argc, char **argv)
     struct arguments a = {.job = {.truth = truth_settings_default(),
                                   .measure = {.tolerance = 0.05, .dark = 0.25},
                                   .leak_samples = 8},
+                          .given = scene_settings_default(),
                           .common = common_default()};
     a.common.output = NULL;
     struct program program = {.name = "probe-error",
@@ -285,7 +288,7 @@ int main(int argc, char **argv)
     if (!err)
         err = open_baked(&baked, stream, &a, input, &warnings);
     if (!err)
-        err = stage_init(&stage, program.operands[0], &stream->header, &warnings);
+        err = stage_init(&stage, program.operands[0], &stream->header, &a.given, &warnings);
     if (!err && stage.other && !a.any_scene)
         err = error_new("%s: this is not the scene that the probes were captured in (its key is "
                         "%s, theirs %s); "
@@ -320,6 +323,7 @@ int main(int argc, char **argv)
     assessment_clear(&result);
     baked_close(&baked);
     stage_clear(&stage);
+    scene_settings_clear(&a.given);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

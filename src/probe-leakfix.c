@@ -110,9 +110,11 @@ int main(int argc, char **argv)
          .help = "stop rather than have more probes"},
         {0}};
     struct common common = common_default();
-    struct option_row shared[COMMON_ROWS];
+    struct scene_settings given = scene_settings_default();
+    struct option_row of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
-        rows, common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared), NULL};
+        rows, scene_file_rows(&given, of_file),
+        common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared), NULL};
     struct program program = {
         .name = "probe-leakfix",
         .usage = "[OPTION]... SCENE [STREAM]",
@@ -138,7 +140,7 @@ int main(int argc, char **argv)
     if (!err)
         err = error_wrap(complete(&job.settings, stream), "%s", file_input_name(input));
     if (!err)
-        err = stage_init(&stage, program.operands[0], &stream->header, &warnings);
+        err = stage_init(&stage, program.operands[0], &stream->header, &given, &warnings);
     if (!err && stage.other)
         warnings_add(
             &warnings, "scene",
@@ -154,6 +156,8 @@ int main(int argc, char **argv)
     if (!err)
         err = capture_new(stream, &stage, before, &common, program.name, &warnings);
     if (!err)
+        err = scene_file_to_header(&stage.scene_settings, &stream->header);
+    if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
     if (!err)
         err = stream_write(stream, common.output, common.encoding);
@@ -161,6 +165,7 @@ int main(int argc, char **argv)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     stage_clear(&stage);
+    scene_settings_clear(&given);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

@@ -26,6 +26,7 @@ struct arguments {
     bool inside_given;
     int inside_rays;
     double backface_share;
+    bool list;
 };
 
 /* Recognises where the positions are; `side` is a row for each, or NULL where nobody asks. */
@@ -116,6 +117,66 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
     return err;
 }
 
+static struct error *place_probes(struct arguments *a, struct program *program,
+                                  const struct scene_settings *settings,
+                                  const struct common *common, struct warnings *warnings)
+{
+    struct scene *scene = NULL;
+    struct stream *stream = NULL;
+    struct place place = {0};
+    enum place_side *side = NULL;
+    const struct place_method *method = NULL;
+    struct place_world world = {.most = a->max_probes, .warnings = warnings};
+    const char *scene_path = NULL;
+    struct error *err = place_operands(program->operand_count, program->operands, &method,
+                                       &world.file, &scene_path);
+    if (!err)
+        err = place_options_check(&a->options, method, scene_path != NULL);
+    if (!err && a->inside_given && !scene_path)
+        err = error_usage("--inside needs a SCENE");
+    if (!err && settings->choice.count && !scene_path)
+        err = error_usage("--exclude and --only need a SCENE");
+    for (int i = 0; i < program->operand_count && !err; i++)
+        err = options_record(program, program->operands[i]);
+    if (!err && scene_path)
+        err = scene_read(&scene, scene_path, settings, false, warnings);
+    world.scene = scene;
+    if (!err)
+        err = method->place(&place, &a->options, &world);
+    if (!err && place.normal && !a->inside_given) /* at a surface half of the rays may be inside */
+        a->inside = INSIDE_KEEP;
+    if (!err)
+        err = find_inside(a, scene, &place, common->threads, &side, warnings);
+    if (!err)
+        err = stream_create(&stream);
+    if (!err)
+        err = fill(stream, a, &place, side, warnings);
+    if (!err)
+        err = scene_file_to_header(settings, &stream->header);
+    if (!err)
+        err = header_add_provenance(&stream->header, program->recorded);
+    if (!err)
+        err = stream_write(stream, common->output, common->encoding);
+    free(side);
+    place_clear(&place);
+    stream_destroy(stream);
+    scene_destroy(scene);
+    return err;
+}
+
+static struct error *list_names(const struct program *program,
+                                const struct scene_settings *settings, struct warnings *warnings)
+{
+    struct scene *scene = NULL;
+    struct error *err = program->operand_count == 1
+                            ? scene_read(&scene, program->operands[0], settings, false, warnings)
+                            : error_usage("--list expects a SCENE alone");
+    if (!err)
+        err = scene_list_names(scene, stdout);
+    scene_destroy(scene);
+    return err;
+}
+
 int main(int argc, char **argv)
 {
     static const char *const insides[] = {
@@ -159,13 +220,18 @@ int main(int argc, char **argv)
          .least = 1e-9,
          .help = "share of the sides that they meet of open surfaces and rooms which are\n"
                  "backs where there is no air"},
-        scene_lenient_row(&settings.lenient),
+        {.name = "list",
+         .kind = OPTION_FLAG,
+         .value = &a.list,
+         .unrecorded = true,
+         .help = "print the names that --exclude and --only can name, and how many\n"
+                 "triangles each has, and place nothing"},
         {0}};
     struct common common = common_default();
     common.encoding = STREAM_BINARY;
-    struct option_row of_methods[PLACE_OPTION_ROWS], shared[COMMON_ROWS];
+    struct option_row of_methods[PLACE_OPTION_ROWS], of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
-        place_option_rows(&a.options, of_methods), of_all,
+        place_option_rows(&a.options, of_methods), of_all, scene_file_rows(&settings, of_file),
         common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
     char usage[256];
     struct program program = {
@@ -179,52 +245,17 @@ int main(int argc, char **argv)
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};
-    struct scene *scene = NULL;
-    struct stream *stream = NULL;
-    struct place place = {0};
-    enum place_side *side = NULL;
-    const struct place_method *method = NULL;
-    struct place_world world = {0};
-    const char *scene_path = NULL;
     place_usage(usage, sizeof usage);
+    const size_t used = strlen(usage);
+    snprintf(usage + used, sizeof usage - used, "\n       probe-place --list [OPTION]... SCENE");
     struct error *err = options_parse(&program, groups, argc, argv);
-    if (!err)
-        err = place_operands(program.operand_count, program.operands, &method, &world.file,
-                             &scene_path);
-    if (!err)
-        err = place_options_check(&a.options, method, scene_path != NULL);
-    if (!err && a.inside_given && !scene_path)
-        err = error_usage("--inside needs a SCENE");
-    for (int i = 0; i < program.operand_count && !err; i++)
-        err = options_record(&program, program.operands[i]);
-    if (!err && scene_path)
-        err = scene_read(&scene, scene_path, &settings, false, &warnings);
-    world.scene = scene;
-    world.most = a.max_probes;
-    world.warnings = &warnings;
-    if (!err)
-        err = method->place(&place, &a.options, &world);
-    if (!err && place.normal && !a.inside_given) /* at a surface half of the rays may be inside */
-        a.inside = INSIDE_KEEP;
-    if (!err)
-        err = find_inside(&a, scene, &place, common.threads, &side, &warnings);
-    if (!err)
-        err = stream_create(&stream);
-    if (!err)
-        err = fill(stream, &a, &place, side, &warnings);
-    if (!err)
-        err = scene_lenient_to_header(settings.lenient, &stream->header);
-    if (!err)
-        err = header_add_provenance(&stream->header, program.recorded);
-    if (!err)
-        err = stream_write(stream, common.output, common.encoding);
+    if (!err && a.list)
+        err = list_names(&program, &settings, &warnings);
+    else if (!err)
+        err = place_probes(&a, &program, &settings, &common, &warnings);
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
-    free(side);
-    place_clear(&place);
-    stream_destroy(stream);
-    scene_destroy(scene);
     scene_settings_clear(&settings);
     program_clear(&program);
     return error_exit(program.name, err);

@@ -19,6 +19,7 @@
 
 struct vtk_options {
     const char *output, *scene, *scene_output;
+    struct scene_settings given; /* how the scene's file is read */
     double exposure;
     enum vtk_encoding encoding;
     bool quiet;
@@ -26,16 +27,13 @@ struct vtk_options {
 
 /* The scene with the settings of the bake; its sky is no surface. */
 static struct error *read_scene(struct scene **scene, const char *path,
-                                const struct stream_header *header, struct warnings *warnings)
+                                struct scene_settings *settings, const struct stream_header *header,
+                                struct warnings *warnings)
 {
-    struct scene_settings settings = scene_settings_default();
-    struct error *err = scene_settings_from_header(&settings, header);
-    free(settings.sky_file);
-    settings.sky_file = NULL;
-    if (!err)
-        err = scene_read(scene, path, &settings, false, warnings);
-    scene_settings_clear(&settings);
-    return err;
+    struct error *err = scene_settings_from_header(settings, header);
+    free(settings->sky_file);
+    settings->sky_file = NULL;
+    return err ? err : scene_read(scene, path, settings, false, warnings);
 }
 
 /* FILE.vtu gives FILE.scene.vtp. */
@@ -53,6 +51,8 @@ static struct error *check_options(const struct vtk_options *o)
 {
     if (!o->output)
         return error_usage("expected --output FILE.vtu");
+    if ((o->given.lenient || o->given.choice.count) && !o->scene)
+        return error_usage("--lenient, --exclude and --only need --scene");
     if (o->scene_output && !o->scene)
         return error_usage("--scene-output needs --scene");
     if (o->scene && !o->scene_output && !strcmp(o->output, "-"))
@@ -63,7 +63,7 @@ static struct error *check_options(const struct vtk_options *o)
 }
 
 /* Everything is read and made before anything is written. */
-static struct error *run(const struct vtk_options *o, const char *input, struct warnings *warnings)
+static struct error *run(struct vtk_options *o, const char *input, struct warnings *warnings)
 {
     struct stream *stream = NULL;
     struct scene *scene = NULL;
@@ -75,7 +75,7 @@ static struct error *run(const struct vtk_options *o, const char *input, struct 
         err = error_wrap(vtk_probes_init(&cells, stream, o->exposure, warnings), "%s",
                          file_input_name(input));
     if (!err && o->scene)
-        err = read_scene(&scene, o->scene, &stream->header, warnings);
+        err = read_scene(&scene, o->scene, &o->given, &stream->header, warnings);
     if (!err && o->scene)
         err = error_wrap(vtk_scene_init(&surface, scene), "%s", o->scene);
     if (!err && o->scene && !o->scene_output)
@@ -94,7 +94,8 @@ static struct error *run(const struct vtk_options *o, const char *input, struct 
 
 int main(int argc, char **argv)
 {
-    struct vtk_options options = {.encoding = VTK_EXPORT_BASE64};
+    struct vtk_options options = {.encoding = VTK_EXPORT_BASE64, .given = scene_settings_default()};
+    struct option_row of_file[SCENE_FILE_ROWS];
     const struct option_row rows[] = {
         {.name = "output",
          .letter = 'o',
@@ -141,7 +142,8 @@ int main(int argc, char **argv)
          .value = &options.quiet,
          .help = "no warnings"},
         {0}};
-    const struct option_row *const groups[] = {rows, NULL};
+    const struct option_row *const groups[] = {rows, scene_file_rows(&options.given, of_file),
+                                               NULL};
     struct program program = {
         .name = "probe-vtk",
         .usage = "[OPTION]... -o FILE.vtu [STREAM]",
@@ -158,6 +160,7 @@ int main(int argc, char **argv)
     if (!options.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
+    scene_settings_clear(&options.given);
     program_clear(&program);
     return error_exit(program.name, err);
 }

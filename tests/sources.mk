@@ -61,6 +61,7 @@ PROGRAM_TESTS = \
 	tests/pipeline.t \
 	tests/extreme-numbers.t \
 	tests/probe-cat.t \
+	tests/choice.t \
 	tests/probe-place.t \
 	tests/probe-capture.t \
 	tests/sky-file.t \

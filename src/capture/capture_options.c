@@ -251,7 +251,7 @@ struct error *capture_options_take_over(struct capture_options *o, struct progra
 {
     const bool again = o->again;
     if (!capture_header_has_settings(header))
-        return scene_lenient_from_header(&o->scene.lenient, header);
+        return scene_file_from_header(&o->scene, header);
     scene_settings_clear(&o->scene);
     program_clear(program);
     *o = capture_options_default();

@@ -12,11 +12,12 @@
 #include <string.h>
 
 struct error *stage_init(struct stage *stage, const char *path, const struct stream_header *header,
-                         struct warnings *warnings)
+                         struct scene_settings *given, struct warnings *warnings)
 {
-    *stage = (struct stage){.scene_settings = scene_settings_default(),
+    *stage = (struct stage){.scene_settings = *given,
                             .capture_settings = capture_settings_default(),
                             .captured = capture_header_has_settings(header)};
+    *given = scene_settings_default();
     struct error *err = scene_settings_from_header(&stage->scene_settings, header);
     if (!err)
         err = capture_settings_from_header(&stage->capture_settings, header);

@@ -29,10 +29,10 @@ struct stage {
     struct path_tracer path;
 };
 
-/* Reads the scene at `path` as the header says. stage_clear is legal, and needed, on error
- * too. */
+/* Reads the scene at `path` as the header says, and in its place `given` (scene_file_rows), which
+ * is taken over and left at its default. stage_clear is legal, and needed, on error too. */
 struct error *stage_init(struct stage *stage, const char *path, const struct stream_header *header,
-                         struct warnings *warnings);
+                         struct scene_settings *given, struct warnings *warnings);
 
 /* The scene is the whole one, until this makes it the one that probes were captured in, where that
  * was decimated: for who is to capture as they were. */

@@ -134,6 +134,8 @@ struct error *scene_read(struct scene **scene, const char *path,
         err = error_memory();
     if (!err)
         err = read_as(format, &import);
+    if (!err && settings)
+        err = error_wrap(scene_choose(import.scene, &settings->choice, warnings), "%s", path);
     if (!err)
         err = scene_finish(import.scene, settings, warnings);
     if (!err && !empty_allowed)

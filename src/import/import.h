@@ -96,6 +96,8 @@ struct scene_polygons {
     const uint32_t *line;    /* of the file, one a face, or NULL */
     /* of vertices, and of faces; where vertices have some, those count. None: NULL, or empty */
     const struct scene_colours *colour, *face_colour;
+    const struct scene_run *runs; /* parts of the file, whose `first` are faces here */
+    size_t run_count;
 };
 
 /* Pushes a mesh of these faces, split into triangles, placed as it stands. Faces of fewer than 3

@@ -160,6 +160,15 @@ static struct error *find_faces(const struct scene_polygons *polygons, size_t mo
 
 /* -- polygons --------------------------------------------------------------------------------- */
 
+/* Adds the runs that begin with a face, whose triangles come next. */
+static void add_runs(struct scene_mesh *mesh, const struct scene_polygons *polygons, size_t face)
+{
+    for (const struct scene_run *run = polygons->runs + mesh->run_count;
+         mesh->run_count < polygons->run_count && run->first == face; run++)
+        mesh->runs[mesh->run_count++] =
+            (struct scene_run){.first = mesh->triangle_count, .part = run->part};
+}
+
 struct error *scene_import_polygons(struct scene_import *import,
                                     const struct scene_polygons *polygons)
 {
@@ -178,10 +187,13 @@ struct error *scene_import_polygons(struct scene_import *import,
         err = array_create(&mesh.uv, 6 * most, sizeof *mesh.uv);
     if (!err)
         err = find_faces(polygons, most, &face);
+    if (!err && polygons->run_count)
+        err = array_create(&mesh.runs, polygons->run_count, sizeof *mesh.runs);
     if (!err && mesh.vertex_count)
         memcpy(mesh.position, polygons->position, 3 * mesh.vertex_count * sizeof *mesh.position);
     for (size_t f = 0, first = 0; f < polygons->count && !err; first += polygons->size[f++]) {
         bool usable = false;
+        add_runs(&mesh, polygons, f);
         err = check_face(import, polygons, f, first, &usable);
         if (err || !usable)
             continue;
@@ -192,6 +204,8 @@ struct error *scene_import_polygons(struct scene_import *import,
         for (size_t t = before; t < mesh.triangle_count && face; t++)
             face[t] = (uint32_t)f;
     }
+    if (!err)
+        add_runs(&mesh, polygons, polygons->count);
     polygon_room_clear(&room);
     if (!err)
         err = colour_mesh(import, &mesh, polygons, face);

@@ -31,6 +31,7 @@ struct importer {
     vector<uv_sets> uv_set;                /* by material */
     int32_t default_material = SCENE_NONE; /* for primitives without one */
     vector<long> mesh_index;               /* by glTF mesh: the scene's, no_triangles or not_read */
+    vector<uint32_t> mesh_part;            /* by glTF mesh: its name */
     vector<int> parent;                    /* by node; -1: none */
 };
 
@@ -463,6 +464,7 @@ void read_material(importer &g, const tinygltf::Material &from)
     if (scene_emits(&m))
         m.emission_map = read_map(g, glow);
     m.two_sided = from.doubleSided;
+    m.unlit = extension(from.extensions, "KHR_materials_unlit") != nullptr;
     if (from.alphaMode == "MASK" || from.alphaMode == "BLEND") {
         m.alpha = from.alphaMode == "MASK" ? SCENE_CUTOUT : SCENE_BLEND;
         m.opacity = static_cast<float>(factor[3]);
@@ -748,9 +750,20 @@ template <typename T> T *copy_array(const vector<T> &from)
     return to;
 }
 
-long push_mesh(const importer &g, triangles &t)
+/* A part of the scene; what has no name is known by its number. */
+uint32_t push_part(const importer &g, enum scene_part_kind kind, const char *what, size_t number,
+                   const string &name, uint32_t above)
+{
+    uint32_t part = 0;
+    const string known = name.empty() ? what + (" " + std::to_string(number)) : name;
+    gltf_check(scene_push_part(g.import->scene, kind, known.c_str(), above, &part));
+    return part;
+}
+
+long push_mesh(const importer &g, triangles &t, uint32_t part)
 {
     struct scene_mesh mesh = {};
+    mesh.part = part;
     size_t pushed = 0;
     try {
         mesh.position = copy_array(t.position);
@@ -790,7 +803,13 @@ long read_mesh(importer &g, int index, const pose &stands)
             gltf_fail(error_wrap(e.err, "mesh %d, primitive %zu", index, p));
         }
     }
-    return t.index.empty() ? no_triangles : push_mesh(g, t);
+    if (t.index.empty())
+        return no_triangles;
+    uint32_t &part = g.mesh_part[static_cast<size_t>(index)];
+    if (!part)
+        part = push_part(g, SCENE_MESH, "mesh", static_cast<size_t>(index),
+                         g.file.model.meshes[static_cast<size_t>(index)].name, 0);
+    return push_mesh(g, t, part);
 }
 
 /* The scene's mesh for a glTF mesh, which is read when it is placed for the first time; where its
@@ -866,7 +885,7 @@ matrix matrix_of(const tinygltf::Node &node)
 
 /* KHR_lights_punctual: the light shines along the node's -Z; its intensity is not scaled by the
  * node. */
-void add_light(const importer &g, int index, const matrix &m)
+void add_light(const importer &g, int index, const matrix &m, uint32_t node)
 {
     if (static_cast<size_t>(index) >= g.file.model.lights.size())
         gltf_fail(error_new("light %d does not exist", index));
@@ -889,7 +908,16 @@ void add_light(const importer &g, int index, const matrix &m)
     light.cos_inner = angle_cos(std::clamp(from.spot.innerConeAngle, 0.0, ANGLE_PI));
     light.cos_outer =
         std::min(angle_cos(std::clamp(from.spot.outerConeAngle, 0.0, ANGLE_PI)), light.cos_inner);
+    light.part = from.name.empty() ? node : push_part(g, SCENE_LIGHT, "", 0, from.name, node);
     gltf_check(scene_push_light(g.import->scene, light));
+}
+
+/* Places a mesh by a node. */
+void place_mesh(const importer &g, size_t mesh, const double *m, uint32_t node)
+{
+    struct scene *const scene = g.import->scene;
+    gltf_check(scene_push_instance(scene, mesh, m));
+    scene->instances[scene->instance_count - 1].part = node;
 }
 
 /* The numbers of an attribute of EXT_mesh_gpu_instancing, `components` an instance; none where it
@@ -902,7 +930,8 @@ vector<double> instance_numbers(const importer &g, const Value *attributes, cons
 }
 
 /* EXT_mesh_gpu_instancing: the mesh once for each of the attributes' elements, instead of once. */
-void add_instances(const importer &g, size_t mesh, const Value *attributes, const matrix &m)
+void add_instances(const importer &g, size_t mesh, const Value *attributes, const matrix &m,
+                   uint32_t node)
 {
     const vector<double> t = instance_numbers(g, attributes, "TRANSLATION", 3);
     const vector<double> q = instance_numbers(g, attributes, "ROTATION", 4);
@@ -922,7 +951,7 @@ void add_instances(const importer &g, size_t mesh, const Value *attributes, cons
         const matrix here =
             multiply(m, place(t.empty() ? no_t : &t[3 * i], q.empty() ? no_q : &q[4 * i],
                               s.empty() ? no_s : &s[3 * i]));
-        gltf_check(scene_push_instance(g.import->scene, mesh, here.data()));
+        place_mesh(g, mesh, here.data(), node);
     }
 }
 
@@ -970,13 +999,13 @@ vector<matrix> joints_of(const importer &g, int index)
 }
 
 /* A skinned mesh stands where its joints are; its own node has no say (glTF 2.0, 3.7.3.1). */
-void add_skinned(importer &g, size_t number)
+void add_skinned(importer &g, size_t number, uint32_t part)
 {
     const tinygltf::Node &node = g.file.model.nodes[number];
     const vector<matrix> joints = joints_of(g, node.skin);
     const long mesh = mesh_of(g, node.mesh, g.file.weights[number], &joints);
     if (mesh >= 0)
-        gltf_check(scene_push_instance(g.import->scene, static_cast<size_t>(mesh), scene_identity));
+        place_mesh(g, static_cast<size_t>(mesh), scene_identity, part);
 }
 
 bool is_skinned(const importer &g, const tinygltf::Node &node)
@@ -991,24 +1020,24 @@ bool is_skinned(const importer &g, const tinygltf::Node &node)
     return false;
 }
 
-void add_node(importer &g, size_t number, const matrix &m)
+void add_node(importer &g, size_t number, const matrix &m, uint32_t part)
 {
     const tinygltf::Node &node = g.file.model.nodes[number];
     const bool skinned = is_skinned(g, node);
     if (skinned)
-        add_skinned(g, number);
+        add_skinned(g, number, part);
     const long mesh = node.mesh >= 0 && !skinned
                           ? mesh_of(g, node.mesh, g.file.weights[number], nullptr)
                           : no_triangles;
     const Value *const many =
         member(extension(node.extensions, "EXT_mesh_gpu_instancing"), "attributes");
     if (mesh >= 0 && many)
-        add_instances(g, static_cast<size_t>(mesh), many, m);
+        add_instances(g, static_cast<size_t>(mesh), many, m, part);
     else if (mesh >= 0)
-        gltf_check(scene_push_instance(g.import->scene, static_cast<size_t>(mesh), m.data()));
+        place_mesh(g, static_cast<size_t>(mesh), m.data(), part);
     const int light = index_of(extension(node.extensions, "KHR_lights_punctual"), "light");
     if (light >= 0)
-        add_light(g, light, m);
+        add_light(g, light, m, part);
 }
 
 /* KHR_node_visibility: what is not visible is not there, nor what hangs below it. */
@@ -1047,7 +1076,8 @@ void add_nodes(importer &g)
 {
     struct placed {
         int node;
-        matrix m; /* of the parent */
+        matrix m;      /* of the parent */
+        uint32_t part; /* the parent */
     };
     const vector<tinygltf::Node> &nodes = g.file.model.nodes;
     const vector<int> roots = roots_of(g.file.model);
@@ -1056,7 +1086,7 @@ void add_nodes(importer &g)
     vector<placed> left;
     vector<bool> seen(nodes.size());
     for (auto root = roots.rbegin(); root != roots.rend(); ++root)
-        left.push_back({*root, identity});
+        left.push_back({*root, identity, 0});
     while (!left.empty()) {
         const placed next = left.back();
         left.pop_back();
@@ -1070,10 +1100,11 @@ void add_nodes(importer &g)
             continue;
         try {
             const matrix m = multiply(next.m, matrix_of(nodes[i]));
-            add_node(g, i, m);
+            const uint32_t part = push_part(g, SCENE_NODE, "node", i, nodes[i].name, next.part);
+            add_node(g, i, m, part);
             for (auto child = nodes[i].children.rbegin(); child != nodes[i].children.rend();
                  ++child)
-                left.push_back({*child, m});
+                left.push_back({*child, m, part});
         } catch (const gltf_error &e) {
             gltf_fail(error_wrap(e.err, "node %zu", i));
         }
@@ -1093,6 +1124,7 @@ struct error *read(struct scene_import *import)
                 if (child >= 0 && static_cast<size_t>(child) < g.parent.size())
                     g.parent[static_cast<size_t>(child)] = static_cast<int>(i);
         g.mesh_index.assign(g.file.model.meshes.size(), not_read);
+        g.mesh_part.assign(g.file.model.meshes.size(), 0);
         for (const tinygltf::Material &material : g.file.model.materials)
             read_material(g, material);
         add_nodes(g);

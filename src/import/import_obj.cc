@@ -464,14 +464,37 @@ struct geometry {
     std::vector<double> position;
     std::vector<float> texture; /* (u, v) */
     std::vector<uint32_t> size, corner, corner_texture;
-    std::vector<int32_t> material; /* of each face: index into materials::list, or -1 */
-    std::vector<uint32_t> line;    /* of the file, of each face */
+    std::vector<int32_t> material;      /* of each face: index into materials::list, or -1 */
+    std::vector<uint32_t> line;         /* of the file, of each face */
+    std::vector<struct scene_run> runs; /* objects and groups, by face */
+    std::map<std::pair<uint32_t, string>, uint32_t> parts; /* by what they hang from, and name */
+    uint32_t object = 0;
     int32_t current = -1;
     struct scene_colours colour = {};           /* of vertices; owned */
     bool points_or_lines = false, ended = true; /* there are some; the last line has an end */
     string idle;                                /* of the last usemtl, where no face follows it */
     ~geometry() { scene_colours_clear(&colour); }
 };
+
+/* The faces that follow belong to an object or to a group (one or several: "g wall north"). */
+struct error *begin_part(geometry &g, enum scene_part_kind kind, string_view name)
+{
+    if (kind == SCENE_OBJECT)
+        g.object = 0;
+    uint32_t part = g.object;
+    if (!name.empty()) {
+        uint32_t &known = g.parts[{g.object, (kind == SCENE_OBJECT ? "o " : "g ") + string(name)}];
+        if (!known)
+            if (struct error *err =
+                    scene_push_part(g.import->scene, kind, string(name).c_str(), g.object, &known))
+                return err;
+        part = known;
+    }
+    if (kind == SCENE_OBJECT)
+        g.object = part;
+    g.runs.push_back({g.line.size(), part});
+    return nullptr;
+}
 
 void add_position(void *data, double x, double y, double z, double)
 {
@@ -609,6 +632,8 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
         } else if (word == "usemtl") {
             out.append("usemtl ").append(line).push_back('\n');
             g.idle = line;
+        } else if (word == "o" || word == "g") {
+            err = begin_part(g, word == "o" ? SCENE_OBJECT : SCENE_GROUP, without_comment(line));
         } else if (word == "mtllib") {
             err = mtl_read_all(import, line, all);
         } else if (word == "p" || word == "l") {
@@ -745,7 +770,11 @@ struct error *read(struct scene_import *import)
     polygons.material = g.material.data();
     g.colour.unstated = 1;
     polygons.colour = &g.colour;
-    polygons.line = g.line.size() == g.size.size() ? g.line.data() : nullptr;
+    if (g.line.size() == g.size.size()) {
+        polygons.line = g.line.data();
+        polygons.runs = g.runs.data();
+        polygons.run_count = g.runs.size();
+    }
     return scene_import_polygons(import, &polygons);
 }
 

@@ -92,7 +92,9 @@ static struct error *move_over(struct scene *to, struct scene *from)
         err = scene_push_material(to, m, NULL);
     }
     for (size_t i = 0; i < from->mesh_count && !err; i++) {
-        const struct scene_mesh mesh = from->meshes[i];
+        struct scene_mesh mesh = from->meshes[i];
+        mesh.part = 0;
+        mesh.run_count = 0; /* their names stay behind */
         for (size_t t = 0; t < mesh.triangle_count; t++)
             mesh.material[t] += (int32_t)materials;
         from->meshes[i] = (struct scene_mesh){0};

@@ -12,6 +12,7 @@ void scene_mesh_clear(struct scene_mesh *mesh)
     free(mesh->emission_uv);
     free(mesh->colour);
     free(mesh->material);
+    free(mesh->runs);
     *mesh = (struct scene_mesh){0};
 }
 
@@ -25,6 +26,8 @@ void scene_destroy(struct scene *scene)
         free(scene->materials[i].name);
     for (size_t i = 0; i < scene->texture_count; i++)
         free(scene->textures[i].texels);
+    for (size_t i = 0; i < scene->part_count; i++)
+        free(scene->parts[i].name);
     if (scene->sky.picture)
         free(scene->sky.picture->texels);
     free(scene->sky.picture);
@@ -35,6 +38,7 @@ void scene_destroy(struct scene *scene)
     free(scene->materials);
     free(scene->textures);
     free(scene->lights);
+    free(scene->parts);
     free(scene->path);
     free(scene);
 }

@@ -28,6 +28,22 @@
 
 enum { SCENE_NONE = -1 }; /* no texture, no material */
 
+/* What a file has a name for, beside materials. Parts are known by their place in scene->parts,
+ * counted from 1; 0 is none. */
+enum scene_part_kind { SCENE_NODE, SCENE_MESH, SCENE_OBJECT, SCENE_GROUP, SCENE_LIGHT };
+struct scene_part {
+    enum scene_part_kind kind;
+    char *name;     /* UTF-8, owned; of what has none its kind and number: "node 12" */
+    uint32_t above; /* what it hangs from, which comes before it: a node's parent, a group's object,
+                     * a light's node */
+};
+
+/* Triangles of a mesh that belong to a part: from `first` on, until the next run begins. */
+struct scene_run {
+    size_t first;
+    uint32_t part;
+};
+
 /* Triangles in coordinates of their own. Owned arrays. */
 struct scene_mesh {
     double *position; /* 3 * vertex_count */
@@ -43,6 +59,10 @@ struct scene_mesh {
      * factors of albedo and opacity. NULL: 1 everywhere */
     uint16_t *colour;
     int32_t *material; /* triangle_count: index into scene->materials, never SCENE_NONE */
+    uint32_t part;     /* a mesh's name */
+    /* objects and groups, where the file has them; owned, in order, the first from triangle 0 */
+    struct scene_run *runs;
+    size_t run_count;
 };
 
 /* A mesh placed in the scene: p -> M p + t, as rows of a 3x4 matrix. The front of a triangle is its
@@ -51,6 +71,7 @@ struct scene_mesh {
 struct scene_instance {
     size_t mesh;
     double transform[12];
+    uint32_t part; /* the node that places it */
 };
 
 enum scene_wrap { SCENE_REPEAT, SCENE_CLAMP, SCENE_MIRROR };
@@ -90,6 +111,7 @@ struct scene_material {
     bool textured; /* some map has a texture; set by scene_finish */
     /* the file says that its back is seen as well: that a back is seen means nothing then */
     bool two_sided;
+    bool unlit; /* the file says that light has no say in its colour */
 };
 
 static inline bool scene_emits(const struct scene_material *m)
@@ -111,6 +133,7 @@ struct scene_light {
     double range;
     /* SPOT: glTF cone falloff, clamp((cos - cos_outer) / (cos_inner - cos_outer))^2 */
     double cos_inner, cos_outer;
+    uint32_t part; /* its name, or its node */
 };
 
 /* Radiance from where there is no surface. */
@@ -141,6 +164,8 @@ struct scene {
     size_t texture_count;
     struct scene_light *lights; /* the file's, then the settings' */
     size_t light_count;
+    struct scene_part *parts;
+    size_t part_count;
     struct scene_sky sky;
     bool emit_front_only;
     float max_albedo; /* scene_albedo is at most this, channel by channel */
@@ -151,7 +176,8 @@ struct scene {
     bool decimated;
     uint64_t whole_key;
     /* room in the lists */
-    size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity;
+    size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity,
+        part_capacity;
 };
 
 /* takes NULL */

@@ -67,7 +67,7 @@ struct error *scene_push_instance(struct scene *scene, size_t mesh, const double
     if (err)
         return err;
     struct scene_instance *instance = &scene->instances[scene->instance_count++];
-    instance->mesh = mesh;
+    *instance = (struct scene_instance){.mesh = mesh};
     memcpy(instance->transform, transform, sizeof instance->transform);
     return NULL;
 }
@@ -116,6 +116,48 @@ struct error *scene_push_light(struct scene *scene, struct scene_light light)
     if (!err)
         scene->lights[scene->light_count++] = light;
     return err;
+}
+
+struct error *scene_push_part(struct scene *scene, enum scene_part_kind kind, const char *name,
+                              uint32_t above, uint32_t *part)
+{
+    struct error *err = scene->part_count < UINT32_MAX
+                            ? array_reserve(&scene->parts, &scene->part_capacity,
+                                            scene->part_count + 1, sizeof *scene->parts)
+                            : error_new("more than 2^32 names");
+    char *copy = err ? NULL : strdup(name);
+    if (!err && !copy)
+        err = error_memory();
+    if (err)
+        return err;
+    scene->parts[scene->part_count++] =
+        (struct scene_part){.kind = kind, .name = copy, .above = above};
+    *part = (uint32_t)scene->part_count;
+    return NULL;
+}
+
+void scene_mesh_drop(struct scene_mesh *mesh, const bool *drop)
+{
+    size_t kept = 0, run = 0;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        while (run < mesh->run_count && mesh->runs[run].first == t)
+            mesh->runs[run++].first = kept;
+        if (drop[t])
+            continue;
+        if (kept < t) {
+            memmove(&mesh->index[3 * kept], &mesh->index[3 * t], 3 * sizeof *mesh->index);
+            if (mesh->uv)
+                memmove(&mesh->uv[6 * kept], &mesh->uv[6 * t], 6 * sizeof *mesh->uv);
+            if (mesh->emission_uv)
+                memmove(&mesh->emission_uv[6 * kept], &mesh->emission_uv[6 * t],
+                        6 * sizeof *mesh->emission_uv);
+            mesh->material[kept] = mesh->material[t];
+        }
+        kept++;
+    }
+    for (; run < mesh->run_count; run++)
+        mesh->runs[run].first = kept;
+    mesh->triangle_count = kept;
 }
 
 struct error *scene_add_mesh(struct scene *scene, size_t vertex_count, const double *position,

@@ -47,6 +47,13 @@ struct error *scene_push_material(struct scene *scene, struct scene_material mat
 struct error *scene_push_texture(struct scene *scene, struct scene_texture texture, int32_t *index);
 struct error *scene_push_light(struct scene *scene, struct scene_light light);
 
+/* Adds a part of this name, of which it takes a copy; *part is its number. */
+struct error *scene_push_part(struct scene *scene, enum scene_part_kind kind, const char *name,
+                              uint32_t above, uint32_t *part);
+
+/* Takes the triangles out of a mesh whose flag is set. Vertices stay. */
+void scene_mesh_drop(struct scene_mesh *mesh, const bool *drop);
+
 /* The part of scene_finish that is about geometry: what changes meshes later calls it again. */
 struct error *scene_finish_geometry(struct scene *scene, struct warnings *warnings);
 

@@ -48,7 +48,11 @@ static bool is_degenerate(const double *a, const double *b, const double *c)
 /* Keeps the triangles that have an area, in order, and the vertices that they use. */
 static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnings, size_t number)
 {
-    size_t kept = 0;
+    bool *drop = NULL;
+    struct error *err = array_create(&drop, mesh->triangle_count, sizeof *drop);
+    if (err)
+        return err;
+    const double *p = mesh->position;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *i = &mesh->index[3 * t];
         if (i[0] >= mesh->vertex_count || i[1] >= mesh->vertex_count ||
@@ -57,23 +61,17 @@ static struct error *mesh_clean(struct scene_mesh *mesh, struct warnings *warnin
                          "triangle %zu of mesh %zu has a corner that is not among the mesh's %zu "
                          "vertices: left out",
                          t, number, mesh->vertex_count);
+            drop[t] = true;
             continue;
         }
-        const double *p = mesh->position;
-        if (is_degenerate(&p[3 * (size_t)i[0]], &p[3 * (size_t)i[1]], &p[3 * (size_t)i[2]]))
-            continue;
-        memmove(&mesh->index[3 * kept], i, 3 * sizeof *i);
-        if (mesh->uv)
-            memmove(&mesh->uv[6 * kept], &mesh->uv[6 * t], 6 * sizeof *mesh->uv);
-        if (mesh->emission_uv)
-            memmove(&mesh->emission_uv[6 * kept], &mesh->emission_uv[6 * t],
-                    6 * sizeof *mesh->emission_uv);
-        mesh->material[kept++] = mesh->material[t];
+        drop[t] = is_degenerate(&p[3 * (size_t)i[0]], &p[3 * (size_t)i[1]], &p[3 * (size_t)i[2]]);
     }
-    mesh->triangle_count = kept;
+    scene_mesh_drop(mesh, drop);
+    free(drop);
 
+    const size_t kept = mesh->triangle_count;
     uint32_t *place = NULL; /* 0: not used; otherwise the new number, from 1 */
-    struct error *err = array_create(&place, mesh->vertex_count, sizeof *place);
+    err = array_create(&place, mesh->vertex_count, sizeof *place);
     if (err)
         return err;
     for (size_t k = 0; k < 3 * kept; k++)
@@ -166,7 +164,8 @@ static struct error *instance_flatten(struct scene *scene, size_t number)
     memcpy(matrix, scene->instances[number].transform, sizeof matrix);
     const struct scene_mesh *from = &scene->meshes[scene->instances[number].mesh];
     struct scene_mesh mesh = {.vertex_count = from->vertex_count,
-                              .triangle_count = from->triangle_count};
+                              .triangle_count = from->triangle_count,
+                              .part = from->part};
     struct error *err = array_create(&mesh.position, 3 * mesh.vertex_count, sizeof *mesh.position);
     if (!err)
         err = array_create(&mesh.index, 3 * mesh.triangle_count, sizeof *mesh.index);

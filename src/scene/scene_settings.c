@@ -32,6 +32,7 @@ void scene_settings_clear(struct scene_settings *settings)
 {
     forget_sky(settings);
     free(settings->lights);
+    scene_choice_clear(&settings->choice);
     *settings = scene_settings_default();
 }
 
@@ -167,20 +168,23 @@ static struct error *parse_emit(void *value, const char *text)
     return NULL;
 }
 
-struct option_row scene_lenient_row(bool *lenient)
+const struct option_row *scene_file_rows(struct scene_settings *settings, struct option_row *rows)
 {
-    return (struct option_row){
+    rows[0] = (struct option_row){
         .name = "lenient",
         .kind = OPTION_FLAG,
-        .value = lenient,
+        .value = &settings->lenient,
         .help = "what is broken in the scene's file is left out with a warning, and\n"
                 "is no error"};
+    scene_choice_rows(&settings->choice, rows + 1);
+    rows[SCENE_FILE_ROWS - 1] = (struct option_row){0};
+    return rows;
 }
 
 const struct option_row *scene_settings_rows(struct scene_settings *settings,
                                              struct option_row *rows)
 {
-    const struct option_row table[SCENE_SETTINGS_ROWS] = {
+    const struct option_row table[] = {
         {.name = "sky",
          .argument = "R,G,B|FILE",
          .kind = OPTION_CALL,
@@ -263,9 +267,9 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
          .value = &settings->light_scale,
          .most = (double)INFINITY,
          .help = "multiplies the lights and the emission of the scene's file"},
-        scene_lenient_row(&settings->lenient),
     };
     memcpy(rows, table, sizeof table);
+    scene_file_rows(settings, rows + sizeof table / sizeof *table);
     return rows;
 }
 
@@ -348,18 +352,21 @@ static struct error *set_light(struct stream_header *header, const struct scene_
     return header_set_reals(header, name, form->count, numbers);
 }
 
-struct error *scene_lenient_to_header(bool lenient, struct stream_header *header)
+struct error *scene_file_to_header(const struct scene_settings *settings,
+                                   struct stream_header *header)
 {
     header_remove_key(header, "lenient");
-    return lenient ? header_set_key(header, "lenient", lenient_names[true]) : NULL;
+    struct error *err = scene_choice_to_header(&settings->choice, header);
+    return !err && settings->lenient ? header_set_key(header, "lenient", lenient_names[true]) : err;
 }
 
-struct error *scene_lenient_from_header(bool *lenient, const struct stream_header *header)
+struct error *scene_file_from_header(struct scene_settings *settings,
+                                     const struct stream_header *header)
 {
-    int value = *lenient;
-    struct error *err = header_get_choice(header, "lenient", lenient_names, &value);
-    *lenient = value;
-    return err;
+    int lenient = settings->lenient;
+    struct error *err = header_get_choice(header, "lenient", lenient_names, &lenient);
+    settings->lenient = lenient;
+    return err ? err : scene_choice_from_header(&settings->choice, header);
 }
 
 /* Keys of what is not the default alone. */
@@ -458,7 +465,7 @@ struct error *scene_settings_to_header(const struct scene_settings *settings,
         err = header_set_real(header, "max-albedo", settings->max_albedo);
     if (!err)
         err = header_set_real(header, "light-scale", settings->light_scale);
-    return err ? err : scene_lenient_to_header(settings->lenient, header);
+    return err ? err : scene_file_to_header(settings, header);
 }
 
 /* A wrong value is bad data here, not a wrong command line. */
@@ -500,7 +507,7 @@ struct error *scene_settings_from_header(struct scene_settings *settings,
     if (!err)
         err = header_get_real(header, "light-scale", 0, DBL_MAX, &settings->light_scale);
     if (!err)
-        err = scene_lenient_from_header(&settings->lenient, header);
+        err = scene_file_from_header(settings, header);
     for (size_t k = 0; k < header->key_count && !err; k++) {
         const struct light_form *form = form_of_key(header->keys[k].name);
         if (form)

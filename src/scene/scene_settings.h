@@ -6,6 +6,7 @@
 #define SCENE_SETTINGS_H
 
 #include "scene/scene.h"
+#include "scene/scene_choice.h"
 
 struct error;
 struct option_row;
@@ -35,13 +36,14 @@ struct scene_settings {
     /* multiplies the file's emission and lights; not the sky, nor lights from options */
     double light_scale;
     bool lenient; /* what is broken in the file is left out with a warning, else it is an error */
+    struct scene_choice choice; /* what is left out of the file by name */
 };
 
 /* black sky, no lights, scales 1, max_albedo 1, emit both sides */
 struct scene_settings scene_settings_default(void);
 void scene_settings_clear(struct scene_settings *settings);
 
-enum { SCENE_SETTINGS_ROWS = 14 };
+enum { SCENE_FILE_ROWS = 4, SCENE_SETTINGS_ROWS = 12 + SCENE_FILE_ROWS };
 
 /* How a picture covers the sky: a panorama twice as wide as high, any panorama, the angular map of
  * a light probe (P. Debevec, "Rendering synthetic objects into real scenes", SIGGRAPH 1998), or the
@@ -49,7 +51,8 @@ enum { SCENE_SETTINGS_ROWS = 14 };
 enum scene_sky_map { SCENE_SKY_AUTO, SCENE_SKY_LATLONG, SCENE_SKY_ANGULAR, SCENE_SKY_CUBE };
 
 /* Fills rows (SCENE_SETTINGS_ROWS) with --sky, --sky-map, --sky-turn, --sky-up, --sky-scale, --sun,
- * --point, --spot, --emit, --albedo-scale, --max-albedo, --light-scale, --lenient. */
+ * --point, --spot, --emit, --albedo-scale, --max-albedo, --light-scale, --lenient, --exclude,
+ * --only. */
 const struct option_row *scene_settings_rows(struct scene_settings *settings,
                                              struct option_row *rows);
 
@@ -72,6 +75,7 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
  *     max-albedo 1
  *     light-scale 1
  *     lenient yes                         (only then)
+ *     exclude-1 PATTERN                   (scene_choice.h)
  *
  * and reads them back into default settings: scene_settings_from_header(x) of
  * scene_settings_to_header(x) is x to the bit. Keys that are missing keep their default; lights
@@ -84,9 +88,13 @@ struct error *scene_settings_from_header(struct scene_settings *settings,
 /* Takes over where the picture of a scene's sky was found, and its key, for the header. */
 struct error *scene_settings_found_sky(struct scene_settings *settings, const struct scene *scene);
 
-/* --lenient and its key alone: all that a program needs of them that places probes. */
-struct option_row scene_lenient_row(bool *lenient);
-struct error *scene_lenient_to_header(bool lenient, struct stream_header *header);
-struct error *scene_lenient_from_header(bool *lenient, const struct stream_header *header);
+/* --lenient, --exclude and --only (SCENE_FILE_ROWS) and their keys alone: how the file is read, for
+ * programs that have no say in its light. What the command line gave stays when a header is read
+ * over it. */
+const struct option_row *scene_file_rows(struct scene_settings *settings, struct option_row *rows);
+struct error *scene_file_to_header(const struct scene_settings *settings,
+                                   struct stream_header *header);
+struct error *scene_file_from_header(struct scene_settings *settings,
+                                     const struct stream_header *header);
 
 #endif

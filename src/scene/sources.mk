@@ -3,6 +3,7 @@
 scene_sources = \
 	%D%/scene.c %D%/scene.h \
 	%D%/scene_build.c %D%/scene_build.h \
+	%D%/scene_choice.c %D%/scene_choice.h \
 	%D%/scene_finish.c \
 	%D%/scene_settings.c %D%/scene_settings.h \
 	%D%/scene_shade.c %D%/scene_shade.h \
