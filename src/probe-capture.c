@@ -13,11 +13,13 @@
 #include "import/import_scene.h"
 #include "light/convert.h"
 #include "scene/scene.h"
+#include "scene/scene_told.h"
 #include "stream/stream.h"
 #include "topology/decimate.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 static void warn_before(const struct scene *scene, struct warnings *warnings)
 {
@@ -96,6 +98,8 @@ int main(int argc, char **argv)
     if (!err)
         err = scene_settings_found_sky(&o->scene, scene);
     if (!err)
+        err = scene_told(&warnings, stream_reader_header(run.reader), o->common.quiet, &run.told);
+    if (!err)
         err = scene_decimate(scene, o->capture.decimate, &warnings);
     if (!err)
         err = trace_create(&tracer, scene);
@@ -139,6 +143,7 @@ int main(int argc, char **argv)
     scene_destroy(scene);
     stream_reader_close(run.reader);
     header_clear(&run.header);
+    free(run.told);
     capture_options_clear(o);
     program_clear(&program);
     return error_exit(program.name, err);

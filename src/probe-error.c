@@ -9,6 +9,7 @@
 #include "interpolate/baked.h"
 #include "interpolate/interpolate_options.h"
 #include "measure/assess.h"
+#include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
 
@@ -289,6 +290,8 @@ int main(int argc, char **argv)
         err = open_baked(&baked, stream, &a, input, &warnings);
     if (!err)
         err = stage_init(&stage, program.operands[0], &stream->header, &a.given, &warnings);
+    if (!err)
+        err = scene_told_in(&warnings, &stream->header, a.common.quiet);
     if (!err && stage.other && !a.any_scene)
         err = error_new("%s: this is not the scene that the probes were captured in (its key is "
                         "%s, theirs %s); "

@@ -8,6 +8,7 @@
 #include "base/warning.h"
 #include "capture/stage.h"
 #include "leak/leak_mend.h"
+#include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
 
@@ -141,6 +142,8 @@ int main(int argc, char **argv)
         err = error_wrap(complete(&job.settings, stream), "%s", file_input_name(input));
     if (!err)
         err = stage_init(&stage, program.operands[0], &stream->header, &given, &warnings);
+    if (!err)
+        err = scene_told_in(&warnings, &stream->header, common.quiet);
     if (!err && stage.other)
         warnings_add(
             &warnings, "scene",

@@ -9,6 +9,7 @@
 #include "place/place_method.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
+#include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
 #include "trace/trace.h"
@@ -153,6 +154,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = fill(stream, a, &place, side, warnings);
     if (!err)
         err = scene_file_to_header(settings, &stream->header);
+    if (!err)
+        err = scene_told_in(warnings, &stream->header, common->quiet);
     if (!err)
         err = header_add_provenance(&stream->header, program->recorded);
     if (!err)

@@ -7,6 +7,7 @@
 #include "import/import_scene.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
+#include "scene/scene_told.h"
 #include "stream/stream.h"
 #include "vtk/vtk_export.h"
 #include "vtk/vtk_probes.h"
@@ -76,6 +77,8 @@ static struct error *run(struct vtk_options *o, const char *input, struct warnin
                          file_input_name(input));
     if (!err && o->scene)
         err = read_scene(&scene, o->scene, &o->given, &stream->header, warnings);
+    if (!err)
+        err = scene_told_in(warnings, &stream->header, o->quiet);
     if (!err && o->scene)
         err = error_wrap(vtk_scene_init(&surface, scene), "%s", o->scene);
     if (!err && o->scene && !o->scene_output)

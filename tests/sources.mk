@@ -62,6 +62,7 @@ PROGRAM_TESTS = \
 	tests/extreme-numbers.t \
 	tests/probe-cat.t \
 	tests/choice.t \
+	tests/told-once.t \
 	tests/probe-place.t \
 	tests/probe-capture.t \
 	tests/sky-file.t \

@@ -8,16 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct warning {
-    const char *kind;
-    char *message;
-    size_t count;
-};
-
 static struct warning *find(const struct warnings *warnings, const char *kind)
 {
     for (size_t i = 0; i < warnings->count; i++)
-        if (!strcmp(warnings->list[i].kind, kind))
+        if (!warnings->list[i].key && !strcmp(warnings->list[i].kind, kind))
             return &warnings->list[i];
     return NULL;
 }
@@ -53,8 +47,32 @@ void warnings_add(struct warnings *warnings, const char *kind, const char *forma
 
 size_t warnings_of_kind(const struct warnings *warnings, const char *kind)
 {
-    const struct warning *known = find(warnings, kind);
-    return known ? known->count : 0;
+    size_t count = 0;
+    for (size_t i = 0; i < warnings->count; i++)
+        count += strcmp(warnings->list[i].kind, kind) ? 0 : warnings->list[i].count;
+    return count;
+}
+
+void warnings_move(struct warnings *to, struct warnings *from)
+{
+    struct error *err =
+        to ? array_reserve(&to->list, &to->capacity, to->count + from->count, sizeof *to->list)
+           : NULL;
+    if (to && !err && from->count) {
+        memcpy(to->list + to->count, from->list, from->count * sizeof *from->list);
+        to->count += from->count;
+        from->count = 0;
+    }
+    error_destroy(err);
+    warnings_clear(from);
+}
+
+void warnings_remove(struct warnings *warnings, size_t i)
+{
+    free(warnings->list[i].message);
+    warnings->count--;
+    memmove(warnings->list + i, warnings->list + i + 1,
+            (warnings->count - i) * sizeof *warnings->list);
 }
 
 void warnings_print(struct warnings *warnings, const char *program)

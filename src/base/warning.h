@@ -13,6 +13,14 @@
 #define WARNING_H
 
 #include <stddef.h>
+#include <stdint.h>
+
+struct warning {
+    const char *kind;
+    char *message; /* of the first of its kind; owned */
+    size_t count;
+    uint64_t key; /* of one that is said once a bake (scene_told.h); 0: none */
+};
 
 struct warnings {
     struct warning *list; /* in order of first appearance */
@@ -24,6 +32,13 @@ struct warnings {
  * memory. */
 void warnings_add(struct warnings *warnings, const char *kind, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/* Moves all of `from` behind those of `to`, which may be NULL: then they are forgotten. Those with
+ * a key are not grouped with others. */
+void warnings_move(struct warnings *to, struct warnings *from);
+
+/* Takes warning i out of the list. */
+void warnings_remove(struct warnings *warnings, size_t i);
 
 /* How many warnings of this kind were added. */
 size_t warnings_of_kind(const struct warnings *warnings, const char *kind);

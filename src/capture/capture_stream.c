@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "light/convert.h"
 #include "scene/scene.h"
+#include "scene/scene_told.h"
 
 #include <math.h>
 #include <string.h>
@@ -19,6 +20,8 @@ static struct error *open_writer(struct capture_run *run)
                                           .command_line = run->command_line};
     struct error *err =
         capture_make_header(&run->header, stream_reader_header(run->reader), &record);
+    if (!err && run->told)
+        err = header_set_key(&run->header, SCENE_TOLD_KEY, run->told);
     const enum stream_encoding read = stream_reader_encoding(run->reader),
                                asked = o->common.encoding;
     return err ? err

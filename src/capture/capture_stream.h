@@ -15,6 +15,7 @@
 struct capture_run {
     struct capture_options options; /* owned; the order, where it was to be found, is set here */
     const char *command_line;       /* as recorded */
+    char *told;                     /* of scene_told, for the header; NULL: nothing. The caller's */
     struct stream_reader *reader;
     struct stream_writer *writer; /* NULL before it is opened; the caller's to finish */
     struct stream_header header;  /* that is written; owned */

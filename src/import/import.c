@@ -3,7 +3,9 @@
 #include "base/file.h"
 #include "import/import.h"
 #include "import/import_scene.h"
+#include "math/hash.h"
 #include "scene/scene_settings.h"
+#include "scene/scene_told.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -114,16 +116,18 @@ struct error *scene_read(struct scene **scene, const char *path,
                          struct warnings *warnings)
 {
     const struct format *format = NULL;
+    struct warnings found = {0};
     char *directory = directory_of(path);
     struct scene_import import = {
         .path = file_input_name(path),
         .directory = directory,
-        .warnings = warnings,
+        .warnings = &found,
         .lenient = settings && settings->lenient,
     };
     struct error *err = directory ? file_read_input(path, &import.content, &import.content_size)
                                   : error_memory();
     path = import.path;
+    const uint64_t file = err ? 0 : hash_bytes(import.content, import.content_size);
     if (!err)
         err = find_format(&import, &format);
     err = error_wrap(err, "%s", path);
@@ -135,11 +139,12 @@ struct error *scene_read(struct scene **scene, const char *path,
     if (!err)
         err = read_as(format, &import);
     if (!err && settings)
-        err = error_wrap(scene_choose(import.scene, &settings->choice, warnings), "%s", path);
+        err = error_wrap(scene_choose(import.scene, &settings->choice, &found), "%s", path);
     if (!err)
-        err = scene_finish(import.scene, settings, warnings);
+        err = scene_finish(import.scene, settings, &found);
     if (!err && !empty_allowed)
         err = check_empty(import.scene);
+    scene_told_mark(&found, path, file, warnings);
     scene_import_clear(&import);
     free(directory);
     if (err)

@@ -7,11 +7,13 @@
 #include "render/view.h"
 #include "import/import_scene.h"
 #include "scene/scene.h"
+#include "scene/scene_told.h"
 #include "stream/stream.h"
 
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static void check_scene(const struct scene *scene, const struct stream_header *header,
@@ -87,6 +89,10 @@ struct error *scene_film_init(struct scene_film *film, const struct render_optio
     err = error_wrap(err, "%s", file_input_name(input));
     if (!err)
         err = scene_read(&film->scene, scene_path, &options->scene, false, warnings);
+    char *told = NULL; /* a picture passes nothing on */
+    if (!err && stream)
+        err = scene_told(warnings, &stream->header, true, &told);
+    free(told);
     if (!err && stream)
         check_scene(film->scene, &stream->header, warnings);
     if (!err)

@@ -7,4 +7,5 @@ scene_sources = \
 	%D%/scene_finish.c \
 	%D%/scene_settings.c %D%/scene_settings.h \
 	%D%/scene_shade.c %D%/scene_shade.h \
-	%D%/scene_sky.c %D%/scene_sky.h
+	%D%/scene_sky.c %D%/scene_sky.h \
+	%D%/scene_told.c %D%/scene_told.h

@@ -416,7 +416,7 @@ static struct error *merge_header(struct stream_header *to, const struct stream_
         else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") || !strcmp(name, "sh-content")))
             err = error_new("the streams cannot be merged: %s is %s in the first and %s in another",
                             name, ours, theirs);
-        else if (strcmp(ours, theirs))
+        else if (strcmp(ours, theirs) && strcmp(name, "scene-told"))
             warnings_add(warnings, "key differs",
                          "key %s is '%s' in the first stream and '%s' in another: the first stays",
                          name, ours, theirs);
