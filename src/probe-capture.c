@@ -8,6 +8,7 @@
 #include "base/progress.h"
 #include "base/warning.h"
 #include "capture/capture.h"
+#include "capture/capture_black.h"
 #include "capture/capture_options.h"
 #include "capture/capture_stream.h"
 #include "import/import_scene.h"
@@ -125,6 +126,9 @@ int main(int argc, char **argv)
                 o->capture.order, run.order_lost);
     if (!err) {
         warn_after(&run, &warnings);
+        err = capture_black_warn(&run.black, tracer, &warnings);
+    }
+    if (!err) {
         err = stream_writer_finish(run.writer);
     } else {
         stream_writer_abandon(run.writer);

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# What of a scene is left out by name: --exclude and --only, in every program that reads one.
+# What of a scene is left out by name: --exclude and --only, in every program that reads one; what
+# it says should be, and what of it makes all probes black.
 . "${SRC:?}/tests/support/setup.sh"
 
 # A cube of -1..1, whose fronts are outside, and a floor of -1..1, both by glTF's buffer.
@@ -197,5 +198,132 @@ view='--eye 0,3,0 --look-at 1,9,0 --size 8x8 --samples 1 --mode truth'
 probe-render -q $view --pfm with.pfm domed.gltf baked.probe >out
 probe-render -q $view --pfm without.pfm --only '*' open.gltf baked.probe >out
 check "probe-render, too" cmp with.pfm without.pfm
+
+# -- hints -----------------------------------------------------------------------------------------
+# said PATTERN COUNT COMMAND...: so many lines of what it says match
+said() {
+    said_pattern=$1
+    said_count=$2
+    shift 2
+    "$@" >out 2>err || { cat err; return 1; }
+    [ "$(grep -c "$said_pattern" err)" -eq "$said_count" ] || { cat err; return 1; }
+}
+check "an unlit dome is named once, with the option" said "node 'Dome' is unlit and surrounds all \
+else.*--exclude 'Dome' leaves it out" 1 probe-place --list domed.gltf
+check "in one warning" has_lines 1 err
+check "which is silent when it is left out" said . 1 probe-place --list --exclude Dome domed.gltf \
+    and says err 'leave out'
+# dome MATERIAL ROOT: a dome of this material in a node of this name
+dome() {
+    gltf "$meshes" "\"materials\": [{\"name\": \"stone\"}, {\"name\": \"m\", $1}], \"nodes\": [
+        {\"name\": \"Root\", \"children\": [1, 2]}, {\"name\": \"Ground\", \"mesh\": 0,
+         \"scale\": [9, 1, 9]}, {\"name\": \"$2\", \"mesh\": 1, \"scale\": [20, 20, 20]}],"
+}
+plain='"doubleSided": false'
+unlit='"extensions": {"KHR_materials_unlit": {}}'
+emits='"emissiveFactor": [1, 1, 1]'
+place point.txt open.gltf >bare.probe
+capture() { probe-capture -r 4 "$@" bare.probe; }
+dome "$plain" Walls >room.gltf
+check "walls are no dome" said . 0 probe-place --list room.gltf and \
+    said surrounds 0 capture --sky 1,1,1 room.gltf
+dome "$plain" sky_box >sky.gltf
+check "a box is one by its name" said "node 'sky_box' surrounds all else" 1 \
+    probe-place --list sky.gltf
+dome "$emits" Walls >lamps.gltf
+check "one that emits is light" said surrounds 0 capture lamps.gltf
+check "where there is no sky to be shut out" said "'Walls' emits and surrounds" 1 \
+    capture --sky 1,1,1 lamps.gltf
+dome "$unlit, \"alphaMode\": \"BLEND\"" Veil >veil.gltf
+check "what lets light through is none" said surrounds 0 probe-place --list veil.gltf
+sed 's/"scale": \[20, 20, 20\]/"scale": [8, 8, 8]/' domed.gltf >small.gltf
+check "nor what is smaller than the rest; it is told that it is unlit" said surrounds 0 \
+    probe-place --list small.gltf and says err "material 'sky' is unlit"
+
+# Half a ball over a square, in OBJ: rings of 12 corners.
+ball() { # RADIUS HEIGHT of the square
+    awk -v r="$1" -v h="$2" 'BEGIN {
+        for (j = 0; j < 6; j++) for (i = 0; i < 12; i++) {
+            a = j * 3.14159265 / 12; b = i * 3.14159265 / 6
+            print "v", r * cos(a) * cos(b), r * sin(a), r * cos(a) * sin(b)
+        }
+        print "v 0", r, "0\ng ball"
+        for (j = 0; j < 5; j++) for (i = 0; i < 12; i++) {
+            k = (i + 1) % 12
+            print "f", j * 12 + i + 1, j * 12 + 12 + i + 1, j * 12 + 12 + k + 1, j * 12 + k + 1
+        }
+        for (i = 0; i < 12; i++) print "f", 61 + i, 73, 61 + (i + 1) % 12
+        print "v -1", h, "-1\nv 1", h, "-1\nv 1", h, "1\nv -1", h, "1\ng floor\nf -1 -2 -3 -4"
+    }'
+}
+ball 10 0 >half.obj
+check "half a ball, as a group" said "group 'ball' is round and surrounds all else" 1 \
+    probe-place --list half.obj
+ball 10 -1 >half.obj
+check "though the ground is below its rim" said "group 'ball' is round" 1 \
+    probe-place --list half.obj
+ball 1.5 0 >half.obj
+check "but not close to what it holds" said surrounds 0 probe-place --list half.obj
+
+# names NAME...: nodes of these names, each a box, and a mesh that says nothing
+named() {
+    {
+        cat head
+        echo "$meshes" '"materials": [{"name": "a"}, {"name": "b"}],'
+        echo '"nodes": [{"name": "Root", "children": [1'
+        named_last=1
+        for named_name; do
+            named_last=$((named_last + 1))
+            echo ", $named_last"
+        done
+        echo ']}, {"mesh": 0}'
+        for named_name; do echo ", {\"name\": \"$named_name\", \"mesh\": 1}"; done
+        echo '], "scenes": [{"nodes": [0]}]}'
+    } >named.gltf
+}
+named UCX_Wall_01 UCX_Wall_02
+check "hulls by name, in one warning, with a pattern for all" said \
+    "node 'UCX_Wall_01', 12 triangles, .*--exclude 'UCX_\*' leaves it out (and 1 more like it)" 1 \
+    probe-place --list named.gltf
+check "which then is silent" said 'collision' 0 probe-place --list --exclude 'UCX_*' named.gltf
+for name in wall-colonly Wall-col.001 MyCollisionMesh box_collider Wall-occ; do
+    named "$name"
+    check "$name is one" said "node '$name', .*--exclude" 1 probe-place --list named.gltf
+    pattern=$(sed "s/.*--exclude '\([^']*\)'.*/\1/" err)
+    check "and its pattern leaves it out" said 'named as' 0 \
+        probe-place --list --exclude "$pattern" named.gltf
+done
+named Column protocol colour Colony.001 Ucx Cliff-colour 'Iron collar' Explode1 pilot2
+check "names that are none" said . 0 probe-place --list named.gltf
+named rock_LOD0 rock_LOD1 rock_LOD2
+check "coarser forms of what is there" said "'rock_LOD1', .*--exclude '\*LOD\[1-9\]\*'.*1 more" 1 \
+    probe-place --list named.gltf
+check "the pattern leaves them out" said . 1 probe-place --list --exclude '*LOD[1-9]*' named.gltf
+named rock_LOD1
+check "but not where they are all there is" said . 0 probe-place --list named.gltf
+
+# -- all black -------------------------------------------------------------------------------------
+place four.txt room.gltf >shut.probe
+black='all 4 probes are black though there is light'
+dark() { probe-capture -r 16 "$@" shut.probe; }
+check "a sky that is shut out is said, with what is in the way" said \
+    "$black; .* 100 % are stopped, first by material 'm' of node 'Root/Walls'" 1 \
+    dark --sky 1,1,1 room.gltf
+check "a sun" said "$black; .*'Root/Walls' (100 %)" 1 dark --sun 0,-1,0,1,1,1 room.gltf
+check "a lamp" said "$black; .*'Root/Walls' (100 %)" 1 dark --point 0,50,0,1,1,1 room.gltf
+check "a spot that shines elsewhere" said "$black, and little stands in its way" 1 \
+    dark --spot 0,50,0,0,1,0,10,20,1,1,1 room.gltf
+check "nothing where some light comes" said black 0 dark --point 0,3,0,1,1,1 room.gltf
+check "nor where there is none: that is another warning" said 'all probes are black' 1 \
+    dark room.gltf and says err 'no light'
+check "a lamp that was left out is none" said 'there is no light' 1 \
+    dark --exclude Walls lamps.gltf
+ball 10 0 >lamp.obj
+printf '%s\n' 'newmtl l' 'Ke 1 1 1' >l.mtl
+{ echo mtllib l.mtl; cat lamp.obj; printf '%s\n' 'v 0 20 0' 'v 1 20 0' 'v 0 20 1' 'usemtl l' \
+    'g lamp' 'f -1 -2 -3'; } >lamp2.obj
+echo '0 1 0' | place - lamp2.obj >one.probe
+check "a lamp of the file, behind a group" said "of group 'ball' (100 %)" 1 \
+    probe-capture -r 16 lamp2.obj one.probe
 
 tap_done

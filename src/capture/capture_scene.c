@@ -10,8 +10,14 @@ bool capture_is_dark(const struct scene *scene)
 {
     const double *sky = scene->sky.radiance;
     bool dark = !scene->light_count && sky[0] == 0 && sky[1] == 0 && sky[2] == 0;
+    bool emits = false;
     for (size_t i = 0; i < scene->material_count; i++)
-        dark = dark && !scene_emits(&scene->materials[i]);
+        emits = emits || scene_emits(&scene->materials[i]);
+    for (size_t m = 0; m < scene->mesh_count && dark && emits; m++) {
+        const struct scene_mesh *mesh = &scene->meshes[m];
+        for (size_t t = 0; t < mesh->triangle_count && dark; t++)
+            dark = !scene_emits(&scene->materials[mesh->material[t]]);
+    }
     return dark;
 }
 

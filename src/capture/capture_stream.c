@@ -58,6 +58,7 @@ static void note(struct capture_run *run, const struct table *out, const struct 
     for (size_t i = 0; light && i < out->rows * light->width && !run->lit; i++)
         run->lit = fabsf(column_f32(light)[i]) > 0;
     dering_count_add(&run->dering, out);
+    capture_black_note(&run->black, out);
 }
 
 /* The table that is to be written: what came, and what capture adds. */

@@ -7,6 +7,7 @@
 #ifndef CAPTURE_STREAM_H
 #define CAPTURE_STREAM_H
 
+#include "capture/capture_black.h"
 #include "capture/capture_options.h"
 #include "light/dering.h"
 #include "stream/stream.h"
@@ -26,6 +27,7 @@ struct capture_run {
     size_t probes, captured; /* of the slice */
     size_t left;             /* that a signal came before */
     struct dering_count dering;
+    struct capture_black black;
     double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
     bool lit;   /* some of them got light */
     double order_lost; /* what the order that was found loses of the irradiance; NaN: none was */

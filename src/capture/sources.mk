@@ -3,6 +3,7 @@
 capture_sources = \
 	%D%/capture.c %D%/capture.h \
 	%D%/capture_auto.c \
+	%D%/capture_black.c %D%/capture_black.h \
 	%D%/capture_options.c %D%/capture_options.h \
 	%D%/capture_probe.c \
 	%D%/capture_scene.c \

@@ -4,6 +4,7 @@
 #include "import/import.h"
 #include "import/import_scene.h"
 #include "math/hash.h"
+#include "scene/scene_hints.h"
 #include "scene/scene_settings.h"
 #include "scene/scene_told.h"
 
@@ -142,6 +143,8 @@ struct error *scene_read(struct scene **scene, const char *path,
         err = error_wrap(scene_choose(import.scene, &settings->choice, &found), "%s", path);
     if (!err)
         err = scene_finish(import.scene, settings, &found);
+    if (!err)
+        err = scene_hint(import.scene, &found);
     if (!err && !empty_allowed)
         err = check_empty(import.scene);
     scene_told_mark(&found, path, file, warnings);

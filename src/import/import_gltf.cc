@@ -409,9 +409,6 @@ void warn_material(const importer &g, const tinygltf::Material &from,
                    const struct scene_material &m, double opacity, const slot &glow)
 {
     const char *const path = g.import->path, *const name = from.name.c_str();
-    if (extension(from.extensions, "KHR_materials_unlit"))
-        warnings_add(g.import->warnings, "unlit",
-                     "%s: material '%.60s' is unlit: its colour is used as its albedo", path, name);
     if (m.albedo_map.texture != SCENE_NONE && !(vec3f_most(m.albedo) > 0))
         warnings_add(g.import->warnings, "baseColorFactor 0 with a picture",
                      "%s: material '%.60s': baseColorFactor 0 times its picture is black", path,

@@ -5,6 +5,7 @@ scene_sources = \
 	%D%/scene_build.c %D%/scene_build.h \
 	%D%/scene_choice.c %D%/scene_choice.h \
 	%D%/scene_finish.c \
+	%D%/scene_hints.c %D%/scene_hints.h \
 	%D%/scene_settings.c %D%/scene_settings.h \
 	%D%/scene_shade.c %D%/scene_shade.h \
 	%D%/scene_sky.c %D%/scene_sky.h \
