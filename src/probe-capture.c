@@ -35,25 +35,9 @@ static void warn_before(const struct scene *scene, struct warnings *warnings)
                      scene->path);
 }
 
-/* Says what may be in the way where no light gets to any probe. */
-static void warn_black(const struct capture_run *run, struct warnings *warnings)
-{
-    const struct scene *scene = run->scene;
-    const char *pane = capture_find_pane(scene);
-    const double *sky = scene->sky.radiance;
-    if (!run->captured || run->lit || capture_is_dark(scene))
-        return;
-    warnings_add(
-        warnings, "all black",
-        "%s: all probes are black, though there is light: surfaces are in its way%s%s%s%s",
-        scene->path, sky[0] + sky[1] + sky[2] > 0 && run->sky == 0 ? "; none sees the sky" : "",
-        pane ? "; material '" : "", pane ? pane : "", pane ? "' may be glass, and is opaque" : "");
-}
-
 static void warn_after(const struct capture_run *run, struct warnings *warnings)
 {
     const struct scene *scene = run->scene;
-    warn_black(run, warnings);
     if (capture_is_white(scene) && run->captured && run->sky == 0)
         warnings_add(warnings, "white",
                      "%s: the scene is closed and reflects all light: only --bounces ends it "

@@ -198,6 +198,7 @@ static void name_obstacle(const struct survey *s, const struct obstacle *o, char
 static void warn(const struct survey *s, size_t probes, struct warnings *warnings)
 {
     char first[256], second[256];
+    const char *pane = capture_find_pane(s->scene);
     if (s->stopped * 2 < s->asked || !s->count) {
         warnings_add(warnings, "all black",
                      "%s: all %zu probes are black though there is light, and little stands in its "
@@ -208,11 +209,13 @@ static void warn(const struct survey *s, size_t probes, struct warnings *warning
     name_obstacle(s, &s->list[0], first, sizeof first);
     if (s->count > 1)
         name_obstacle(s, &s->list[1], second, sizeof second);
-    warnings_add(warnings, "all black",
-                 "%s: all %zu probes are black though there is light; of the ways to it from the "
-                 "probes %.0f %% are stopped, first by %s%s%s (--exclude leaves such things out)",
-                 s->scene->path, probes, 100.0 * (double)s->stopped / (double)s->asked, first,
-                 s->count > 1 ? ", " : "", s->count > 1 ? second : "");
+    warnings_add(
+        warnings, "all black",
+        "%s: all %zu probes are black though there is light; of the ways to it from the "
+        "probes %.0f %% are stopped, first by %s%s%s%s%s%s (--exclude leaves such things out)",
+        s->scene->path, probes, 100.0 * (double)s->stopped / (double)s->asked, first,
+        s->count > 1 ? ", " : "", s->count > 1 ? second : "", pane ? "; material '" : "",
+        pane ? pane : "", pane ? "' may be glass, and is opaque" : "");
 }
 
 struct error *capture_black_warn(const struct capture_black *black, const struct tracer *tracer,

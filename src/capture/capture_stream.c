@@ -52,11 +52,6 @@ static void note(struct capture_run *run, const struct table *out, const struct 
     const struct column *sky = table_column(out, "sky");
     for (size_t i = 0; sky && i < out->rows; i++)
         run->sky += isnan(column_f32(sky)[i]) ? 0 : (double)column_f32(sky)[i];
-    const struct column *light = table_column(out, "sh");
-    if (!light)
-        light = table_column(out, "irradiance");
-    for (size_t i = 0; light && i < out->rows * light->width && !run->lit; i++)
-        run->lit = fabsf(column_f32(light)[i]) > 0;
     dering_count_add(&run->dering, out);
     capture_black_note(&run->black, out);
 }

@@ -29,7 +29,6 @@ struct capture_run {
     struct dering_count dering;
     struct capture_black black;
     double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
-    bool lit;   /* some of them got light */
     double order_lost; /* what the order that was found loses of the irradiance; NaN: none was */
 };
 
