@@ -10,6 +10,8 @@ MODULE_TESTS = \
 	tests/sh \
 	tests/stream \
 	tests/stream_salvage \
+	tests/stream_fill \
+	tests/stream_edit \
 	tests/points \
 	tests/content \
 	tests/dering \
@@ -30,6 +32,7 @@ MODULE_TESTS = \
 	tests/scenes \
 	tests/decimate \
 	tests/sky \
+	tests/path \
 	tests/capture \
 	tests/capture_error \
 	tests/capture_emission \
