@@ -7,13 +7,11 @@
 #include "stream/cells.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
-#include "tetra/enclose.h"
 #include "tetra/tetra.h"
 #include "tetra/tetra_stream.h"
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 struct enclose {
     bool wanted;
@@ -21,26 +19,6 @@ struct enclose {
     double bounds[6];
     bool bounds_given;
 };
-
-/* Adds the corners of the box to enclose that are no probes yet; what they lack is missing: light
- * is captured by a second pass. */
-static struct error *add_corners(const struct enclose *enclose, struct table *probes)
-{
-    const size_t before = probes->rows;
-    const double *position = column_f64(table_column(probes, "position")), *b = enclose->bounds;
-    if (!before && !enclose->bounds_given)
-        return error_new("there are no probes to enclose");
-    const struct box box = enclose->bounds_given
-                               ? (struct box){{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}
-                               : enclose_box(before, position, enclose->margin);
-    double corner[8][3];
-    const size_t missing = enclose_corners(before, position, &box, corner);
-    struct error *err = table_resize(probes, before + missing);
-    if (!err)
-        memcpy(column_f64(table_column(probes, "position")) + 3 * before, corner,
-               missing * sizeof *corner);
-    return err;
-}
 
 struct dials {
     double merge, thin;
@@ -52,7 +30,10 @@ static struct error *build(struct stream *stream, const struct enclose *enclose,
 {
     struct table *probes = stream_table(stream, "probe");
     struct tetra_settings settings = tetra_settings_default();
-    struct error *err = enclose->wanted ? add_corners(enclose, probes) : NULL;
+    struct error *err = NULL;
+    if (enclose->wanted)
+        err =
+            tetra_enclose(probes, enclose->bounds_given ? enclose->bounds : NULL, enclose->margin);
     const struct column *sh = table_column(probes, "sh");
     settings.merge = dials->merge;
     settings.thin = dials->thin;

@@ -3,10 +3,28 @@
 #include "base/error.h"
 #include "stream/cells.h"
 #include "stream/stream.h"
+#include "tetra/enclose.h"
 #include "tetra/tetra.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+struct error *tetra_enclose(struct table *probes, const double bounds[6], double margin)
+{
+    const size_t before = probes->rows;
+    const double *position = column_f64(table_column(probes, "position")), *b = bounds;
+    if (!before && !bounds)
+        return error_new("there are no probes to enclose");
+    const struct box box = bounds ? (struct box){{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}
+                                  : enclose_box(before, position, margin);
+    double corner[8][3];
+    const size_t missing = enclose_corners(before, position, &box, corner);
+    struct error *err = table_resize(probes, before + missing);
+    if (!err)
+        memcpy(column_f64(table_column(probes, "position")) + 3 * before, corner,
+               missing * sizeof *corner);
+    return err;
+}
 
 struct error *tetra_store(const struct tetra *tetra, struct stream *stream)
 {

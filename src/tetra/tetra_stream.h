@@ -12,7 +12,13 @@
 
 struct error;
 struct stream;
+struct table;
 struct tetra;
+
+/* Adds the corners of a box as probes, where none stands yet: of `bounds` (x0, y0, z0, x1, y1, z1),
+ * or where that is NULL of the probes' own, grown by the margin (enclose.h). What they lack is
+ * missing: light is captured by a second pass. Error: there are no probes to enclose. */
+struct error *tetra_enclose(struct table *probes, const double bounds[6], double margin);
 
 /* Stores what is known of each probe: columns hull_normal, and merged where any is. */
 struct error *tetra_store(const struct tetra *tetra, struct stream *stream);
