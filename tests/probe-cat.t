@@ -74,23 +74,24 @@ check "--tables, --columns: only these are left" \
 probe-cat --drop sh,their_column --text small.probe >dropped
 check "--drop: all but these are left" \
     says dropped '^table probe position:f64:3 validity:f32:1$' '^table tet'
-# ordered SCHEMA FIRST OPTIONS: the first table's line and its first row
+# ordered SCHEMA FIRST OPTION...: the first table's line and its first row
 ordered() {
-    eval "probe-cat --quiet --text $3 small.probe" |
-        grep -A 1 -m 1 '^table' | paste -s -d '|' - >row
-    check "$3: the order asked for" [ "$(cat row)" = "table $1|$2" ]
+    ordered_wanted="table $1|$2"
+    shift 2
+    probe-cat --quiet --text "$@" small.probe | grep -A 1 -m 1 '^table' | paste -s -d '|' - >row
+    check "$*: the order asked for" [ "$(cat row)" = "$ordered_wanted" ]
 }
-ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--tables probe --columns validity,position'
-ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--columns validity,position'
+ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' --tables probe --columns validity,position
+ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' --columns validity,position
 ordered 'probe their_column:i32:2 validity:f32:1 position:f64:3' '3 -3 0.5 0 1 0' \
-    "--columns their_column,validity,position --where 'validity = .5'"
+    --columns their_column,validity,position --where 'validity = .5'
 ordered 'probe sh:f32:3 position:f64:3' 'nan nan nan 1 0 0' \
-    '--columns validity,sh,position --drop validity --rows 1:3'
-ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' '--columns validity,position,validity'
-ordered 'probe position:f64:3 their_column:i32:2' '0 0 0 1 -1' '--drop sh,validity'
+    --columns validity,sh,position --drop validity --rows 1:3
+ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' --columns validity,position,validity
+ordered 'probe position:f64:3 their_column:i32:2' '0 0 0 1 -1' --drop sh,validity
 ordered 'tet neighbour:i32:4 vertex:i32:4' '-1 -1 -1 1 0 1 2 3' \
-    '--tables tet,probe --columns neighbour,position,vertex'
-ordered 'their_table thing:f64:1' 42 '--tables their_table,tet,probe'
+    --tables tet,probe --columns neighbour,position,vertex
+ordered 'their_table thing:f64:1' 42 --tables their_table,tet,probe
 probe-cat -q --binary --columns validity,position --tables tet,probe small.probe >turned.binary
 probe-cat -q --text --no-provenance --columns validity,position --tables tet,probe small.probe \
     >wanted
@@ -119,28 +120,30 @@ refused 1 "the stream has no column validty" \
 refused 1 "expected a column position:f64:3, there is none" probe-cat --drop position small.probe
 refused 1 "table tet has 2 rows, but there are no probes" probe-cat --tables tet small.probe
 
-# picks OPTIONS NUMBERS: the probes whose their_column[0] is in NUMBERS are left
+# picks NUMBERS OPTION...: the probes whose their_column[0] is in NUMBERS are left
 picks() {
-    eval "probe-cat --quiet --text $1 small.probe" >picks.out
+    picks_wanted=$1
+    shift
+    probe-cat --quiet --text "$@" small.probe >picks.out
     picks_got=$(table probe picks.out | cut -d ' ' -f 8 | paste -s -d ' ' -)
-    check "$1 keeps probes '$2'" [ "$picks_got" = "$2" ]
+    check "$* keeps probes '$picks_wanted'" [ "$picks_got" = "$picks_wanted" ]
 }
-picks "--rows 1:3" "2 3"
-picks "--rows :2" "1 2"
-picks "--rows 3:" "4 5"
-picks "--rows ::2" "1 3 5"
-picks "--rows 1:5:3" "2 5"
-picks "--rows 4" "5"
-picks "--rows 7:9" ""
-picks "--captured" "1 3 4 5"
-picks "--uncaptured" "2"
-picks "--where 'validity < 0.9'" "3 4"
-picks "--where 'validity = 0.1'" "4"
-picks "--where 'validity != 1'" "3 4"
-picks "--where 'position[2]>=0.1'" "4 5"
-picks "--where 'their_column[1] == 2147483647'" "5"
-picks "--where 'their_column[0] > 1' --where 'their_column[0] <= 4' --captured" "3 4"
-picks "--rows 1: --where 'validity > 0.2'" "3 5"
+picks "2 3" --rows 1:3
+picks "1 2" --rows :2
+picks "4 5" --rows 3:
+picks "1 3 5" --rows ::2
+picks "2 5" --rows 1:5:3
+picks "5" --rows 4
+picks "" --rows 7:9
+picks "1 3 4 5" --captured
+picks "2" --uncaptured
+picks "3 4" --where 'validity < 0.9'
+picks "4" --where 'validity = 0.1'
+picks "3 4" --where 'validity != 1'
+picks "4 5" --where 'position[2]>=0.1'
+picks "5" --where 'their_column[1] == 2147483647'
+picks "3 4" --where 'their_column[0] > 1' --where 'their_column[0] <= 4' --captured
+picks "3 5" --rows 1: --where 'validity > 0.2'
 probe-cat --text --rows 0:4 small.probe >four 2>four.err
 check "where probes go, cells go, with a warning" \
     lacks four '^table tet' and says four.err 'probe-cat: warning: table tet'
