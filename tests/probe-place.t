@@ -323,6 +323,51 @@ check "and under houses on it" told built.obj "$under ||
 ground "$hill" 1 >down.obj
 check "a ground that looks down is turned" told down.obj "$under"
 
+# Houses that are sunk into their ground, of which nothing but foundations is seen from below.
+ground 0 >sunk.obj
+box -8.1 -1.1 -8.1 -2.1 6.3 -2.1 >>sunk.obj
+box 1.1 -.3 -8.1 8.3 4.3 -1.1 >>sunk.obj
+box -8.1 -.6 1.1 8.3 5.3 8.3 >>sunk.obj
+sunk='y < 0 || x > -8.1 && x < -2.1 && z > -8.1 && z < -2.1 && y < 6.3 ||
+    x > 1.1 && x < 8.3 && z > -8.1 && z < -1.1 && y < 4.3 ||
+    x > -8.1 && x < 8.3 && z > 1.1 && z < 8.3 && y < 5.3'
+check "under foundations is no air" told sunk.obj "$sunk" --bounds -10,-2,-10,10,8,10
+{ cat built.obj; box -30 -30 -30 30 30 30 in; } >sky.obj
+check "a sky box changes nothing" told sky.obj "$under ||
+    x > -2 && x < 2 && y > 3 && z > -2 && z < 2 || x > 6 && x < 8 && y < 4 && z > 6 && z < 8" \
+    --bounds -9.97,-2,-9.91,9.93,9,9.95
+awk 'BEGIN { # crossed quads, of which every other is seen from behind
+    for (i = 0; i < 300; i++) {
+        x = (i * .618034 % 1) * 19 - 9.5
+        z = (i * .754878 % 1) * 19 - 9.5
+        c = cos(i)
+        s = sin(i)
+        for (k = 0; k < 2; k++) {
+            print "v", x - c, .05, z - s
+            print "v", x + c, .05, z + s
+            print "v", x + c, 2.2, z + s
+            print "v", x - c, 2.2, z - s
+            print "f -4 -3 -2 -1"
+            t = c
+            c = -s
+            s = t
+        }
+    }
+}' >trees.obj
+{ ground 0; cat trees.obj; } >wood.obj
+check "nor does a dense wood hide the ground below it" sh -c "
+    probe-place grid -q --inside mark --text --count 2000 --bounds -10,-2,-10,10,5,10 wood.obj |
+        awk '/^[0-9-]/ { all += \$3 < 0; kept += \$3 < 0 && !\$1; lost += \$3 > .1 && \$1 }
+            END { exit kept > .1 * all || lost > .02 * all || !all }'"
+
+# A walled yard of thick matter; what is built in it has its floor within that of the yard.
+yard='j < 1 || i < 1 || i > 10 || k < 1 || k > 10'
+voxels 0 "$yard" 1 >yard.obj
+box 3.1 .5 3.1 8.9 6.1 8.9 in | awk '!/^f/ || ++n != 4' >>yard.obj
+check "what is sunk into a floor does not make a room of its matter" told yard.obj \
+    'y < 1 || x < 1 || z < 1 || x > 11 || z > 11 ||
+    $1 && !(x > 3.1 && x < 8.9 && z > 3.1 && z < 8.9)'
+
 # An L of corridors, closed; the same with a lid in one piece, whose corners meet no other corner.
 corridor='(i < 2 || k < 2) && j < 3'
 voxels 1 "$corridor" 1 >corridor.obj
@@ -367,6 +412,21 @@ f 5 6 12 11
 f 6 1 7 12
 OBJ
 check "whose faces need not meet corner by corner" told loose.obj 'x > 2 && z > 2'
+
+# A level whose furniture stands on floors at the same height as its bottoms
+{ cat corridor.obj; box 4.01 0 .4 6.03 1 1.6; box .4 0 4 1.6 .7 7; box .3 0 8 1.1 2.2 8.9; } \
+    >placed.obj
+check "nor is it under furniture" told placed.obj \
+    'x > 2 && z > 2 || y < 0 || x > 4.01 && x < 6.03 && y < 1 && z > .4 && z < 1.6 ||
+    x > .4 && x < 1.6 && y < .7 && z > 4 && z < 7 ||
+    x > .3 && x < 1.1 && y < 2.2 && z > 8 && z < 8.9' --bounds .07,-1.9,.03,11.93,2.91,11.97
+awk '/^f/ { print $1, $5, $4, $3, $2; next } { print }' furnished.obj >inverted.obj
+check "a house that is turned inside out, with its furniture" told inverted.obj "$house || $table"
+check "which is told" grep -q 'whole surface is taken as turned inside out' told.err
+{ ground -.05; cat house.obj; } | awk '/^f/ { print $1, $5, $4, $3, $2; next } { print }' \
+    >overturned.obj
+check "or on a ground that is" told overturned.obj "$house || y < -.05 && \$1" \
+    --bounds -9.9,-1,-9.9,9.9,6,9.9
 
 # -- open grounds -------------------------------------------------------------------------------
 ground 0 >flat.obj

@@ -4,32 +4,24 @@
  * Rays look around from each position, and of them count those alone that meet a surface, whose
  * sides say where the position is (place_pieces.h). Backs of solids prove that it is in their
  * matter. Where nearly all that is met are backs of sheets and rooms, it is under the ground or
- * outside of the level, however much escapes; but not where a lamp shines on it. A front counts
- * for nothing here when it is itself behind a sheet, as the foundation of a house is under the
- * ground.
+ * outside of the level, however much escapes; but not where a lamp shines on it (place_look.h).
  *
- * Faces that were never oriented are told by what comes of it: when most of the positions meet as
- * many backs as fronts, sheets say nothing; when nearly all would go and the backs are all around
- * them, the sheets look the wrong way and are turned.
+ * Open pieces that positions in the air see from both sides alike, leaves and paper walls, say
+ * nothing. Faces that were never oriented are told by what comes of it: when most of the positions
+ * meet as many backs as fronts, sheets say nothing; when nearly all would go and the backs are all
+ * around them, the sheets look the wrong way and are turned.
  */
 #ifndef PLACE_INSIDE_H
 #define PLACE_INSIDE_H
+
+#include "place/place_look.h"
 
 struct error;
 struct place;
 struct tracer;
 struct warnings;
 
-struct place_inside_settings {
-    int rays;              /* looks around from each position */
-    double backface_share; /* of those that meet sheets and rooms, which are backs */
-    int threads;
-};
-
 struct place_inside_settings place_inside_default(void); /* 64 rays, 0.75, 1 thread */
-
-/* Where a position is: the values of the column `inside`. */
-enum place_side { PLACE_AIR, PLACE_SOLID, PLACE_BEHIND, PLACE_VOID };
 
 /* Sets side[i] for each position. A warning says what was taken to be other than the file has
  * it. */

@@ -6,6 +6,7 @@
 #include "math/affine.h"
 #include "math/box.h"
 #include "math/direction.h"
+#include "math/random.h"
 #include "place/place.h"
 
 #include <math.h>
@@ -25,15 +26,18 @@ struct place_sight place_sight(const struct place_pieces *pieces, const double f
         return sight;
     const size_t triangle = pieces->solids.offset[sight.hit.instance] + sight.hit.triangle;
     const struct scene_mesh *mesh = &scene->meshes[scene->instances[sight.hit.instance].mesh];
-    const struct scene_material *m = &scene->materials[mesh->material[sight.hit.triangle]];
+    sight.material = (size_t)mesh->material[sight.hit.triangle];
+    const struct scene_material *m = &scene->materials[sight.material];
     sight.piece = pieces->solids.piece_of[triangle];
     const enum piece_kind kind = pieces->kind[sight.piece];
     const bool turned = pieces->turned[sight.piece] != pieces->solids.turned[triangle],
                front = sight.hit.front != turned, emits = scene_emits(m);
-    if (kind == PIECE_UNKNOWN || m->alpha != SCENE_OPAQUE)
+    if (front && pieces->sky[sight.piece])
+        sight.what = SIGHT_ESCAPED;
+    else if (kind == PIECE_UNKNOWN || m->alpha != SCENE_OPAQUE)
         sight.what = SIGHT_UNKNOWN;
     else if (front)
-        sight.what = emits ? SIGHT_LAMP : SIGHT_FRONT;
+        sight.what = emits ? SIGHT_LAMP : kind == PIECE_SOLID ? SIGHT_HULL : SIGHT_FRONT;
     else if (kind == PIECE_SOLID)
         sight.what = SIGHT_SOLID;
     else if (kind == PIECE_ROOM)
@@ -47,10 +51,12 @@ struct place_sight place_sight(const struct place_pieces *pieces, const double f
 /* -- measuring -------------------------------------------------------------------------------- */
 
 enum { SAMPLES = 4 }; /* of a piece: its largest triangles */
+enum { SPREAD = 8 };  /* of a piece: points all over it */
 
 struct sample {
     double area;
     double before[3]; /* a little off its middle */
+    double behind[3]; /* the same on the other side */
 };
 
 struct extent {
@@ -59,7 +65,9 @@ struct extent {
     double area;
     struct vec3 sum;               /* of the area times the normal: 0 of what is closed */
     double volume;                 /* that it encloses when it is closed but for slits */
+    double centre[3];              /* from where the volume is seen */
     struct sample sample[SAMPLES]; /* largest first; no area: none */
+    double spread[SPREAD][3];      /* as before[], of triangles by chance, as their areas are */
     bool emits;                    /* if any does, the samples are of those that do */
 };
 
@@ -71,6 +79,15 @@ static void add_sample(struct extent *e, struct sample s)
             e->sample[i] = s;
             s = less;
         }
+}
+
+/* Keeps each triangle with the chance that its area has in the piece's so far, which e->area is. */
+static void add_spread(struct extent *e, const struct sample *s, size_t triangle)
+{
+    struct random r = random_start(0, triangle, 0);
+    for (int i = 0; i < SPREAD; i++)
+        if (random_float(&r) * e->area < s->area)
+            memcpy(e->spread[i], s->before, sizeof e->spread[i]);
 }
 
 /* The sample of a triangle, whose corners are given in the order of its front. */
@@ -85,6 +102,7 @@ static struct sample sample_of(const struct vec3 corner[3])
     const double off = twice > 0 ? 1e-3 / sqrt(twice) : 0; /* 0.001 of its size, by its normal */
     s.area = twice / 2;
     vec3_store(s.before, vec3_fma(middle, off, n));
+    vec3_store(s.behind, vec3_fma(middle, -off, n));
     return s;
 }
 
@@ -94,14 +112,16 @@ static void measure_pieces(const struct place_pieces *pieces, struct extent *ext
     const struct vec3 centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
     const struct scene_solids *solids = &pieces->solids;
     for (size_t i = 0; i < solids->count; i++)
-        extent[i] = (struct extent){.piece = i, .box = box_empty()};
+        extent[i] = (struct extent){
+            .piece = i, .box = box_empty(), .centre = {centre.x, centre.y, centre.z}};
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         const double *m = scene->instances[i].transform;
         const bool mirrors = affine_mirrors(m);
         for (size_t t = 0; t < mesh->triangle_count; t++) {
             struct extent *e = &extent[solids->piece_of[solids->offset[i] + t]];
-            const bool turned = mirrors != solids->turned[solids->offset[i] + t],
+            const bool turned = (mirrors != solids->turned[solids->offset[i] + t]) !=
+                                pieces->turned[e->piece],
                        emits = scene_emits(&scene->materials[mesh->material[t]]);
             struct vec3 corner[3];
             for (size_t c = 0; c < 3; c++) {
@@ -113,6 +133,7 @@ static void measure_pieces(const struct place_pieces *pieces, struct extent *ext
             }
             const struct sample s = sample_of(corner);
             e->area += s.area;
+            add_spread(e, &s, solids->offset[i] + t);
             const struct vec3 a = vec3_scale(
                 0.5, vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
             e->sum = vec3_add(e->sum, a);
@@ -206,6 +227,16 @@ static size_t ask_samples(const struct place_pieces *pieces, const struct extent
     return said;
 }
 
+/* The solid in whose matter a piece is for the most part. */
+static size_t matter_of_piece(const struct place_pieces *pieces, const struct extent *e)
+{
+    size_t said = ask_samples(pieces, e, SAMPLES / 2, matter_around);
+    int within = 0;
+    for (int i = 0; i < SPREAD && said != NOBODY; i++)
+        within += matter_around(pieces, e->spread[i]) == said;
+    return 2 * within >= SPREAD ? said : NOBODY;
+}
+
 /* Pieces that lamps show to be the wrong way round. */
 static void find_lit(const struct place_pieces *pieces, const struct extent *extent, bool *lit)
 {
@@ -224,7 +255,7 @@ static void find_lit(const struct place_pieces *pieces, const struct extent *ext
         asked++;
     }
     for (size_t i = 0; i < pieces->solids.count && asked < LAMPS_ASKED; i++) {
-        if (!extent[i].emits)
+        if (!extent[i].emits || pieces->sky[i])
             continue;
         const size_t piece = ask_samples(pieces, &extent[i], 0, shown_by);
         if (piece != NOBODY)
@@ -285,7 +316,7 @@ static void find_furniture(const struct place_pieces *pieces, const struct exten
             may = room != e && holds(&room->box, &e->box) &&
                   e->area >= FURNITURE_LEAST * room->area;
         }
-        const size_t in = may ? ask_samples(pieces, e, SAMPLES / 2, matter_around) : NOBODY;
+        const size_t in = may ? matter_of_piece(pieces, e) : NOBODY;
         if (in != NOBODY)
             furniture[in] += e->area;
     }
@@ -349,7 +380,7 @@ static struct error *find_rooms(const struct place_pieces *pieces, const struct 
     }
     double all = 0;
     for (size_t i = 0; i < pieces->solids.count; i++)
-        all += extent[i].area;
+        all += pieces->sky[i] ? 0 : extent[i].area;
     for (size_t i = 0; i < solids && !err; i++) {
         const size_t piece = order[i].piece;
         room[piece] = room[piece] || is_room(pieces, &extent[piece], furniture[piece],
@@ -364,7 +395,8 @@ static struct error *find_rooms(const struct place_pieces *pieces, const struct 
 static void judge_alone(struct place_pieces *pieces, const struct extent *extent)
 {
     for (size_t i = 0; i < pieces->solids.count; i++) {
-        const double volume = pieces->solids.volume[i];
+        const double volume = pieces->turned[i] ? -pieces->solids.volume[i]
+                                                : pieces->solids.volume[i];
         if (pieces->solids.unoriented[i])
             pieces->kind[i] = PIECE_UNKNOWN;
         else if (fabs(volume) > 1e-9 * pow(extent[i].area, 1.5)) /* else: both sides of a sheet */
@@ -388,7 +420,7 @@ static void find_levels(struct place_pieces *pieces, const struct extent *extent
     struct vec3 sum = {0};
     for (size_t i = 0; i < pieces->solids.count; i++) {
         const struct extent *e = &extent[i];
-        if (pieces->kind[i] != PIECE_SHEET)
+        if (pieces->kind[i] != PIECE_SHEET || pieces->sky[i])
             continue;
         if (encloses(e->area, e->sum, e->volume)) {
             pieces->kind[i] = PIECE_ROOM;
@@ -400,7 +432,7 @@ static void find_levels(struct place_pieces *pieces, const struct extent *extent
     }
     if (encloses(area, sum, volume))
         for (size_t i = 0; i < pieces->solids.count; i++)
-            if (pieces->kind[i] == PIECE_SHEET)
+            if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i])
                 pieces->kind[i] = PIECE_ROOM;
 }
 
@@ -417,15 +449,135 @@ static bool two_sided_means(const struct place_pieces *pieces)
     return false;
 }
 
+/* -- skies ------------------------------------------------------------------------------------ */
+
+/* The volume that a piece would enclose, seen from the middle of what is within. */
+static double volume_about(const struct extent *e, const struct box *content)
+{
+    double to_middle = 0;
+    const double sum[3] = {e->sum.x, e->sum.y, e->sum.z};
+    for (int k = 0; k < 3; k++)
+        to_middle += sum[k] * (.5 * (content->low[k] + content->high[k]) - e->centre[k]);
+    return e->volume - to_middle / 3;
+}
+
+static double diagonal(const struct box *b)
+{
+    return vec3_length(vec3_sub(vec3_load(b->high), vec3_load(b->low)));
+}
+
+/* Whether a piece bends around all that is within, sees it, is a single shell, and keeps its
+ * distance: it is at least twice as large, which a room's walls, where furniture stands, are not.
+ */
+static bool is_sky(const struct extent *shell, const struct box *content)
+{
+    return 2 * diagonal(content) <= diagonal(&shell->box) && holds(&shell->box, content) &&
+           vec3_length(shell->sum) <= .75 * shell->area &&
+           volume_about(shell, content) < -.03 * pow(shell->area, 1.5);
+}
+
+/* Shells around all else that look inward. */
+static void find_skies(struct place_pieces *pieces, const struct extent *extent)
+{
+    enum { SHELLS = 4 }; /* a sky, clouds, ... */
+    for (int i = 0; i < SHELLS; i++) {
+        size_t shell = NOBODY;
+        for (size_t k = 0; k < pieces->solids.count; k++)
+            if (!pieces->sky[k] &&
+                (shell == NOBODY || box_side(&extent[k].box) > box_side(&extent[shell].box)))
+                shell = k;
+        struct box content = box_empty();
+        for (size_t k = 0; k < pieces->solids.count; k++)
+            if (k != shell && !pieces->sky[k] && extent[k].area > 0) {
+                box_add(&content, extent[k].box.low);
+                box_add(&content, extent[k].box.high);
+            }
+        if (shell == NOBODY || content.low[0] > content.high[0] ||
+            pieces->kind[shell] == PIECE_SOLID || pieces->kind[shell] == PIECE_UNKNOWN ||
+            !is_sky(&extent[shell], &content))
+            return;
+        pieces->sky[shell] = true;
+    }
+}
+
+/* -- files that are turned inside out --------------------------------------------------------- */
+
+/* Whether a closed piece that looks inward stands in another that does, as furniture in a house:
+ * what is seen from behind it are fronts of such, or backs on nearly all sides. */
+static bool stands_in_room(const struct place_pieces *pieces, const struct extent *e)
+{
+    int stands = 0, samples = 0;
+    for (; samples < SAMPLES && e->sample[samples].area > 0; samples++) {
+        int fronts = 0, backs = 0, own = 0;
+        for (int i = 0; i < LOOKS; i++) {
+            const struct place_sight s =
+                place_sight(pieces, e->sample[samples].behind, direction_even(i, LOOKS));
+            const bool of_room = s.hit.hit && pieces->solids.closed[s.piece];
+            own += s.hit.hit && s.piece == e->piece;
+            fronts += of_room && s.piece != e->piece && s.what == SIGHT_FRONT;
+            backs += of_room && s.piece != e->piece && s.what == SIGHT_VOID;
+        }
+        stands += (4 * fronts >= LOOKS && backs <= LOOKS / 16) ||
+                  (4 * backs >= 3 * (LOOKS - own) && 4 * backs >= LOOKS);
+    }
+    return stands > 0 && 2 * stands >= samples;
+}
+
+/* Whether the faces of the whole file look to the wrong side. */
+static bool is_file_turned(const struct place_pieces *pieces, const struct extent *extent)
+{
+    enum { ASKED = 256 }; /* of the pieces that are in boxes of others */
+    const size_t count = pieces->solids.count;
+    const struct extent *room = NULL;
+    double turned = 0, right = 0, within = 0, sheets = 0;
+    for (size_t i = 0; i < count; i++)
+        if (pieces->kind[i] == PIECE_ROOM && pieces->solids.closed[i] && !pieces->sky[i] &&
+            (!room || box_side(&extent[i].box) > box_side(&room->box)))
+            room = &extent[i];
+    if (!room)
+        return false;
+    size_t asked = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct extent *e = &extent[i];
+        if (e == room || pieces->sky[i])
+            continue;
+        const bool held = holds(&room->box, &e->box);
+        if (pieces->kind[i] == PIECE_SOLID)
+            right += e->area;
+        else if (pieces->kind[i] == PIECE_SHEET) {
+            sheets += e->area;
+            within += held ? e->area : 0;
+        } else if (held && pieces->solids.closed[i] && e->area >= FURNITURE_LEAST * room->area &&
+                   asked++ < ASKED && stands_in_room(pieces, e))
+            turned += e->area;
+    }
+    return turned > right ||
+           (pieces->upside_down && right == 0 && sheets > room->area / 2 && within < sheets / 2);
+}
+
+/* Turns all, and measures it anew. */
+static void turn_file(struct place_pieces *pieces, struct extent *extent, struct warnings *warnings)
+{
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        pieces->turned[i] = true;
+        pieces->sky[i] = false;
+    }
+    measure_pieces(pieces, extent);
+    judge_alone(pieces, extent);
+    warnings_add(warnings, "turned",
+                 "closed pieces look inward, and so do those within them or the ground below them: "
+                 "the whole surface is taken as turned inside out");
+}
+
 static void find_targets(struct place_pieces *pieces, const struct extent *extent)
 {
     double all = 0, sum = 0;
     size_t at = 0;
     for (size_t i = 0; i < pieces->solids.count; i++)
-        for (int k = 0; k < SAMPLES; k++)
+        for (int k = 0; k < SAMPLES && !pieces->sky[i]; k++)
             all += extent[i].sample[k].area;
     for (size_t i = 0; i < pieces->solids.count; i++)
-        for (int k = 0; k < SAMPLES; k++)
+        for (int k = 0; k < SAMPLES && !pieces->sky[i]; k++)
             for (sum += extent[i].sample[k].area;
                  at < PLACE_TARGETS && sum > ((double)at + .5) / PLACE_TARGETS * all; at++)
                 memcpy(pieces->target[at], extent[i].sample[k].before, sizeof pieces->target[at]);
@@ -441,7 +593,7 @@ static void find_up(struct place_pieces *pieces, const struct extent *extent)
     double area = 0;
     struct vec3 sum = {0};
     for (size_t i = 0; i < pieces->solids.count; i++)
-        if (pieces->kind[i] == PIECE_SHEET) {
+        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i]) {
             area += extent[i].area;
             sum = vec3_add(sum, extent[i].sum);
         }
@@ -456,7 +608,7 @@ static void turn(struct place_pieces *pieces, const bool *wrong, struct warnings
     for (size_t i = 0; i < pieces->solids.count; i++) {
         if (!wrong[i])
             continue;
-        pieces->turned[i] = true;
+        pieces->turned[i] = !pieces->turned[i];
         if (pieces->kind[i] == PIECE_SOLID) {
             pieces->kind[i] = PIECE_ROOM;
             rooms++;
@@ -489,6 +641,8 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
     if (!err)
         err = array_create(&pieces->turned, pieces->solids.count, sizeof *pieces->turned);
     if (!err)
+        err = array_create(&pieces->sky, pieces->solids.count, sizeof *pieces->sky);
+    if (!err)
         err = array_create(&pieces->target, PLACE_TARGETS, sizeof *pieces->target);
     if (!err)
         err = array_create(&extent, pieces->solids.count, sizeof *extent);
@@ -497,15 +651,23 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
     if (!err) {
         measure_pieces(pieces, extent);
         judge_alone(pieces, extent);
-        find_levels(pieces, extent);
+        find_skies(pieces, extent);
         pieces->two_sided_means = two_sided_means(pieces);
         find_up(pieces, extent);
+        if (is_file_turned(pieces, extent)) {
+            turn_file(pieces, extent, warnings);
+            find_skies(pieces, extent);
+            find_up(pieces, extent);
+        }
+        find_levels(pieces, extent);
         find_targets(pieces, extent);
         find_lit(pieces, extent, wrong);
         err = find_rooms(pieces, extent, place, wrong);
     }
-    if (!err)
+    if (!err) {
         turn(pieces, wrong, warnings);
+        find_skies(pieces, extent);
+    }
     free(extent);
     free(wrong);
     return err;
@@ -516,6 +678,7 @@ void place_pieces_clear(struct place_pieces *pieces)
     scene_solids_clear(&pieces->solids);
     free(pieces->kind);
     free(pieces->turned);
+    free(pieces->sky);
     free(pieces->target);
     *pieces = (struct place_pieces){0};
 }

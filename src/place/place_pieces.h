@@ -9,6 +9,10 @@
  * inside out. Open pieces are sheets, which have air before them and the ground, or the void,
  * behind.
  *
+ * A shell that keeps its distance around all else is a sky, and looking at it is looking at
+ * nothing. Where closed pieces that stand in others look inward as those do, or a ground looks away
+ * from closed pieces that look inward, the whole file is turned inside out.
+ *
  * Nothing is known from the sides of open pieces whose faces look to both sides, of surfaces with
  * holes (leaves) and of lamps, nor from the backs of sheets that the file calls two-sided, unless
  * it says so of all (an exporter's default).
@@ -34,7 +38,8 @@ struct place_pieces {
     const struct tracer *tracer;
     struct scene_solids solids;
     enum piece_kind *kind;
-    bool *turned;         /* by piece: its fronts are backs */
+    bool *turned; /* by piece: its fronts are backs */
+    bool *sky;    /* by piece: a shell far around all else, like nothing when seen from within */
     bool two_sided_means; /* not all sheets are called two-sided */
     struct vec3 up;       /* Y; Z where sheets look there for the most part */
     bool upside_down;     /* sheets look down along Y for the most part */
@@ -50,18 +55,19 @@ void place_pieces_clear(struct place_pieces *pieces);
 enum sight {
     SIGHT_ESCAPED, /* no surface */
     SIGHT_UNKNOWN, /* one that tells nothing */
-    SIGHT_FRONT,
-    SIGHT_LAMP,  /* a front that emits */
-    SIGHT_SOLID, /* the back of a closed piece, from within its matter */
-    SIGHT_VOID,  /* of a room, from outside of it */
-    SIGHT_BEHIND /* of a sheet */
+    SIGHT_HULL,    /* a solid's front */
+    SIGHT_FRONT,   /* another's */
+    SIGHT_LAMP,    /* a front that emits */
+    SIGHT_SOLID,   /* the back of a closed piece, from within its matter */
+    SIGHT_VOID,    /* of a room, from outside of it */
+    SIGHT_BEHIND   /* of a sheet */
 };
 enum { SIGHTS = SIGHT_BEHIND + 1 };
 
 /* What a ray meets first, and of which piece unless it escaped. */
 struct place_sight {
     enum sight what;
-    size_t piece;
+    size_t piece, material;
     struct trace_hit hit;
 };
 struct place_sight place_sight(const struct place_pieces *pieces, const double from[3],
