@@ -12,6 +12,7 @@
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
+#include "trace/frames.h"
 #include "trace/trace.h"
 
 #include <stdio.h>
@@ -141,6 +142,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = options_record(program, program->operands[i]);
     if (!err && scene_path)
         err = scene_read(&scene, scene_path, settings, false, warnings);
+    if (!err && scene)
+        frames_warn(scene, warnings);
     world.scene = scene;
     if (!err)
         err = method->place(&place, &a->options, &world);

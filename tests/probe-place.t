@@ -446,6 +446,15 @@ box 0 0 0 4 3 4 in >low.obj
 probe-place grid -q --spacing 2 --text low.obj | numbers >rows
 check "a room of one layer has no more" has_lines 4 rows
 
+# -- far pieces -----------------------------------------------------------------------------------
+{ ground 0; echo usemtl marker; printf 'v 4e6 0 0\nv 4e6 0 1\nv 4e6 1 0\nf -3 -2 -1\n'; } >far.obj
+probe-place grid --count 100 --bounds -9,1,-9,9,5,9 far.obj 2>far.err >/dev/null
+check "a lone triangle far away is named" grep -q \
+    "1 triangle of material '.*' at 4e+06 .* is 4e+06 units away from the rest" far.err
+{ ground 0; printf 'v 400 0 0\nv 400 0 1\nv 400 1 0\nf -3 -2 -1\n'; } >near.obj
+probe-place grid --count 100 --bounds -9,1,-9,9,5,9 near.obj 2>near.err >/dev/null
+check "but not one that floats reach" sh -c '! grep -q "units away" near.err'
+
 # -- what is refused -------------------------------------------------------------------------------
 refused 2 "vertices: expected a SCENE" probe-place vertices
 refused 2 "go with the method vertices" probe-place grid --spacing 1 --offset 1 cube.obj

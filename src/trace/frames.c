@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "trace/frames.h"
+#include "base/warning.h"
 #include "math/affine.h"
 
+#include <float.h>
 #include <string.h>
 
 /* How often a piece's longest side goes into the scene's before it needs a frame of its own: 6 bits
@@ -160,28 +162,30 @@ static struct box small_things(const struct scene *scene, const struct box *all)
     return side > 0 && side < things.most ? things.box : *all;
 }
 
-struct frames frames_find(const struct scene *scene)
+/* The frames; piece, count: the scene's pieces, of which those that have a frame have no triangles
+ * left. */
+static struct frames find(const struct scene *scene, struct piece piece[PIECES_MOST], int *count)
 {
-    struct piece piece[PIECES_MOST];
     const struct box all = {{scene->box_min.x, scene->box_min.y, scene->box_min.z},
                             {scene->box_max.x, scene->box_max.y, scene->box_max.z}};
     struct frames frames = {.box = {all}, .count = 1};
     piece[0] = (struct piece){.box = all, .triangles = 0};
-    const int count = find_pieces(scene, piece);
+    *count = find_pieces(scene, piece);
     size_t triangles = 0;
     bool small = false;
-    for (int i = 0; i < count && count > 1; i++)
+    for (int i = 0; i<*count && * count> 1; i++)
         triangles += piece[i].triangles;
-    for (int i = 0; i < count && count > 1; i++)
+    for (int i = 0; i<*count && * count> 1; i++)
         small = small || ((double)piece[i].triangles >= FEW * (double)triangles &&
                           box_side(&piece[i].box) * SMALL < box_side(&all));
     if (!small) {
+        *count = 0;
         frames.box[0] = small_things(scene, &all);
         return frames;
     }
     for (frames.count = 0; frames.count < FRAMES_MOST; frames.count++) {
         int most = 0;
-        for (int i = 1; i < count; i++)
+        for (int i = 1; i < *count; i++)
             if (piece[i].triangles > piece[most].triangles)
                 most = i;
         if (!((double)piece[most].triangles >= FEW * (double)triangles) || !piece[most].triangles)
@@ -190,4 +194,59 @@ struct frames frames_find(const struct scene *scene)
         piece[most].triangles = 0;
     }
     return frames;
+}
+
+struct frames frames_find(const struct scene *scene)
+{
+    struct piece piece[PIECES_MOST];
+    int count;
+    return find(scene, piece, &count);
+}
+
+/* -- far pieces ------------------------------------------------------------------------------- */
+
+/* The part of a piece that rays there may be off, beyond which they are coarse. */
+#define COARSE 1e-3
+
+static struct vec3 middle_of(const struct box *b)
+{
+    return vec3_scale(.5, vec3_add(vec3_load(b->low), vec3_load(b->high)));
+}
+
+/* A material of the triangles within a box. */
+static const char *material_in(const struct scene *scene, const struct box *within)
+{
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        for (size_t j = 0; j < mesh->triangle_count; j++) {
+            const struct box box = triangle_box(scene, &scene->instances[i], j);
+            if (holds(within, &box))
+                return scene->materials[mesh->material[j]].name;
+        }
+    }
+    return NULL;
+}
+
+void frames_warn(const struct scene *scene, struct warnings *warnings)
+{
+    struct piece piece[PIECES_MOST];
+    int count;
+    const struct frames frames = find(scene, piece, &count);
+    for (int i = 0; i < count; i++) {
+        const struct vec3 at = middle_of(&piece[i].box);
+        double least = (double)INFINITY;
+        for (int k = 0; k < frames.count; k++)
+            least = fmin(least, vec3_length(vec3_sub(at, middle_of(&frames.box[k]))));
+        const double off = 4 * FLT_EPSILON * least, side = box_side(&piece[i].box);
+        if (!piece[i].triangles || !(off > COARSE * side))
+            continue;
+        const char *name = material_in(scene, &piece[i].box);
+        warnings_add(warnings, "far",
+                     "%zu triangle%s of material '%s' at %g %g %g, %g across, %s %.3g units away "
+                     "from the rest: there rays start up to %.2g off, and a grid without --bounds "
+                     "fills the way there; if nobody goes there, take %s out of the scene",
+                     piece[i].triangles, piece[i].triangles > 1 ? "s" : "", name ? name : "", at.x,
+                     at.y, at.z, side, piece[i].triangles > 1 ? "are" : "is", least, off,
+                     piece[i].triangles > 1 ? "them" : "it");
+    }
 }

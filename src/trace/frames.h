@@ -13,6 +13,8 @@
 #include "math/box.h"
 #include "scene/scene.h"
 
+struct warnings;
+
 enum { FRAMES_MOST = 8 };
 
 /* The boxes of a scene's frames, that of most triangles first: at least one. */
@@ -22,5 +24,9 @@ struct frames {
 };
 
 struct frames frames_find(const struct scene *scene);
+
+/* Warns of pieces that have no frame, since they have few triangles or there are too many, and are
+ * so far from all frames that floats are coarse beside them. */
+void frames_warn(const struct scene *scene, struct warnings *warnings);
 
 #endif
