@@ -12,6 +12,7 @@
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
+#include "trace/seen.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,6 +22,7 @@ struct arguments {
     struct assess_job job;
     struct interpolate_options how;
     struct scene_settings given;
+    enum interpolate_visible visible;
     enum report_format format;
     bool any_scene;
     struct common common;
@@ -122,7 +124,14 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .help = "the stream may have been captured in another scene than SCENE,\n"
                  "which is the true one"},
         {0}};
+    const struct option_row visible[] = {interpolate_visible_row(&a->visible), {0}};
     const struct option_row figures[] = {
+        {.name = "bad",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &job->measure.bad,
+         .most = 1,
+         .help = "points with an error above this are bad"},
         {.name = "tolerance",
          .argument = "SHARE",
          .kind = OPTION_REAL,
@@ -168,6 +177,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         points,
         truth,
         interpolate_options_rows(&a->how, how),
+        visible,
         figures,
         scene_file_rows(&a->given, of_file),
         common_rows(&a->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS,
@@ -257,7 +267,7 @@ static struct error *write_marked(struct stream *stream, const struct assessment
 int main(int argc, char **argv)
 {
     struct arguments a = {.job = {.truth = truth_settings_default(),
-                                  .measure = {.tolerance = 0.05, .dark = 0.25},
+                                  .measure = {.tolerance = 0.05, .dark = 0.25, .bad = 0.25},
                                   .leak_samples = 8},
                           .given = scene_settings_default(),
                           .common = common_default()};
@@ -275,6 +285,7 @@ int main(int argc, char **argv)
     struct stream *stream = NULL;
     struct stage stage = {0};
     struct baked baked = {0};
+    struct seen *seen = NULL;
     struct assessment result = {0};
     struct error *err = parse(&program, &a, argc, argv);
     if (!err)
@@ -297,6 +308,8 @@ int main(int argc, char **argv)
                         "%s, theirs %s); "
                         "--any-scene measures all the same",
                         program.operands[0], stage.key, stage.captured_key);
+    if (!err && a.visible == INTERPOLATE_VISIBLE_RAYS)
+        err = seen_join(&seen, stage.tracer, baked.probe_count, baked.in);
     if (!err && !stage.captured)
         warnings_add(&warnings, "settings",
                      "the stream does not say how it was captured: all light, %d bounces, "
@@ -325,6 +338,7 @@ int main(int argc, char **argv)
         err = report_print(&result.report, a.format, to_stdout ? stderr : stdout);
     assessment_clear(&result);
     baked_close(&baked);
+    seen_destroy(seen);
     stage_clear(&stage);
     scene_settings_clear(&a.given);
     stream_destroy(stream);

@@ -5,6 +5,7 @@
 #include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "capture/stage.h"
 #include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
@@ -12,6 +13,7 @@
 #include "stream/common_options.h"
 #include "stream/points.h"
 #include "stream/stream.h"
+#include "trace/seen.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,9 +23,33 @@ struct arguments {
     enum points_format from;
     enum query_format to;
     enum probe_packing pack;
+    enum interpolate_visible visible;
     bool normals, explain;
-    const char *column;
+    const char *column, *scene;
 };
+
+/* What --visible rays looks through. */
+struct sight {
+    struct stage stage;
+    struct seen *seen;
+};
+
+static struct error *open_sight(struct sight *sight, struct interpolate *in,
+                                const struct arguments *a, struct warnings *warnings)
+{
+    struct stage *stage = &sight->stage;
+    if (!in->stream)
+        return error_new("a packed file does not say how its scene is read: --visible rays needs "
+                         "a stream");
+    struct error *err = stage_init(stage, a->scene, &in->stream->header, warnings);
+    if (!err && stage->other)
+        err = error_new("%s: this is not the scene that the probes were captured in (its key is "
+                        "%s, theirs %s)",
+                        a->scene, stage->key, stage->captured_key);
+    return err ? err
+               : seen_join(&sight->seen, stage->tracer, stream_table(in->stream, "probe")->rows,
+                           in);
+}
 
 static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path,
                                 const struct arguments *a)
@@ -72,9 +98,8 @@ static const char *light_outside(const struct interpolate *in, enum query_outsid
                : "no middle sees all of it, so their light is that of its nearest point";
 }
 
-static struct error *answer(const struct interpolate *in, const struct arguments *a,
-                            const char *input, const struct common *common,
-                            const struct program *program)
+static struct error *answer(struct interpolate *in, const struct arguments *a, const char *input,
+                            const struct common *common, const struct program *program)
 {
     const struct query_settings settings = {.format = a->to,
                                             .outside = (enum query_outside)a->how.outside,
@@ -85,7 +110,12 @@ static struct error *answer(const struct interpolate *in, const struct arguments
     struct query *query = NULL;
     struct points *points = NULL;
     struct warnings warnings = {0};
-    struct error *err = query_open(&query, in, &settings);
+    struct sight sight = {0};
+    struct error *err = NULL;
+    if (a->visible == INTERPOLATE_VISIBLE_RAYS)
+        err = open_sight(&sight, in, a, &warnings);
+    if (!err)
+        err = query_open(&query, in, &settings);
     if (!err)
         err = points_open(&points, input, a->from, a->normals);
     if (!err)
@@ -97,6 +127,8 @@ static struct error *answer(const struct interpolate *in, const struct arguments
         warnings_print(&warnings, program->name);
     warnings_clear(&warnings);
     points_close(points);
+    seen_destroy(sight.seen);
+    stage_clear(&sight.stage);
     if (!err)
         return query_finish(query);
     query_abandon(query);
@@ -146,6 +178,13 @@ int main(int argc, char **argv)
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS];
     const struct option_row more[] = {
+        interpolate_visible_row(&a.visible),
+        {.name = "scene",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &a.scene,
+         .shown = "none",
+         .help = "the scene that --visible rays looks through"},
         {.name = "pack",
          .argument = "PRECISION",
          .kind = OPTION_CHOICE,
@@ -185,6 +224,10 @@ int main(int argc, char **argv)
                     "as the hull is (auto: see the manual), none (zero), or the point is\n"
                     "refused (error)";
     struct error *err = options_parse(&program, groups, argc, argv);
+    if (!err && (a.visible == INTERPOLATE_VISIBLE_RAYS) != (a.scene != NULL))
+        err = error_usage("--visible rays and --scene need each other");
+    if (!err && pack && a.scene)
+        err = error_usage("--pack packs what all probes of a cell hold: no --visible rays");
     if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
     if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))

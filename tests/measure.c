@@ -17,6 +17,7 @@
 #include "scene/scene_settings.h"
 #include "stream/stream.h"
 #include "support/capture_truth.h"
+#include "trace/seen.h"
 
 #include <string.h>
 
@@ -343,7 +344,8 @@ static struct bench nothing;
 
 static struct report measured(const struct hand *h, const struct truth *t)
 {
-    const struct measure_settings s = {.tolerance = 0.05, .dark = 0.25, .seed = 5, .threads = 2};
+    const struct measure_settings s = {
+        .tolerance = 0.05, .dark = 0.25, .bad = 0.25, .seed = 5, .threads = 2};
     struct report report = {0};
     must(measure_error(&report, t, &h->baked, nothing.tracer, &s, NULL));
     return report;
@@ -673,6 +675,112 @@ static void test_noise(void)
     hand_end(&h);
 }
 
+/* -- the error that a player sees -------------------------------------------------------------- */
+
+static double corner_is_dark(const double p[3])
+{
+    return p[0] > 1 - cbrt(0.05) ? 0 : 3; /* a twentieth of the unit cell */
+}
+
+static void test_relative(void)
+{
+    enum { N = 20000 };
+    struct hand h;
+    struct hand_truth t;
+    const double wrong[4] = {3, 3, 4, 3}, right[4] = {3, 3, 3, 3}, weak[4] = {0.3, 0.3, 0.3, 0.3};
+    /* One probe of 3 is 4: off by w / 3, w its weight; more than a quarter where w > 3/4. */
+    hand_start(&h, unit_cell, wrong);
+    hand_truth_start(&t, N, three, 0, 2);
+    struct report r = measured(&h, &t.truth);
+    const double z = (got(&r, "error", "all") - 0.25 / 3) / (sqrt((0.1 - 0.0625) / N) / 3),
+                 share = 0.25 * 0.25 * 0.25;
+    ok(fabs(z) < 4.5, "one wrong probe: error %.4f, by its weight %.4f", got(&r, "error", "all"),
+       0.25 / 3);
+    ok(fabs(got(&r, "bad", "all") - share) < 4.5 * sqrt(share / N),
+       "bad where it is off by more than a quarter: %.4f, by its weight %.4f",
+       got(&r, "bad", "all"), share);
+    ok(got(&r, "error_seen", "all") == got(&r, "error", "all") &&
+           got(&r, "bad_seen", "all") == got(&r, "bad", "all") &&
+           got(&r, "blind_points", "all") == 0,
+       "where all is seen, what is seen has the same error");
+    ok(fabs(got(&r, "white", "all") / (unit_light() * 3 / 0.7) - 1) < 1e-6,
+       "white is the 95th percentile of light over 0.7");
+    report_clear(&r);
+    hand_truth_end(&t);
+    hand_end(&h);
+
+    /* A dark corner that is baked as bright as the rest is wrong by 1 and no more; of a tenth of
+     * that light, by that over the floor. */
+    hand_truth_start(&t, N, corner_is_dark, 0, 3);
+    hand_start(&h, unit_cell, right);
+    r = measured(&h, &t.truth);
+    ok(fabs(got(&r, "error", "all") - 0.05) < 4.5 * sqrt(0.05 / N) &&
+           fabs(got(&r, "error", "dark") - 1) < 1e-9 && got(&r, "error", "lit") < 1e-6 &&
+           fabs(got(&r, "bad", "dark") - 1) < 1e-9,
+       "light in the dark counts 1 a point, whatever it is (%.4f)", got(&r, "error", "all"));
+    report_clear(&r);
+    hand_end(&h);
+    hand_start(&h, unit_cell, weak);
+    r = measured(&h, &t.truth);
+    ok(fabs(got(&r, "error", "dark") - 0.3 / (MEASURE_FLOOR * 3 / 0.7)) < 1e-6 &&
+           fabs(got(&r, "error", "lit") - 0.9) < 1e-6,
+       "little of it as a share of the floor (%.4f); too dark is too dark",
+       got(&r, "error", "dark"));
+    report_clear(&r);
+    hand_end(&h);
+    hand_truth_end(&t);
+
+    /* The truth's noise is no error: light that is right has none in the mean; what is off by w / 3
+     * has that, and by up to a quarter of the noise less. */
+    enum { NOISY = 4000 };
+    for (int off = 0; off < 3; off++) {
+        const double noise = off == 1 ? 0.05 : 0.3, relative = noise / (3 * unit_light());
+        hand_start(&h, unit_cell, off ? wrong : right);
+        hand_truth_start(&t, NOISY, three, noise, 4);
+        r = measured(&h, &t.truth);
+        const double error = got(&r, "error", "all");
+        double exact = 0;
+        for (size_t i = 0; i < NOISY && off; i++)
+            exact += t.position[3 * i + 1] / 3 / NOISY;
+        ok(error - exact < 4.5 * relative / sqrt(NOISY) &&
+               error - exact > -4.5 * relative / sqrt(NOISY) - relative / 4 * (off > 0),
+           "noise of %.3f in the truth: error %.4f, without it %.4f", relative, error, exact);
+        report_clear(&r);
+        hand_truth_end(&t);
+        hand_end(&h);
+    }
+}
+
+/* Its 95 % interval holds what endless points would give, also where a twentieth of the points is
+ * all there is of it. */
+static void test_relative_interval(void)
+{
+    enum { TRIALS = 200, POINTS = 120 };
+    const double wrong[4] = {3, 3, 4, 3}, right[4] = {3, 3, 3, 3};
+    for (int rare = 0; rare < 2; rare++) {
+        struct hand h;
+        const double exact = rare ? 0.05 : 0.25 / 3;
+        double within = 0;
+        hand_start(&h, unit_cell, rare ? right : wrong);
+        for (int i = 0; i < TRIALS; i++) {
+            struct hand_truth t;
+            hand_truth_start(&t, POINTS, rare ? corner_is_dark : three, rare ? 0 : 0.02,
+                             5000 + (uint64_t)i);
+            struct report r = measured(&h, &t.truth);
+            const struct estimate e = report_get(&r, "error", "all");
+            within += e.low <= exact && exact <= e.high;
+            report_clear(&r);
+            hand_truth_end(&t);
+        }
+        hand_end(&h);
+        /* 95 %, within 3.5 sqrt(.05 * .95 / 200) = 5.4 %; a little less of rare ones, whose mean is
+         * skewed. */
+        ok(within / TRIALS > 0.95 - 0.054 - 0.03 * rare && within / TRIALS < 0.9951,
+           "the 95 %% interval of %s holds it in %.1f %% of samples",
+           rare ? "an error that few points have" : "an error", 100 * within / TRIALS);
+    }
+}
+
 /* -- where the error comes from --------------------------------------------------------------- */
 
 static void test_causes(void)
@@ -821,6 +929,119 @@ static void test_wall(double c, double left, double right)
     bench_clear(&b);
 }
 
+/* Two rooms, a wall at x = c between, each with the light of its own probes: the blend is off by
+ * the unseen weight's share, what is seen is right. */
+static void test_seen(double c)
+{
+    enum { N = 20000 };
+    struct bench b;
+    struct hand h;
+    struct hand_truth t;
+    bench_start(&b);
+    add_quad(&b, (const double[12]){c, -50, -50, c, 50, -50, c, 50, 50, c, -50, 50},
+             material(0.5f, 0));
+    bench_finish(&b, 1);
+    const double value[4] = {1, 1, 2, 2};
+    hand_start(&h, bridge, value);
+    hand_truth_start(&t, N, three, 0, 6);
+    /* evenly spread over the cell, by four exponential weights (Devroye, ch. V) */
+    struct random r = random_start(6, 6, 0);
+    double exact = 0, unseen = 0;
+    for (size_t i = 0; i < N; i++) {
+        double w[4], sum = 0, *p = t.position + 3 * i;
+        for (int k = 0; k < 4; k++)
+            sum += w[k] = -log(1 - random_double(&r));
+        for (int k = 0; k < 3; k++) {
+            p[k] = 0;
+            for (int j = 0; j < 4; j++)
+                p[k] += w[j] / sum * bridge[3 * j + k];
+        }
+        const double true_light = p[0] < c ? 1 : 2, x = p[0] < c ? p[0] : 1 - p[0];
+        exact += x / true_light / N; /* blended: 1 + x */
+        unseen += x / N;
+        for (size_t k = 0; k < TRUTH_WIDTH; k++)
+            t.half[0][TRUTH_WIDTH * i + k] = t.half[1][TRUTH_WIDTH * i + k] =
+                (float)(unit_light() * true_light);
+    }
+    const struct measure_settings s = {
+        .tolerance = 0.05, .dark = 0.25, .bad = 0.25, .seed = 5, .threads = 2};
+    struct report report = {0};
+    must(measure_error(&report, &t.truth, &h.baked, b.tracer, &s, NULL));
+    ok(fabs(got(&report, "error", "all") - exact) < 1e-5 &&
+           fabs(got(&report, "unseen", "all") - unseen) < 1e-5 &&
+           got(&report, "error_seen", "all") < 1e-5 && got(&report, "bad_seen", "all") == 0 &&
+           got(&report, "blind_points", "all") == 0,
+       "a wall at %.2f: error %.4f by unseen weight %.4f, none of what is seen (%.1g)", c,
+       got(&report, "error", "all"), got(&report, "unseen", "all"),
+       got(&report, "error_seen", "all"));
+    report_clear(&report);
+
+    /* the same, as what light is taken from */
+    struct seen *seen;
+    must(seen_join(&seen, b.tracer, h.baked.probe_count, h.baked.in));
+    must(measure_error(&report, &t.truth, &h.baked, b.tracer, &s, NULL));
+    ok(got(&report, "error", "all") < 1e-5 && got(&report, "unseen", "all") == 0,
+       "light of what is seen alone: no error, no unseen weight");
+    report_clear(&report);
+    struct unseen_cells cells;
+    must(unseen_cells(&cells, b.tracer, &h.baked, 100, 1, 2));
+    ok(cells.weight.value == 0 && cells.leaked_rms == 0, "nor does a cell leak");
+    unseen_cells_clear(&cells);
+    hand_truth_end(&t);
+    hand_end(&h);
+    seen_destroy(seen);
+    bench_clear(&b);
+}
+
+/* A point in a closet, x from 0.4 to 0.6, sees none of its cell's probes. */
+static void test_blind(void)
+{
+    struct bench b;
+    bench_start(&b);
+    for (int k = 0; k < 2; k++) {
+        const double x = k ? 0.6 : 0.4;
+        add_quad(&b, (const double[12]){x, -50, -50, x, 50, -50, x, 50, 50, x, -50, 50},
+                 material(0.5f, 0));
+    }
+    bench_finish(&b, 1);
+    /* 4 and 5 are in it as well, 5 nearer, without light; 6 behind a wall, nearer than all */
+    const double position[21] = {0, 1,   0, 0, 0,   0, 1, 0,    0,   1,  0,
+                                 1, 0.5, 2, 2, 0.5, 1, 1, 0.39, 0.5, 0.5};
+    const float light[7] = {1, 1, 1, 1, 1, NAN, 1};
+    struct probe_place place = {.probe = {0, 1, 2, 3}, .weight = {0.25, 0.25, 0.25, 0.25}};
+    const double p[3] = {0.5, 0.5, 0.5};
+    struct seen *seen;
+    struct seen_look look;
+    must(seen_create(&seen, b.tracer, 7, position, light, 1));
+    seen_look(b.tracer, position, p, &place, &look);
+    seen_blend(seen, p, &look, &place);
+    ok(look.blind && fabs(look.unseen - 1) < 1e-12 && place.probe[0] == 4 && place.weight[0] == 1 &&
+           place.weight[1] == 0 && place.weight[3] == 0,
+       "a blind point takes the light of the nearest probe that it sees and that has some (%d)",
+       place.probe[0]);
+    seen_destroy(seen);
+
+    /* there is none: the blend stays */
+    place = (struct probe_place){.probe = {0, 1, 2, 3}, .weight = {0.4, 0.3, 0.2, 0.1}};
+    must(seen_create(&seen, b.tracer, 4, position, light, 1));
+    seen_look(b.tracer, position, p, &place, &look);
+    seen_blend(seen, p, &look, &place);
+    ok(look.blind && place.probe[3] == 3 && place.weight[0] == 0.4 && place.weight[3] == 0.1,
+       "where it sees none at all it keeps the light of all");
+    seen_destroy(seen);
+
+    /* half of the probes seen: theirs are the weights, in their proportion */
+    const double left[3] = {0.2, 0.5, 0.1};
+    must(seen_create(&seen, b.tracer, 7, position, light, 1));
+    seen_look(b.tracer, position, left, &place, &look);
+    seen_blend(seen, left, &look, &place);
+    ok(!look.blind && fabs(look.unseen - 0.3) < 1e-12 && fabs(place.weight[0] - 4.0 / 7) < 1e-12 &&
+           fabs(place.weight[1] - 3.0 / 7) < 1e-12 && place.weight[2] == 0 && place.weight[3] == 0,
+       "what is left of the weights sums to 1 again");
+    seen_destroy(seen);
+    bench_clear(&b);
+}
+
 static void test_solid(void)
 {
     struct bench b;
@@ -915,11 +1136,16 @@ int main(void)
     test_wrong_probe();
     test_parts();
     test_noise();
+    test_relative();
+    test_relative_interval();
     test_causes();
     test_bootstrap();
     test_wall(0.5, 1, 1);
     test_wall(0.5, 1, 3);
     test_wall(0.25, 1, 3);
+    test_seen(0.5);
+    test_seen(0.3);
+    test_blind();
     test_solid();
     test_change();
     bench_clear(&nothing);

@@ -119,6 +119,24 @@ holds "more points of each cell say the same, more exactly" \
     $(figure leak_volume all cells) $(figure leak_volume all finely) \
     $(figure leak_volume all cells 5) $(figure leak_volume all finely 5)
 
+# -- the error that a player sees, and that of the probes that are seen ----------------------------
+holds "error is a share, within its interval; so are bad points, and what is seen is nearer" \
+    '$1 > 0 && $1 < 1 && $5 < $1 && $1 < $6 && $2 > 0 && $2 < 1 && $3 < $1 && $4 <= $2' \
+    $(figures all cells error bad error_seen bad_seen) \
+    $(figure error all cells 4) $(figure error all cells 5)
+measure cells.probe --bad 0.1 >strict
+holds "--bad says what is bad, and nothing else" '$2 > $1 && $3 == $4' \
+    $(figure bad all cells) $(figure bad all strict) $(figures all cells error) \
+    $(figures all strict error)
+measure cells.probe --visible rays >rays
+holds "--visible rays: the error is that of what is seen, and nothing else leaks" \
+    '$1 == $2 && $3 == $4 && $5 == 0 && $6 == 0' \
+    $(figures all rays error) $(figures all cells error_seen) $(figures all rays blind_points) \
+    $(figures all cells blind_points) $(figures all rays unseen leak_volume)
+refused 1 "visibility is of the probes of cells" \
+    measure cells.probe --visible rays --interpolate nearest
+refused 2 "--visible" measure cells.probe --visible some
+
 # -- the stream that comes out ---------------------------------------------------------------------
 measure cells.probe -o marked.probe >again
 check "with -o the report is the same" cmp cells again
@@ -145,12 +163,14 @@ check "-o - puts the stream on standard output and the report on standard error"
 
 measure cells.probe --map map.probe --text >mapped
 sed '1,/^table probe/d; /^end/d' map.probe |
-    awk '{ n++; s += $4 ^ 2; b += $5; t += $6; u += $7; o += $9 }
-        END { print n, sqrt(s / n), b / n, t / n, u / n, o }' >map
+    awk '{ n++; e += $4; seen += $5; s += $6 ^ 2; b += $7; t += $8; u += $9; o += $11 }
+        END { print n, sqrt(s / n), b / n, t / n, u / n, o, e / n, seen / n }' >map
 # Noise leaves some squares below 0, which a root cannot show: the map's rms is a little larger.
-holds "--map has the error at each point" '$1 == 150 && $2 >= $7 && $2 < 1.1 * $7 &&
-    ($3 - $8) ^ 2 < 1e-10 && ($4 - $9) ^ 2 < 1e-10 && ($5 - $10) ^ 2 < 1e-10 && $6 == $11' \
-    $(cat map) $(figures all cells rms bias irradiance unseen) $(figure points outside-hull cells)
+holds "--map has the error at each point" '$1 == 150 && $2 >= $9 && $2 < 1.1 * $9 &&
+    ($3 - $10) ^ 2 < 1e-10 && ($4 - $11) ^ 2 < 1e-10 && ($5 - $12) ^ 2 < 1e-10 &&
+    ($7 - $13) ^ 2 < 1e-10 && ($8 - $14) ^ 2 < 1e-10 && $6 == $15' \
+    $(cat map) $(figures all cells rms bias irradiance unseen error error_seen) \
+    $(figure points outside-hull cells)
 check "and does not change the report" cmp mapped cells
 
 # -- determinism -----------------------------------------------------------------------------------
@@ -191,8 +211,8 @@ probe-error -q --tsv --paths 0 --points 60 --truth-rays 16 --leak-samples 0 --tr
     "$rooms" sloped.probe >barycentric
 cat >off.awk <<'AWK'
 {
-    luminance = 0.2126 * $10 + 0.7152 * $11 + 0.0722 * $12
-    e = 3.14159265358979 * 0.28209479177388 * luminance - $5 - $6
+    luminance = 0.2126 * $12 + 0.7152 * $13 + 0.0722 * $14
+    e = 3.14159265358979 * 0.28209479177388 * luminance - $7 - $8
     if (e * e > off) off = e * e
     n++
 }
@@ -242,6 +262,10 @@ done
 # -- forms of the report ---------------------------------------------------------------------------
 form() { probe-error -q --points 150 --paths 2 --truth rooms.truth "$@" "$rooms" cells.probe; }
 form >table
+head -n 3 table >headline
+check "the table begins with error, bad points, what is seen, unseen weight, blind points" \
+    says headline '^error: [0-9.]* % (.* \.\. .*); bad points: ' \
+    'of the probes that each point sees: ' 'weight from probes .*; blind points: '
 check "the table names each part and each measure" \
     says table inside-hull outside-hull 'surface .* \.\. ' lit dark unseen 'share of weight' \
     'change of light' 'worst at'

@@ -27,6 +27,33 @@ check "outside: the nearest point of the hull, and it says so" \
 echo "2 2 2" | probe-query --explain baked.probe >light
 check "inside is said too" says light ' inside 0$'
 
+# -- a wall between probes -------------------------------------------------------------------------
+printf 'v 1.7 -9 -9\nv 1.7 9 -9\nv 1.7 9 9\nv 1.7 -9 9\nf 1 2 3 4\n' >wall.obj
+behind() { echo "1.6 1.9 1.9" | probe-query --visible rays --scene wall.obj "$@"; }
+behind baked.probe >light
+check "--visible rays: light of the side that the point is on" every '$1 == 1.5 && $2 > 1.4' light
+behind --explain baked.probe | tail -n 1 >light
+check "and that is what --explain explains" every 'NF == 23 && $1 == 1.5 &&
+    near($18 + $19 + $20 + $21, 1, 1e-6) && $18 * $19 * $20 * $21 == 0' light
+awk 'BEGIN { srand(2); for (i = 0; i < 3000; i++) print 4 * rand(), 4 * rand(), 4 * rand() }' >many
+for threads in 1 2; do
+    probe-query -q --visible rays --scene wall.obj -j $threads baked.probe many >rays$threads
+done
+paste -d ' ' many rays1 >sides
+check "each of many points, by any number of threads" cmp rays1 rays2 and has_lines 3000 sides \
+    and every '$1 < 1.7 ? $4 < 1.51 : $4 > 2.49' sides
+printf 'v 2 -9 -9\nv 2 9 -9\nv 2 9 9\nv 2 -9 9\nf 1 2 3 4\n' >other.obj
+probe-capture -q --rays 4 --bounces 0 other.obj baked.probe | probe-tet >other.probe
+refused 1 "not the scene that the probes were captured in" \
+    probe-query --visible rays --scene wall.obj other.probe many
+refused 1 "--interpolate barycentric" behind --interpolate nearest baked.probe
+probe-query --pack float -o baked.pack baked.probe
+refused 1 "a packed file does not say how its scene is read" behind baked.pack
+refused 2 "need each other" probe-query --visible rays baked.probe
+refused 2 "need each other" probe-query --scene wall.obj baked.probe
+refused 2 "no --visible rays" \
+    probe-query --pack float --visible rays --scene wall.obj -o x baked.probe
+
 # -- many points, in each form ---------------------------------------------------------------------
 awk 'BEGIN { srand(1); for (i = 0; i < 20000; i++) print 4 * rand(), 4 * rand(), 4 * rand() }' \
     >points.txt

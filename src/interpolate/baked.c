@@ -93,12 +93,24 @@ struct error *baked_complete(const struct baked *b)
 
 /* -- light ------------------------------------------------------------------------------------ */
 
-void baked_locate(const struct baked *b, const double p[3], struct probe_place *place)
+void baked_locate_cell(const struct baked *b, const double p[3], struct probe_place *place)
 {
     if (b->cells)
         probe_volume_locate(b->cells, p, place);
     else
-        interpolate_find(b->in, p, place);
+        interpolate_find(b->in, p, place); /* without cells there is no sight */
+}
+
+void baked_locate(const struct baked *b, const double p[3], struct probe_place *place)
+{
+    baked_locate_cell(b, p, place);
+    if (b->cells && b->in->sight.see)
+        b->in->sight.see(b->in->sight.own, p, place);
+}
+
+bool baked_blends(const struct baked *b)
+{
+    return b->cells && interpolate_kind_is_plain(b->in->settings.kind);
 }
 
 struct error *baked_light(const struct baked *b, const double p[3], const struct probe_place *place,

@@ -57,8 +57,14 @@ void baked_close(struct baked *baked);
 struct error *baked_complete(const struct baked *baked);
 
 /* The place of a point (finite). place->cell: where to look first, or PROBE_COLD. Without cells all
- * weights are 0. */
+ * weights are 0. Where baked->in has a sight, weights are of what is seen. */
 void baked_locate(const struct baked *baked, const double p[3], struct probe_place *place);
+
+/* The same, whatever is seen: of the cell. */
+void baked_locate_cell(const struct baked *baked, const double p[3], struct probe_place *place);
+
+/* Whether light is blended with a place's weights, so that other weights give other light. */
+bool baked_blends(const struct baked *baked);
 
 /* The light at a point whose place was found: sh[3 * order * order]. Error: one of the probes has
  * no light. */

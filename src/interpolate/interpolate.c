@@ -250,6 +250,21 @@ void interpolate_close(struct interpolate *in)
 
 /* -- places ---------------------------------------------------------------------------------- */
 
+struct error *interpolate_set_sight(struct interpolate *in, const struct interpolate_sight *sight)
+{
+    if (!in->volume || !interpolate_kind_is_plain(in->settings.kind))
+        return error_new("visibility is of the probes of cells: it needs --interpolate %s",
+                         interpolate_barycentric.name);
+    in->sight = *sight;
+    return NULL;
+}
+
+static void see(const struct interpolate *in, const double point[3], struct probe_place *place)
+{
+    if (in->sight.see)
+        in->sight.see(in->sight.own, point, place);
+}
+
 void interpolate_find(const struct interpolate *in, const double point[3],
                       struct probe_place *place)
 {
@@ -260,6 +275,7 @@ void interpolate_find(const struct interpolate *in, const double point[3],
     else
         *place = (struct probe_place){.cell = PROBE_COLD,
                                       .inside = 1}; /* points without cells have no outside */
+    see(in, point, place);
 }
 
 void interpolate_find_many(const struct interpolate *in, size_t count, const double *point,
@@ -267,6 +283,8 @@ void interpolate_find_many(const struct interpolate *in, size_t count, const dou
 {
     if (in->volume)
         probe_volume_locate_many(in->volume, count, point, stride, order, place);
+    for (size_t k = 0; k < count && in->sight.see; k++)
+        see(in, point + stride * (order ? order[k] : k), &place[k]);
     for (size_t k = 0; k < count && !in->volume; k++)
         interpolate_find(in, point + stride * (order ? order[k] : k), &place[k]);
 }

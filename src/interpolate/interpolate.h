@@ -58,13 +58,21 @@ struct interpolate_settings {
     unsigned outside;
 };
 
+/* Which of the probes around a point it sees: takes what it does not out of the place's weights,
+ * which still sum to 1. */
+struct interpolate_sight {
+    void (*see)(const void *own, const double point[3], struct probe_place *place);
+    const void *own;
+};
+
 struct interpolate {
     struct interpolate_settings settings;
-    struct probe_volume *volume; /* owned; NULL where there are no cells to it */
-    void *own;                   /* the kind's; owned */
-    const double *position;      /* 3 a probe */
-    const float *value;          /* the column */
-    const float *gradient;       /* 3 * width a probe: d/dx of all, d/dy, d/dz; NULL: not used */
+    struct interpolate_sight sight; /* see: NULL: light comes from all probes of a cell */
+    struct probe_volume *volume;    /* owned; NULL where there are no cells to it */
+    void *own;                      /* the kind's; owned */
+    const double *position;         /* 3 a probe */
+    const float *value;             /* the column */
+    const float *gradient;          /* 3 * width a probe: d/dx of all, d/dy, d/dz; NULL: not used */
     size_t width;
     int order; /* of SH, where the column is sh; else 0 */
     bool convolved;
@@ -90,6 +98,11 @@ void interpolate_close(struct interpolate *interpolate); /* NULL is legal */
 
 /* Whether a file starts as a packed one does. */
 bool interpolate_is_packed(const char *path);
+
+/* From here on places have the weights of what is seen. What `own` points to must outlive it.
+ * Error: this way of interpolation does not take its light with a place's weights alone. */
+struct error *interpolate_set_sight(struct interpolate *interpolate,
+                                    const struct interpolate_sight *sight);
 
 /* The place of a point (finite). place->cell: where to start. */
 void interpolate_find(const struct interpolate *interpolate, const double point[3],

@@ -68,6 +68,19 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
     return rows;
 }
 
+struct option_row interpolate_visible_row(enum interpolate_visible *visible)
+{
+    static const char *const choices[] = {
+        [INTERPOLATE_VISIBLE_ALL] = "all", [INTERPOLATE_VISIBLE_RAYS] = "rays", NULL};
+    return (struct option_row){.name = "visible",
+                               .argument = "WHICH",
+                               .kind = OPTION_CHOICE,
+                               .choices = choices,
+                               .value = OPTION_ENUM(*visible),
+                               .help = "light is taken from all probes of a cell, or from those "
+                                       "that the point\nsees, by a ray to each (rays)"};
+}
+
 struct error *interpolate_options_check(const struct interpolate_options *o)
 {
     if (!o->kind->has_radius && (o->radius > 0 || o->falloff))

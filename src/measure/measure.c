@@ -3,13 +3,14 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
+#include "image/display.h"
 #include "interpolate/baked.h"
 #include "math/sort.h"
 #include "math/vec.h"
 #include "measure/sphere.h"
 #include "measure/truth.h"
-#include "measure/unseen.h"
 #include "stream/stream.h"
+#include "trace/seen.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -27,6 +28,9 @@ struct point {
     double truth;   /* mean irradiance */
     /* mean over directions of e^2 without noise: of luminance; of the three colours */
     double square, colour;
+    double relative;               /* measure.h's error */
+    double relative_seen;          /* of the probes that it sees; NaN: not known */
+    double blind;                  /* 1: sees none of its probes; NaN: there are no cells */
     double noise;                  /* of y^2 */
     double doubt;                  /* variance of square, by noise */
     double mean, absolute;         /* of e, of |e| */
@@ -41,22 +45,75 @@ struct job {
     const struct baked *baked;
     const struct tracer *tracer;
     const struct measure_settings *settings;
+    struct seen *seen; /* NULL: no blend by what is seen */
     struct sphere_basis basis;
-    double scene_mean;
+    double scene_mean, floor;
     struct point *point;
 };
 
-/* The stream's irradiance at p along the set, RGB. */
-static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis,
-                                  const double p[3], struct probe_place *place, double *rgb)
+/* The stream's irradiance at a place along the set, RGB. */
+static struct error *place_light(const struct baked *baked, const struct sphere_basis *basis,
+                                 const double p[3], const struct probe_place *place, double *rgb)
 {
     double sh[3 * SH_COUNT_MAX];
-    *place = (struct probe_place){.cell = PROBE_COLD};
-    baked_locate(baked, p, place);
     struct error *err = baked_light(baked, p, place, sh);
     if (!err)
         sphere_irradiance(basis, sh, 3, rgb);
     return err;
+}
+
+/* At p, whose place is found. */
+static struct error *stream_light(const struct baked *baked, const struct sphere_basis *basis,
+                                  const double p[3], struct probe_place *place, double *rgb)
+{
+    *place = (struct probe_place){.cell = PROBE_COLD};
+    baked_locate(baked, p, place);
+    return place_light(baked, basis, p, place, rgb);
+}
+
+/* The error that a player sees (measure.h): truth and its noise y along the set. What the probes
+ * say below 0 is shown as black. */
+static double relative_error(const double *light, const double *truth, const double *y,
+                             double floor_light)
+{
+    double square[SPHERE_COUNT];
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        const double s = fmax(light[d], 0), below = fmax(truth[d], floor_light), x = s - truth[d];
+        square[d] = below > 0 ? (x * x - y[d] * y[d]) / (below * below) : s > 0;
+        square[d] = fmin(fmax(square[d], -1), 1);
+    }
+    const double mean = sphere_mean(square);
+    return copysign(sqrt(fabs(mean)), mean);
+}
+
+/* Which of its probes the point sees, and what those alone would say. */
+static struct error *measure_seen(const struct job *job, const double p[3],
+                                  const struct probe_place *blend, const double *truth,
+                                  const double *y, struct point *point)
+{
+    const struct baked *baked = job->baked;
+    double rgb[TRUTH_WIDTH], light[SPHERE_COUNT];
+    struct probe_place place = *blend;
+    struct seen_look look;
+    point->unseen = point->relative_seen = point->blind = (double)NAN;
+    if (!baked->cells)
+        return NULL;
+    seen_look(job->tracer, baked->position, p, &place, &look);
+    point->unseen = look.unseen;
+    if (baked->in->sight.see) { /* the blend is not all of the cell's */
+        baked_locate_cell(baked, p, &place);
+        seen_look(job->tracer, baked->position, p, &place, &look);
+    }
+    point->blind = look.blind;
+    if (!job->seen)
+        return NULL;
+    seen_blend(job->seen, p, &look, &place);
+    struct error *err = place_light(baked, &job->basis, p, &place, rgb);
+    if (err)
+        return err;
+    sphere_luminance(rgb, light);
+    point->relative_seen = relative_error(light, truth, y, job->floor);
+    return NULL;
 }
 
 /* Mean over directions and colours of (s - T1)(s - T2). */
@@ -103,7 +160,6 @@ static struct error *measure_point(void *context, size_t i, int thread)
                  tolerance = job->settings->tolerance * job->scene_mean;
     double rgb[TRUTH_WIDTH], light[SPHERE_COUNT], truth[SPHERE_COUNT], y[SPHERE_COUNT];
     struct probe_place place;
-    struct unseen unseen;
     struct error *err = stream_light(job->baked, &job->basis, p, &place, rgb);
     if (err)
         return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
@@ -121,7 +177,10 @@ static struct error *measure_point(void *context, size_t i, int thread)
         bright[d] = x > tolerance;
         dark[d] = x < -tolerance;
     }
-    unseen_at(job->tracer, job->baked, &job->basis, p, &place, &unseen);
+    point->relative = relative_error(light, truth, y, job->floor);
+    err = measure_seen(job, p, &place, truth, y, point);
+    if (err)
+        return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
     point->inside = place.inside;
     point->surface = (double)job->truth->surface[i];
     point->truth = sphere_mean(truth);
@@ -133,20 +192,42 @@ static struct error *measure_point(void *context, size_t i, int thread)
     point->absolute = sphere_mean(absolute);
     point->bright = sphere_mean(bright);
     point->dark = sphere_mean(dark);
-    point->unseen = job->baked->cells ? unseen.weight : (double)NAN;
     point->cut_off = cut_off_square(job->truth, i, job->baked->order);
     point->capture_noise = baked_noise(job->baked, &place);
     return NULL;
 }
 
+static double point_mean(const struct truth *t, size_t i)
+{
+    double mean[SPHERE_COUNT];
+    truth_luminance(t, i, mean, NULL);
+    return sphere_mean(mean);
+}
+
 static double scene_mean(const struct truth *t)
 {
-    double sum = 0, mean[SPHERE_COUNT];
-    for (size_t i = 0; i < t->points; i++) {
-        truth_luminance(t, i, mean, NULL);
-        sum += sphere_mean(mean);
-    }
+    double sum = 0;
+    for (size_t i = 0; i < t->points; i++)
+        sum += point_mean(t, i);
     return sum / (double)t->points;
+}
+
+/* The light that the scene's exposure shows as white: as pictures are exposed (display.h). 0: there
+ * is no light. */
+static struct error *scene_white(const struct truth *t, double *white)
+{
+    float *mean = NULL;
+    double exposure = 1, most = 0;
+    struct error *err = array_create(&mean, t->points, sizeof *mean);
+    for (size_t i = 0; i < t->points && !err; i++) {
+        mean[i] = (float)point_mean(t, i);
+        most = fmax(most, (double)mean[i]);
+    }
+    if (!err)
+        err = display_exposure(t->points, mean, &exposure);
+    *white = most > 0 ? 1 / exposure : 0;
+    free(mean);
+    return err;
 }
 
 /* -- parts ------------------------------------------------------------------------------------ */
@@ -171,18 +252,40 @@ static int compare_values(const void *a, const void *b)
 /* A part of the points. */
 struct part {
     const struct point *point;
+    double bad;    /* an error above this is */
     size_t *index; /* of its points; owned */
     size_t count;
     struct value *value; /* SPHERE_COUNT * count, owned */
 };
 
 /* The figures that have intervals. */
-enum { RMS, RMS_COLOUR, BIAS, MEAN, P95, P99, BRIGHT, DARK, UNSEEN, FIGURES };
+enum {
+    ERROR,
+    BAD,
+    ERROR_SEEN,
+    BAD_SEEN,
+    BLIND,
+    RMS,
+    RMS_COLOUR,
+    BIAS,
+    MEAN,
+    P95,
+    P99,
+    BRIGHT,
+    DARK,
+    UNSEEN,
+    FIGURES
+};
 
 static const struct {
     const char *name;
     bool light; /* and so has a form relative to the scene's mean */
-} figures[FIGURES] = {[RMS] = {"rms", true},
+} figures[FIGURES] = {[ERROR] = {"error", false},
+                      [BAD] = {"bad", false},
+                      [ERROR_SEEN] = {"error_seen", false},
+                      [BAD_SEEN] = {"bad_seen", false},
+                      [BLIND] = {"blind_points", false},
+                      [RMS] = {"rms", true},
                       [RMS_COLOUR] = {"rms_colour", true},
                       [BIAS] = {"bias", true},
                       [MEAN] = {"mean", true},
@@ -202,6 +305,11 @@ static void reckon(const void *context, const uint32_t *times, double *figure)
         const struct point *p = &part->point[part->index[i]];
         square += times[i] * p->square;
         colour += times[i] * p->colour;
+        figure[ERROR] += times[i] * p->relative / n;
+        figure[BAD] += times[i] * (p->relative > part->bad) / n;
+        figure[ERROR_SEEN] += times[i] * p->relative_seen / n;
+        figure[BAD_SEEN] += times[i] * (p->relative_seen > part->bad) / n;
+        figure[BLIND] += times[i] * p->blind / n;
         figure[BIAS] += times[i] * p->mean / n;
         figure[MEAN] += times[i] * p->absolute / n;
         figure[BRIGHT] += times[i] * p->bright / n;
@@ -317,7 +425,9 @@ static struct error *report_part(struct report *report, const struct job *job, s
         err = report_light(report, "capture_noise", of, alone(sqrt(mean.capture_noise)),
                            job->scene_mean);
     for (int f = 0; f < FIGURES && !err; f++) {
-        if (f == UNSEEN && !job->baked->cells)
+        if ((f == UNSEEN || f == BLIND) && !job->baked->cells)
+            continue;
+        if ((f == ERROR_SEEN || f == BAD_SEEN) && !job->seen)
             continue;
         err = figures[f].light
                   ? report_light(report, figures[f].name, of, estimate[f], job->scene_mean)
@@ -387,7 +497,7 @@ static struct error *report_parts(struct report *report, const struct job *job)
     for (int which = 0; which < PARTS && !err; which++) {
         const int k = which - QUARTER;
         const bool by_surface = k >= 0 && k < 4;
-        struct part part = {.point = job->point};
+        struct part part = {.point = job->point, .bad = job->settings->bad};
         if ((by_surface && !surfaces) || (which >= SEEN && !job->baked->cells))
             continue;
         err = array_create(&part.index, job->truth->points, sizeof *part.index);
@@ -408,7 +518,8 @@ static struct error *report_parts(struct report *report, const struct job *job)
 
 static struct error *fill_map(struct table *map, const struct job *job)
 {
-    static const char *const names[] = {"error", "bias", "truth", "unseen", "surface"};
+    static const char *const names[] = {"error", "error_seen", "rms",    "bias",
+                                        "truth", "unseen",     "surface"};
     enum { NAMES = sizeof names / sizeof *names };
     struct error *err = table_resize(map, job->truth->points);
     if (!err)
@@ -423,7 +534,8 @@ static struct error *fill_map(struct table *map, const struct job *job)
            3 * map->rows * sizeof(double));
     for (size_t i = 0; i < map->rows; i++) {
         const struct point *p = &job->point[i];
-        const double value[NAMES] = {sqrt(fmax(p->square, 0)), p->mean, p->truth, p->unseen,
+        const double value[NAMES] = {p->relative, p->relative_seen, sqrt(fmax(p->square, 0)),
+                                     p->mean,     p->truth,         p->unseen,
                                      p->surface};
         for (int k = 0; k < NAMES; k++)
             column_f32(table_column(map, names[k]))[i] = (float)value[k];
@@ -442,13 +554,23 @@ struct error *measure_error(struct report *report, const struct truth *truth,
                       .settings = settings,
                       .scene_mean = scene_mean(truth),
                       .basis = sphere_basis_make(baked->order, baked->convolved)};
+    double white = 0;
     struct error *err = array_create(&job.point, truth->points, sizeof *job.point);
     if (!err)
+        err = scene_white(truth, &white);
+    job.floor = MEASURE_FLOOR * white;
+    if (!err && baked_blends(baked))
+        err = seen_create(&job.seen, tracer, baked->probe_count, baked->position, baked->sh,
+                          baked->width);
+    if (!err)
         err = threads_for(settings->threads, truth->points, measure_point, &job);
+    if (!err)
+        err = report_add_number(report, "white", "all", white);
     if (!err)
         err = report_parts(report, &job);
     if (!err && map)
         err = fill_map(map, &job);
+    seen_destroy(job.seen);
     free(job.point);
     return err;
 }

@@ -1,6 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* measure: how far the light of a baked stream is from the truth, and how it changes along the way.
  *
+ * The error that a player sees is relative, because eyes are, and no point counts more than 1. Of a
+ * point it is the root of the mean over directions (sphere.h) of
+ *
+ *     min(((s - T) / max(T, floor))^2, 1),    s the stream's irradiance, not below 0, T the truth
+ *
+ * with a floor of MEASURE_FLOOR times white, the light that the exposure of pictures (display.h)
+ * shows as white where it is found from the mean irradiances of the truth's points. Its square is
+ * taken as (s - T1)(s - T2), T1 and T2 the truth's halves (truth.h), down to -1, and a mean below 0
+ * has the root of its size with the sign -: where the stream is right that is as often above 0 as
+ * below, and where it is far off the noise is small beside it, so that the mean over points holds
+ * little of the truth's noise. The floor was chosen so that bakes are ranked as by the lightness of
+ * a lit sphere (scripts/ruler; man probe-trades).
+ *
  * At each of the truth's points the error of irradiance is e(n) = E_stream(n) - E_truth(n),
  * luminance, in the 32 directions of sphere.h. With T1 and T2 the truth's halves, (s - T1)(s - T2)
  * has the expectation e^2 (truth.h): the root of its mean is the rms error, free of the truth's
@@ -29,17 +42,22 @@ struct table;
 struct tracer;
 struct truth;
 
+#define MEASURE_FLOOR 0.1 /* of white: light below counts as if it were this */
+
 struct measure_settings {
     double tolerance; /* of the mean irradiance: what is off by more is too bright, or too dark */
     double dark;      /* share of the mean irradiance below which a point is dark */
+    double bad;       /* an error above this is a bad point's */
     uint64_t seed;
     int threads;
 };
 
-/* Adds the figures of error, for all points and for their parts: inside and outside of the hull,
+/* Adds the figures of error, as it is and as it would be if each point took light from the probes
+ * that it sees alone (seen.h), for all points and for their parts: inside and outside of the hull,
  * near and far from surfaces (quarters), lit and dark, and those that take light from unseen probes
- * or do not. map: NULL, or an empty table that gets a row for each point: position, error (rms over
- * the directions), bias, truth (mean irradiance), unseen, surface (missing: none), outside. */
+ * or do not. map: NULL, or an empty table that gets a row for each point: position, error,
+ * error_seen, rms (over the directions), bias, truth (mean irradiance), unseen, surface (missing:
+ * none), outside. */
 struct error *measure_error(struct report *report, const struct truth *truth,
                             const struct baked *baked, const struct tracer *tracer,
                             const struct measure_settings *settings, struct table *map);

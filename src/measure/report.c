@@ -130,20 +130,30 @@ static void name_part(const struct report *report, const char *of, char *name, s
         snprintf(name, room, "surface %.3g .. %.3g", from, to);
 }
 
+/* "8.1 .. 9.3"; nothing where there is none. */
+static const char *interval_text(struct estimate e, double scale, char text[64])
+{
+    *text = '\0';
+    if (!isnan(e.low))
+        snprintf(text, 64, "%.3g .. %.3g", scale * e.low, scale * e.high);
+    return text;
+}
+
 static void print_part(const struct report *report, const char *of, FILE *out)
 {
-    char name[64], interval[64] = "";
-    const struct estimate rms = light(report, "rms", of);
+    char name[64], interval[64];
+    const struct estimate error = report_get(report, "error", of);
     name_part(report, of, name, sizeof name);
     fprintf(out, "%-25s%7.0f", name, value_of(report, "points", of));
     if (!(value_of(report, "points", of) > 0)) {
         fprintf(out, "\n");
         return;
     }
-    if (!isnan(rms.low))
-        snprintf(interval, sizeof interval, "%.3g .. %.3g", rms.low, rms.high);
-    print_cell(out, rms.value);
-    fprintf(out, "%19s", interval);
+    print_cell(out, 100 * error.value);
+    fprintf(out, "%16s", interval_text(error, 100, interval));
+    print_cell(out, percent(report, "bad", of));
+    print_cell(out, percent(report, "error_seen", of));
+    print_cell(out, light(report, "rms", of).value);
     static const char *const lights[] = {"bias", "mean", "p95", "p99", "worst"}, *const shares[] = {
                                                                                      "too_bright",
                                                                                      "too_dark",
@@ -198,16 +208,51 @@ static void print_change(const struct report *report, FILE *out)
     fprintf(out, "\n");
 }
 
+/* A share in percent with its interval. */
+static void print_share(const struct report *report, const char *measure, const char *before,
+                        FILE *out)
+{
+    char interval[64];
+    const struct estimate e = report_get(report, measure, "all");
+    fprintf(out, "%s%.3g %%", before, 100 * e.value);
+    if (*interval_text(e, 100, interval))
+        fprintf(out, " (%s)", interval);
+}
+
+/* The figures that say how good a bake is. */
+static void print_headline(const struct report *report, FILE *out)
+{
+    print_share(report, "error", "error: ", out);
+    print_share(report, "bad", "; bad points: ", out);
+    fprintf(out, "\n");
+    if (!isnan(value_of(report, "error_seen", "all"))) {
+        print_share(report, "error_seen", "  of the probes that each point sees: ", out);
+        print_share(report, "bad_seen", "; ", out);
+        fprintf(out, "\n");
+    }
+    if (!isnan(value_of(report, "unseen", "all"))) {
+        print_share(report, "unseen", "  weight from probes that it does not see: ", out);
+        print_share(report, "blind_points", "; blind points: ", out);
+        fprintf(out, "\n");
+    }
+}
+
 static void print_table(const struct report *report, FILE *out)
 {
+    char interval[64];
     const double mean = value_of(report, "irradiance", "all");
+    print_headline(report, out);
     fprintf(out, "irradiance in the mean: %.6g%s\n", mean,
             mean > 0 ? "; light below is in % of it"
                      : ": there is no light; light below is as it is");
     fprintf(out, "noise of the truth: %.2g in the mean, %.2g rms\n",
             light(report, "noise_mean", "all").value, light(report, "noise", "all").value);
-    fprintf(out, "rms error: %.4g, known to +- %.2g (95 %%, these points); of colours %.4g\n",
-            light(report, "rms", "all").value, 1.96 * light(report, "rms_noise", "all").value,
+    const struct estimate rms = light(report, "rms", "all");
+    fprintf(out, "rms error: %.4g", rms.value);
+    if (*interval_text(rms, 1, interval))
+        fprintf(out, " (%s)", interval);
+    fprintf(out, ", known to +- %.2g (95 %%, these points); of colours %.4g\n",
+            1.96 * light(report, "rms_noise", "all").value,
             light(report, "rms_colour", "all").value);
     const double cut_off = light(report, "cut_off", "all").value,
                  capture = light(report, "capture_noise", "all").value;
@@ -215,11 +260,12 @@ static void print_table(const struct report *report, FILE *out)
         fprintf(out, "  cut off by the order of SH: %.3g\n", cut_off);
     if (!isnan(capture))
         fprintf(out, "  noise of the capture: %.3g\n", capture);
-    fprintf(out,
-            "\n"
-            "error of irradiance (in parentheses: 95 %% for other points), and shares in %%\n");
-    fprintf(out, "%-25s%7s%9s%19s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "rms", "(rms)", "bias",
-            "mean", "95 %", "99 %", "worst", "bright", "dark", "unseen");
+    fprintf(out, "\n"
+                 "error, that of the probes that are seen, of irradiance, and shares in %% (in "
+                 "parentheses: 95 %% for other points)\n");
+    fprintf(out, "%-25s%7s%9s%16s%9s%9s%9s%9s%9s%9s%9s%9s%9s%9s%9s\n", "", "points", "error",
+            "(error)", "bad", "seen", "rms", "bias", "mean", "95 %", "99 %", "worst", "bright",
+            "dark", "unseen");
     for (size_t i = 0; i < report->count; i++)
         if (!strcmp(report->rows[i].measure, "points"))
             print_part(report, report->rows[i].of, out);

@@ -10,6 +10,7 @@
 #include "measure/report.h"
 #include "place/place.h"
 #include "place/place_inside.h"
+#include "trace/seen.h"
 #include "trace/trace.h"
 
 #include <math.h>
@@ -28,29 +29,24 @@ static void add_probe(const struct baked *baked, int32_t probe, double factor, d
         luminance[i] += factor * luminance_f32(c + 3 * i);
 }
 
-void unseen_at(const struct tracer *tracer, const struct baked *baked,
-               const struct sphere_basis *basis, const double p[3], const struct probe_place *at,
-               struct unseen *unseen)
+void unseen_of(const struct baked *baked, const struct sphere_basis *basis,
+               const struct probe_place *at, const struct seen_look *look, struct unseen *unseen)
 {
-    double visible[4], seen = 0, leak[SH_COUNT_MAX] = {0};
-    *unseen = (struct unseen){0};
+    double leak[SH_COUNT_MAX] = {0};
+    *unseen = (struct unseen){.weight = look->unseen, .blind = look->blind};
     for (int i = 0; i < 4; i++) {
         if (!(at->weight[i] > 0))
             continue;
-        visible[i] =
-            (double)trace_visibility(tracer, p, baked->position + 3 * (size_t)at->probe[i]);
-        const double brightness = baked_brightness(baked, at->probe[i]);
-        seen += at->weight[i] * visible[i];
-        unseen->weight += at->weight[i] * (1 - visible[i]);
-        unseen->light += at->weight[i] * (1 - visible[i]) * brightness;
-        unseen->bright += at->weight[i] * brightness;
+        const double bright = at->weight[i] * baked_brightness(baked, at->probe[i]);
+        unseen->light += (1 - look->visible[i]) * bright;
+        unseen->bright += bright;
     }
-    unseen->blind = !(seen > 1e-9);
     if (unseen->blind || !(unseen->weight > 0))
         return;
     for (int i = 0; i < 4; i++)
         if (at->weight[i] > 0)
-            add_probe(baked, at->probe[i], at->weight[i] * (1 - visible[i] / seen), leak);
+            add_probe(baked, at->probe[i], at->weight[i] * (1 - look->visible[i] / look->share),
+                      leak);
     sphere_irradiance(basis, leak, 1, unseen->leak);
 }
 
@@ -105,10 +101,12 @@ static struct error *look_from_cell(void *context, size_t cell, int thread)
         struct sample *s = &job->sample[cell * (size_t)job->samples + (size_t)i];
         double p[3];
         struct probe_place at = {.cell = (int32_t)cell};
+        struct seen_look look;
         struct unseen u;
         point_in_cell(job, cell, i, p);
         baked_locate(job->baked, p, &at);
-        unseen_at(job->tracer, job->baked, &job->basis, p, &at, &u);
+        seen_look(job->tracer, job->baked->position, p, &at, &look);
+        unseen_of(job->baked, &job->basis, &at, &look, &u);
         double square[SPHERE_COUNT];
         for (int d = 0; d < SPHERE_COUNT; d++)
             square[d] = u.leak[d] * u.leak[d];
@@ -235,7 +233,7 @@ static void sum_up(const struct job *job, struct unseen_cells *cells)
     cells->leaked_bias = open > 0 ? mean / open : 0;
 }
 
-/* unseen_at reads every probe of a cell. */
+/* unseen_of reads every probe of a cell. */
 static struct error *check_light(const struct baked *b)
 {
     for (size_t i = 0; i < 4 * b->mesh.cells; i++)

@@ -32,6 +32,7 @@ struct baked;
 struct error;
 struct probe_place;
 struct report;
+struct seen_look;
 struct tracer;
 
 struct unseen {
@@ -42,10 +43,10 @@ struct unseen {
     double leak[SPHERE_COUNT];
 };
 
-/* What of p's light comes from where it cannot see. basis: of the baked stream. Any thread. */
-void unseen_at(const struct tracer *tracer, const struct baked *baked,
-               const struct sphere_basis *basis, const double p[3], const struct probe_place *at,
-               struct unseen *unseen);
+/* What of a point's light comes from where it cannot see: of its place, and what it sees of that.
+ * basis: of the baked stream. Any thread. */
+void unseen_of(const struct baked *baked, const struct sphere_basis *basis,
+               const struct probe_place *at, const struct seen_look *look, struct unseen *unseen);
 
 /* Over all cells. Shares are from 0 to 1, light is luminance of irradiance. */
 struct unseen_cells {

@@ -6,6 +6,7 @@ trace_sources = \
 	%D%/lights.c %D%/lights.h \
 	%D%/parts.c %D%/parts.h \
 	%D%/path.c %D%/path.h \
+	%D%/seen.c %D%/seen.h \
 	%D%/sky.c %D%/sky.h \
 	%D%/trace.c %D%/trace.h \
 	%D%/trace_local.h
