@@ -85,9 +85,9 @@ check "counts and bytes are those of the stream" \
     and is "$(first tetrahedra whole/sweep.tsv)" sed -n 2p rows and has_lines 2 rows
 probe-error -q --tsv --points 60 --paths 2 --truth-rays 32 --leak-samples 2 \
     "$SRC/scenes/two-rooms.obj" "$stream" >alone
-rms=$(awk -F '\t' '$1 == "rms_relative" && $2 == "lit" { print $3 }' alone)
+error=$(awk -F '\t' '$1 == "error" && $2 == "lit" { print $3 }' alone)
 check "the figures are probe-error's" \
-    is "$rms" first rms_relative:lit whole/sweep.tsv and [ -n "$rms" ]
+    is "$error" first error:lit whole/sweep.tsv and [ -n "$error" ]
 for stage in place capture tet; do
     column ${stage}_cpu_s whole/sweep.tsv >seconds
     column ${stage}_peak_mb whole/sweep.tsv | paste seconds - >seconds_and_peaks
@@ -143,7 +143,7 @@ least=$(column cpu_s whole/sweep.tsv | sort -g | head -n 1)
 grep -A1 'the cheapest under 100000.00% by time' says >cheapest
 check "the cheapest under an error is the cheapest of all, if all are" \
     says cheapest " $least CPU s" and [ "$least" -ge 4 ]
-best=$(column rms_relative whole/sweep.tsv | sort -g | awk '{ printf "%.2f%%", 100 * $1; exit }')
+best=$(column error whole/sweep.tsv | sort -g | awk '{ printf "%.2f%%", 100 * $1; exit }')
 grep -A1 'the best within' says >within
 check "the best within any time and size is the best of all" is 2 grep -c ": $best" within
 $sweep --no-plots --error 0.01% --size 10 -o whole four >says 2>/dev/null

@@ -62,14 +62,16 @@ def dial_tables(sweep, rows):
         if len(series) < 2:
             continue
         print(f"\n{dial} (base: {sweep.base[dial] or 'none'})")
-        table = [("value", "CPU s", "probes", "size", *sizes, "error", "95 %", "leaked", "bias")]
+        table = [("value", "CPU s", "probes", "size", *sizes, "error", "95 %", "seen", "rms",
+                  "leaked", "bias")]
         for r in series:
-            leaked, bias = (float(r["figures"].get(name, "nan"))
-                            for name in ("leaked_rms_relative", "bias_relative"))
+            seen, rms, leaked, bias = (
+                float(r["figures"].get(name, "nan"))
+                for name in ("error_seen", "rms_relative", "leaked_rms_relative", "bias_relative"))
             table.append((r["settings"][dial] or "none", f"{r['cpu_s']:.2f}", str(r["probes"]),
                           amount(r["bytes"]), *[amount(r.get(s, math.nan)) for s in sizes],
                           f"{r['error']:.2%}", interval(r) if "error_low" in r else "-",
-                          f"{leaked:.2%}", f"{bias:+.2%}"))
+                          f"{seen:.2%}", f"{rms:.2%}", f"{leaked:.2%}", f"{bias:+.2%}"))
         print_table(table)
         least = min(r["error"] for r in series)
         enough = min((r for r in series if r["error"] <= 1.05 * least),

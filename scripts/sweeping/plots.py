@@ -71,9 +71,11 @@ def plot(sweep, rows, cost, options):
     name, axis = COSTS[cost]
     best = front(rows, cost)
     relative = "_relative" in options.measure
-    scale, unit = (100, " %") if relative else (1, "")
+    share = options.measure.split(":")[0] in ("error", "bad", "error_seen", "bad_seen", "unseen")
+    scale, unit = (100, " %") if relative or share else (1, "")
     title = f"{os.path.basename(sweep.scene)}: error against {name}"
-    measured = options.measure + (", % of the mean irradiance" if relative else "")
+    measured = options.measure + (", % of the mean irradiance" if relative else
+                                  ", %" if share else "")
     script = ["set encoding utf8", "set logscale xy", f"set title {quote(title)} noenhanced",
               f"set xlabel {quote(axis)} noenhanced", f"set ylabel {quote(measured)} noenhanced",
               *STYLE]
