@@ -345,7 +345,7 @@ static void test_many_options(void)
 {
     enum { MANY = 1000 };
     static struct option_row rows[MANY + 1];
-    static char name[MANY][16];
+    static char name[MANY][24];
     static int value[MANY];
     for (int i = 0; i < MANY; i++) {
         snprintf(name[i], sizeof name[i], "value-%04d", i);

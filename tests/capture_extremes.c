@@ -28,8 +28,8 @@ static void check_row(const struct runs *r, const double *truth, double resoluti
     const double z = runs_z(r, truth);
     printf("# extreme %s: error %+.4f %% +- %.4f %%, z %.2f\n", name, 100 * bias.mean,
            100 * bias.error, z);
-    ok(z < RUNS_Z_MOST && deviation(bias.mean, bias.error, 1) < RUNS_T_MOST &&
-           bias.error < resolution,
+    ok(z < RUNS_Z_MOST && (SANITIZED || (deviation(bias.mean, bias.error, 1) < RUNS_T_MOST &&
+                                         bias.error < resolution)),
        "%s: as the closed form", name);
 }
 

@@ -12,6 +12,7 @@ tail -n 1 table >summary
 check "every extreme is as good as comfortable numbers, or refused" [ "$status" -eq 0 ]
 check "nothing went wrong in the table itself" empty err
 check "it has its rows" says summary '^[3-9][0-9] rows, 0 failed'
+sanitized && { skip "that the table can fail is seen in the plain build"; tap_done; }
 
 # broken PROGRAM: what stands in for it among the others, from standard input
 broken() {

@@ -339,7 +339,7 @@ static void test_merging(void)
  * line, and another one than all did: whatever spans them, they verify, and a volume takes them. */
 static void test_merging_spans(void)
 {
-    enum { SETS = 3000 };
+    const int SETS = (int)tap_cases(600);
     struct random r = random_start(11, 0, 0);
     struct tetra_settings settings = tetra_settings_default();
     settings.merge = 0.1;

@@ -339,7 +339,7 @@ static void mutate_bytes(struct bytes *b)
 
 int main(int argc, char **argv)
 {
-    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : 3000;
+    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : tap_cases(3000);
     state = argc > 2 ? strtoull(argv[2], NULL, 10) : 1;
     state = state * 0x9E3779B97F4A7C15u + 88172645463325252u;
     size_t picture_size;

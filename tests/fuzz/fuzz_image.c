@@ -106,7 +106,7 @@ static size_t mutate(uint8_t *data, size_t size)
 
 int main(int argc, char **argv)
 {
-    const long mutations = argc > 1 ? atol(argv[1]) : 3000;
+    const long mutations = argc > 1 ? atol(argv[1]) : tap_cases(3000);
     state = argc > 2 ? strtoull(argv[2], NULL, 10) : 1;
     for (int i = 3; i < argc && seed_count < SEEDS_MOST; i++)
         add_file(argv[i]);

@@ -278,7 +278,7 @@ static void mutate(struct bytes *b, struct random *r)
 
 int main(int argc, char **argv)
 {
-    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : 60000;
+    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : tap_cases(60000);
     struct random r = random_start(argc > 2 ? strtoull(argv[2], NULL, 10) : 1, 0, 0);
     static struct bytes seeds[12], b;
     for (int i = 0; i < 12; i++) {

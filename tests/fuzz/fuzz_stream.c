@@ -273,7 +273,7 @@ static void mutate(struct bytes *b, struct random *r)
 
 int main(int argc, char **argv)
 {
-    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : 40000;
+    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : tap_cases(40000);
     struct random r = random_start(argc > 2 ? strtoull(argv[2], NULL, 10) : 1, 0, 0);
     static struct bytes seeds[2];
     LLVMFuzzerTestOneInput((const uint8_t *)"", 0); /* makes the directory */

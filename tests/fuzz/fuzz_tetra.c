@@ -209,7 +209,7 @@ int main(void)
         mmap(NULL, sizeof *tally, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (tally == MAP_FAILED)
         bail("no memory");
-    run_all(tally, count ? strtoull(count, NULL, 10) : 100 * POINT_SETS,
+    run_all(tally, count ? strtoull(count, NULL, 10) : tap_cases(100) * POINT_SETS,
             seed ? strtoull(seed, NULL, 10) : 1, kind ? atoi(kind) : -1);
     printf("# kind: sets, of them tetrahedra, triangles, segments, points; merged probes; "
            "stretched; sets in two orders; TetGen died at first; "
