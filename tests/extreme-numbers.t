@@ -5,13 +5,18 @@
 . "${SRC:?}/tests/support/setup.sh"
 extremes=$SRC/scripts/extremes
 
-"$extremes" --short >table 2>err
+# With sanitizers, what scale and place do to all programs; that of radiance and albedo is seen by
+# tests/capture_extremes.
+rows=
+! sanitized || rows="scaled moved grid probe needles triangle query"
+# shellcheck disable=SC2086 # a list
+"$extremes" --short $rows >table 2>err
 status=$?
 sed 's/^/# /' table
 tail -n 1 table >summary
 check "every extreme is as good as comfortable numbers, or refused" [ "$status" -eq 0 ]
 check "nothing went wrong in the table itself" empty err
-check "it has its rows" says summary '^[3-9][0-9] rows, 0 failed'
+check "it has its rows" says summary '^[2-9][0-9] rows, 0 failed'
 sanitized && { skip "that the table can fail is seen in the plain build"; tap_done; }
 
 # broken PROGRAM: what stands in for it among the others, from standard input

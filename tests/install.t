@@ -83,7 +83,7 @@ sed -n '/^## Cache variables/,/^## Output variables/p' "$BUILD/config.log" |
     grep -E '^[a-z]+_cv_[A-Za-z0-9_]+=' | grep -v '^ac_cv_env_' >configured/cache
 wanted=$PWD/wanted
 (cd configured && eval "$SRC/configure -q --cache-file=cache $("$BUILD/config.status" --config)" \
-    '--prefix="$wanted" --program-prefix=my-' >log 2>&1) ||
+    '--srcdir="$SRC" --prefix="$wanted" --program-prefix=my-' >log 2>&1) ||
     fail "configure --prefix" "$(cat configured/log)"
 targets="install-man install-includeHEADERS install-pkgconfigDATA install-dist_exampleDATA"
 make -s -C configured $targets >log 2>&1 || fail "make $targets" "$(cat log)"
