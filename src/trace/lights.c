@@ -13,7 +13,7 @@
 #define PUNCTUAL UINT32_MAX
 
 /* as a light's part */
-enum { WHOLE = UINT32_MAX };
+#define WHOLE UINT32_MAX
 
 struct light {
     uint32_t instance, triangle;
