@@ -480,7 +480,7 @@ static void test_alpha_texture(bool blend)
     struct runs runs;
     runs_take(&runs, &b, settings_of(1024, CAPTURE_ALL), at, 32);
     runs_check(&runs, truth, "%s square", blend ? "blended" : "cut-out");
-    ok(fabs(runs.sky - open) < 5 * sqrt(open * (1 - open) / (32 * 1024)),
+    ok(fabs(runs.sky - open) < 5 * sqrt(open * (1 - open) / (runs.count * 1024)),
        "%s square: the share of open sky is %.4f: %.4f", blend ? "blended" : "cut-out", open,
        runs.sky);
     bench_clear(&b);
