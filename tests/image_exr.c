@@ -34,7 +34,7 @@ static double value_at(const struct form *form, int c, int x, int y)
 static void must_exr(exr_result_t code)
 {
     if (code != EXR_ERR_SUCCESS)
-        bail(exr_get_default_error_message(code));
+        bail("%s", exr_get_default_error_message(code));
 }
 
 static void write_chunk(exr_context_t file, int part, const struct form *form,

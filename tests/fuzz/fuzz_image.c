@@ -77,7 +77,7 @@ static void add_file(const char *path)
     struct seed *s = &seeds[seed_count++];
     FILE *file = fopen(path, "rb");
     if (!file)
-        bail(path);
+        bail("%s", path);
     s->size = fread(s->data, 1, SEED_MOST, file);
     fclose(file);
 }
