@@ -10,6 +10,7 @@
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
 #include "interpolate/query.h"
+#include "scene/scene_settings.h"
 #include "stream/common_options.h"
 #include "stream/points.h"
 #include "stream/stream.h"
@@ -38,10 +39,11 @@ static struct error *open_sight(struct sight *sight, struct interpolate *in,
                                 const struct arguments *a, struct warnings *warnings)
 {
     struct stage *stage = &sight->stage;
+    struct scene_settings given = scene_settings_default();
     if (!in->stream)
         return error_new("a packed file does not say how its scene is read: --visible rays needs "
                          "a stream");
-    struct error *err = stage_init(stage, a->scene, &in->stream->header, warnings);
+    struct error *err = stage_init(stage, a->scene, &in->stream->header, &given, warnings);
     if (!err && stage->other)
         err = error_new("%s: this is not the scene that the probes were captured in (its key is "
                         "%s, theirs %s)",
