@@ -241,7 +241,8 @@ static struct error *open_baked(struct baked *baked, const struct stream *stream
                                 const struct arguments *a, const char *input,
                                 struct warnings *warnings)
 {
-    const struct interpolate_settings settings = interpolate_options_settings(&a->how, "sh");
+    struct interpolate_settings settings = interpolate_options_settings(&a->how, "sh");
+    settings.outside |= interpolate_visible_flags(a->visible);
     struct error *err = baked_open(baked, stream, &settings);
     if (!err)
         err = check_cells(a, baked, warnings);

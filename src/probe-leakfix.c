@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* probe-leakfix: finds edges of the tetrahedra that pass through walls, and puts probes on both
- * sides of the wall. */
+/* probe-leakfix: keeps light from going through walls: by what the points of each cell see of its
+ * probes, or by more probes on both sides of the wall. */
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
@@ -60,17 +60,23 @@ static struct error *capture_new(struct stream *stream, struct stage *stage, siz
 
 int main(int argc, char **argv)
 {
+    int no_sight = 0;
     struct leak_mend_job job = {
         .settings = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN},
-        .rounds = 4,
         .probes_most = 1e6};
     const struct option_row rows[] = {
+        {.name = "no-sight",
+         .kind = OPTION_SET,
+         .value = OPTION_ENUM(no_sight),
+         .count = 1,
+         .help = "cells do not keep which of their probes their points see"},
         {.name = "rounds",
          .argument = "N",
          .kind = OPTION_INTEGER,
          .value = &job.rounds,
          .most = 1000,
-         .help = "mend at most N times; 0 only counts, and marks the cells"},
+         .help = "where edges go through walls, put more probes on both sides, at most N\n"
+                 "times"},
         {.name = "graze",
          .argument = "COS",
          .kind = OPTION_REAL,
@@ -120,10 +126,9 @@ int main(int argc, char **argv)
         .name = "probe-leakfix",
         .usage = "[OPTION]... SCENE [STREAM]",
         .summary =
-            "Finds edges of the tetrahedra in STREAM (standard input) that pass through walls of "
-            "SCENE,\n"
-            "puts a probe on each side of the wall, captures it as the others were, and makes the\n"
-            "tetrahedra again, until no edge leaks.",
+            "Keeps the light of the tetrahedra in STREAM (standard input) from going through walls "
+            "of\n"
+            "SCENE: what blends their probes takes none of those that a point does not see.",
         .operands_least = 1,
         .operands_most = 2};
     struct warnings warnings = {0};
@@ -152,6 +157,7 @@ int main(int argc, char **argv)
     if (!err) {
         before = stream_table(stream, "probe")->rows;
         job.tracer = stage.tracer;
+        job.sight = !no_sight;
         job.settings.threads = common.threads;
         job.program = common.quiet ? NULL : program.name;
         err = leak_mend(stream, &job, &warnings);

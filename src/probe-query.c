@@ -56,7 +56,8 @@ static struct error *open_sight(struct sight *sight, struct interpolate *in,
 static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path,
                                 const struct arguments *a)
 {
-    const struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
+    struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
+    settings.outside |= interpolate_visible_flags(a->visible);
     if (interpolate_is_packed(path))
         return interpolate_open_packed(in, path, &settings);
     struct error *err = stream_read(stream, path);

@@ -36,7 +36,7 @@ bare="env -i LC_ALL=C TMPDIR=$PWD PATH=$PWD/$bin:/usr/bin:/bin"
 cat >bake.sh <<'SH'
 probe-place grid -q --count 200 "$1" | probe-capture -q --rays 32 --emit front "$1" |
     probe-tet -q >cells.probe
-probe-leakfix -q "$1" cells.probe >baked.probe
+probe-leakfix -q --rounds 4 "$1" cells.probe >baked.probe
 SH
 $bare sh bake.sh "$scene"
 mv baked.probe by-installed
@@ -70,11 +70,11 @@ for names in 's/^/my-/' 's/$/-2/' 's/^probe/light/' 's/^/leak-/;s/$/.bin/'; do
     mkdir named
     cp "$BUILD/src/probe-tet" "$tet"
     cp "$BUILD/src/probe-leakfix" "$leakfix"
-    env -i PATH=/nowhere "$leakfix" -q "$scene" cells.probe >fixed
+    env -i PATH=/nowhere "$leakfix" -q --rounds 4 "$scene" cells.probe >fixed
     check "names by $names: leakfix makes cells" test -s fixed and cmp fixed by-installed
 done
 rm -f "$tet"
-refused 1 "probe-tet: No such file" env -i PATH=/nowhere "$leakfix" -q "$scene" cells.probe
+refused 1 "probe-tet: No such file" env -i PATH=/nowhere "$leakfix" -q --rounds 4 "$scene" cells.probe
 
 # -- --prefix --------------------------------------------------------------------------------------
 # A configuration of its own, with the answers of the build's: nothing is compiled.

@@ -109,7 +109,7 @@ for part in all inside-hull lit; do
 done
 
 # -- leakfix is seen -------------------------------------------------------------------------------
-probe-leakfix -q "$rooms" cells.probe >fixed.probe
+probe-leakfix -q --rounds 4 "$rooms" cells.probe >fixed.probe
 measure fixed.probe >fixed
 holds "leakfix leaves less unseen weight, and less light leaks" '$3 < $1 / 3 && $4 < $2 / 2' \
     $(figures all cells leak_volume leaked_rms) $(figures all fixed leak_volume leaked_rms)

@@ -26,7 +26,7 @@ all_lit() {
 
 # -- a grid of probes and a wall -------------------------------------------------------------------
 placed 32 >cells.probe
-probe-leakfix "$rooms" cells.probe >baked.probe 2>said
+probe-leakfix --rounds 4 "$rooms" cells.probe >baked.probe 2>said
 count_leaks said
 check "leaking edges: $before before, $after after" \
     [ "$before" -gt 10 ] and [ "$after" -lt $((before / 10)) ]
@@ -35,7 +35,7 @@ check "every probe has light" all_lit baked.probe
 probe-cat --text baked.probe >baked.text
 check "the cells' edges are marked" says baked.text '^table tet .*occlusion:i32:6'
 for threads in 1 2 4; do
-    probe-leakfix -q --threads $threads "$rooms" cells.probe >threads$threads.probe
+    probe-leakfix --rounds 4 -q --threads $threads "$rooms" cells.probe >threads$threads.probe
 done
 check "1, 2 and 4 threads give the same bytes" \
     cmp threads1.probe threads2.probe and cmp threads1.probe threads4.probe \
@@ -56,7 +56,7 @@ check "new probes are captured as the others were" cmp anew.rows baked.rows and 
 # scene.
 probe-cat --tables probe --columns position cells.probe |
     probe-capture --again -q --rays 32 --bounces 4 --decimate .6 "$rooms" | probe-tet >few.probe
-probe-leakfix "$rooms" few.probe >fewer.probe 2>err
+probe-leakfix --rounds 4 "$rooms" few.probe >fewer.probe 2>err
 grep edges said >wanted
 grep edges err >got
 check "leaks are those of the whole scene" cmp got wanted and test -s wanted
@@ -72,17 +72,37 @@ light_behind() { probe-query -q "$1" behind.txt | awk '{ sum += $1 } END { print
 { light_behind cells.probe; light_behind baked.probe; } | paste -s -d ' ' - >leaky_and_mended
 check "less light comes through the wall" every 'NF == 2 && $2 < 0.7 * $1' leaky_and_mended
 
+# -- sight -----------------------------------------------------------------------------------------
+# The same wall without a probe more: what blends the cells goes by what points see.
+probe-leakfix "$rooms" cells.probe >seen.probe 2>said
+check "how many cells have walls in them is said" says said 'of [0-9]* cells have walls in them'
+probe-cat --text seen.probe >seen.text
+check "cells keep what their points see" says seen.text '^table tet .*sight:f32:12 stand_in:i32:1'
+for threads in 1 2 4; do
+    probe-leakfix -q --threads $threads "$rooms" cells.probe >threads$threads.probe
+done
+check "1, 2 and 4 threads give the same bytes" \
+    cmp threads1.probe threads2.probe and cmp threads1.probe threads4.probe \
+    and test -s threads1.probe
+{ light_behind cells.probe; light_behind seen.probe; } | paste -s -d ' ' - >leaky_and_seen
+check "less light comes through the wall" every 'NF == 2 && $2 < 0.7 * $1' leaky_and_seen
+probe-tet -q seen.probe | probe-cat --text >anew.text
+check "cells that are made anew have none" says anew.text '^table tet' and lacks anew.text 'sight:f32'
+
 # -- options, and what is said ---------------------------------------------------------------------
-probe-leakfix --rounds 0 "$rooms" cells.probe >counted.probe 2>err
+probe-leakfix "$rooms" cells.probe >seen.probe 2>err
 rows=$(row_count probe cells.probe)
-check "--rounds 0 only counts" \
-    [ "$rows" -gt 0 ] and [ "$(row_count probe counted.probe)" = "$rows" ]
+check "no probe goes in that was not asked for" \
+    [ "$rows" -gt 0 ] and [ "$(row_count probe seen.probe)" = "$rows" ]
+probe-leakfix -q --no-sight "$rooms" seen.probe | probe-cat --text >counted.text
+check "--no-sight only counts and marks, and forgets what was seen" \
+    says counted.text '^table tet .*occlusion:i32:6' and lacks counted.text 'sight:f32'
 probe-leakfix -q "$rooms" cells.probe 2>err >/dev/null
 check "--quiet says nothing" empty err
-probe-leakfix --max-probes 105 "$rooms" cells.probe >limited.probe 2>err
+probe-leakfix --rounds 4 --max-probes 105 "$rooms" cells.probe >limited.probe 2>err
 check "--max-probes stops it, and says so" says err 'max-probes'
 probe-place grid -q --count 120 "$rooms" | probe-tet >dark.probe
-probe-leakfix "$rooms" dark.probe >fixed.probe 2>err
+probe-leakfix --rounds 4 "$rooms" dark.probe >fixed.probe 2>err
 check "probes without light get none, with a note" says err 'run probe-capture'
 probe-leakfix --rounds 1 "$SRC/scenes/cornell-box.obj" cells.probe 2>err >/dev/null
 check "another scene is warned about" says err 'not the scene'
@@ -92,7 +112,7 @@ probe-place grid -q --count 20 "$rooms" >loose.probe
 refused 1 "run probe-tet" probe-leakfix "$rooms" <loose.probe
 mkdir alone
 cp "$BUILD/src/probe-leakfix" alone/
-refused 1 "probe-tet" env PATH=/nowhere alone/probe-leakfix -q "$rooms" cells.probe
+refused 1 "probe-tet" env PATH=/nowhere alone/probe-leakfix --rounds 4 -q "$rooms" cells.probe
 refused 1 "expected a probe stream, got nothing" probe-leakfix "$rooms" </dev/null
 head -c 3000 cells.probe >cut.probe
 refused 1 "cut.probe" probe-leakfix "$rooms" cut.probe
@@ -124,7 +144,7 @@ FLAT
     probe-leakfix --rounds 0 "$rooms" $name.probe 2>said | probe-cat --text >marked.text
     check "$name: --rounds 0 marks the edges" \
         says marked.text "^table $table .*occlusion:i32:$edges"
-    probe-leakfix "$rooms" $name.probe >mended.probe 2>said
+    probe-leakfix --rounds 4 "$rooms" $name.probe >mended.probe 2>said
     count_leaks said
     check "$name: leaking edges: $before before, $after after" \
         [ "$before" -gt 0 ] and [ "$after" -lt "$before" ]
@@ -137,7 +157,7 @@ FLAT
         every 'NF == 2 && $1 > 2 * $2 && $2 > 0' light
 done
 captured one >one.probe
-probe-leakfix "$rooms" one.probe 2>said >mended.probe
+probe-leakfix --rounds 4 "$rooms" one.probe 2>said >mended.probe
 check "one probe: there is nothing to look along" \
     says said '0 of 0 edges leak' and same_stream one.probe mended.probe
 tap_done

@@ -149,7 +149,7 @@ walls=$SRC/scenes/coloured-walls.gltf
 probe-tet turned.probe >dented.probe
 probe-place grid -q --count 400 "$walls" |
     probe-capture -q --order 1 --columns none --rays 16 "$walls" |
-    probe-tet -q | probe-leakfix -q "$walls" >mended.probe
+    probe-tet -q | probe-leakfix -q --rounds 4 "$walls" >mended.probe
 outside() { # outside WHAT STREAM HOW: what is said of a point outside
     echo "99 0 0" | probe-query --outside "$1" "$2" >light 2>err
     check "outside of $2, $1: $3" says err "$3\$" and test -s light

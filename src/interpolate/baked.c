@@ -50,9 +50,13 @@ static struct error *open_cells(struct baked *b, const struct stream *stream)
     b->cells = b->in->volume;
     if (!cells_exist(stream))
         return NULL;
+    const unsigned flags = b->in->settings.outside;
     struct error *err = cells_volume_mesh(stream, &b->mesh);
-    return err || b->cells ? err
-                           : cells_volume_create(&b->mesh, b->in->settings.outside, &b->cells);
+    if (!err && !b->cells)
+        err = cells_volume_open(stream, &b->mesh, flags, &b->cells);
+    if (!err && probe_volume_sees(b->cells))
+        err = cells_volume_create(&b->mesh, flags, &b->blind_cells);
+    return err;
 }
 
 struct error *baked_open(struct baked *b, const struct stream *stream,
@@ -74,6 +78,7 @@ void baked_close(struct baked *b)
 {
     if (b->in && b->cells != b->in->volume)
         probe_volume_destroy(b->cells);
+    probe_volume_destroy(b->blind_cells);
     interpolate_close(b->in);
     *b = (struct baked){0};
 }
@@ -96,16 +101,24 @@ struct error *baked_complete(const struct baked *b)
 void baked_locate_cell(const struct baked *b, const double p[3], struct probe_place *place)
 {
     if (b->cells)
-        probe_volume_locate(b->cells, p, place);
+        probe_volume_locate(b->blind_cells ? b->blind_cells : b->cells, p, place);
     else
         interpolate_find(b->in, p, place); /* without cells there is no sight */
 }
 
 void baked_locate(const struct baked *b, const double p[3], struct probe_place *place)
 {
-    baked_locate_cell(b, p, place);
+    if (b->cells && !b->in->sight.see)
+        probe_volume_locate(b->cells, p, place);
+    else
+        baked_locate_cell(b, p, place);
     if (b->cells && b->in->sight.see)
         b->in->sight.see(b->in->sight.own, p, place);
+}
+
+bool baked_sees(const struct baked *b)
+{
+    return b->cells && (b->blind_cells || b->in->sight.see);
 }
 
 bool baked_blends(const struct baked *b)

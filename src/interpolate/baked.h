@@ -33,6 +33,8 @@ struct baked {
     struct probe_mesh mesh; /* the stream's cells; corners 0: there are none */
     /* of the mesh; owned where the interpolation has none of its own */
     struct probe_volume *cells;
+    /* the same without the sight that the stream's cells keep; owned; NULL: they keep none */
+    struct probe_volume *blind_cells;
     size_t probe_count;
     const double *position; /* 3 a probe; this and what follows is borrowed from the stream */
     const float *sh;        /* width values a probe */
@@ -57,8 +59,11 @@ void baked_close(struct baked *baked);
 struct error *baked_complete(const struct baked *baked);
 
 /* The place of a point (finite). place->cell: where to look first, or PROBE_COLD. Without cells all
- * weights are 0. Where baked->in has a sight, weights are of what is seen. */
+ * weights are 0. Where cells or baked->in have a sight, weights are of what is seen. */
 void baked_locate(const struct baked *baked, const double p[3], struct probe_place *place);
+
+/* Whether places have the weights of what is seen. */
+bool baked_sees(const struct baked *baked);
 
 /* The same, whatever is seen: of the cell. */
 void baked_locate_cell(const struct baked *baked, const double p[3], struct probe_place *place);

@@ -34,6 +34,25 @@ struct error *cells_volume_create(const struct probe_mesh *mesh, unsigned flags,
     return cells_volume_error(status, row);
 }
 
+struct error *cells_volume_open(const struct stream *stream, const struct probe_mesh *mesh,
+                                unsigned flags, struct probe_volume **volume)
+{
+    size_t row;
+    struct cells cells;
+    struct error *err = cells_volume_create(mesh, flags, volume);
+    if (err || flags & PROBE_SEE_ALL)
+        return err;
+    err = cells_find(stream, &cells);
+    if (!err)
+        err = cells_volume_error(probe_volume_set_sight(*volume, cells.sight, cells.stand_in, &row),
+                                 row);
+    if (err) {
+        probe_volume_destroy(*volume);
+        *volume = NULL;
+    }
+    return err;
+}
+
 struct error *cells_volume_error(enum probe_status status, size_t row)
 {
     switch (status) {
@@ -42,7 +61,8 @@ struct error *cells_volume_error(enum probe_status status, size_t row)
     case PROBE_BAD_POSITION: return error_new("probe %zu: expected a finite position", row);
     case PROBE_BAD_VERTEX:
     case PROBE_BAD_NEIGHBOUR:
-    case PROBE_BAD_SHAPE: return error_new("cell %zu: %s", row, probe_status_text(status));
+    case PROBE_BAD_SHAPE:
+    case PROBE_BAD_SIGHT: return error_new("cell %zu: %s", row, probe_status_text(status));
     default: return error_new("%s", probe_status_text(status));
     }
 }

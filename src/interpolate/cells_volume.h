@@ -21,6 +21,11 @@ struct error *cells_volume_mesh(const struct stream *stream, struct probe_mesh *
 struct error *cells_volume_create(const struct probe_mesh *mesh, unsigned flags,
                                   struct probe_volume **volume);
 
+/* The same of a stream's mesh, blended by the sight that the stream's cells keep, if they do.
+ * flags: PROBE_SEE_ALL, too: whatever they keep. */
+struct error *cells_volume_open(const struct stream *stream, const struct probe_mesh *mesh,
+                                unsigned flags, struct probe_volume **volume);
+
 /* The error of a status; row: where. NULL for PROBE_OK. */
 struct error *cells_volume_error(enum probe_status status, size_t row);
 

@@ -118,7 +118,7 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
     if (kind->needs_gradients)
         err = open_gradient(in, stream);
     if (!err && kind->needs_cells)
-        err = cells_volume_create(mesh, in->settings.outside, &in->volume);
+        err = cells_volume_open(stream, mesh, in->settings.outside, &in->volume);
     if (!err && kind->open)
         err = kind->open(in, stream_table(stream, "probe")->rows);
     return err;

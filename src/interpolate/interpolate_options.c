@@ -70,15 +70,24 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
 
 struct option_row interpolate_visible_row(enum interpolate_visible *visible)
 {
-    static const char *const choices[] = {
-        [INTERPOLATE_VISIBLE_ALL] = "all", [INTERPOLATE_VISIBLE_RAYS] = "rays", NULL};
-    return (struct option_row){.name = "visible",
-                               .argument = "WHICH",
-                               .kind = OPTION_CHOICE,
-                               .choices = choices,
-                               .value = OPTION_ENUM(*visible),
-                               .help = "light is taken from all probes of a cell, or from those "
-                                       "that the point\nsees, by a ray to each (rays)"};
+    static const char *const choices[] = {[INTERPOLATE_VISIBLE_KEPT] = "kept",
+                                          [INTERPOLATE_VISIBLE_ALL] = "all",
+                                          [INTERPOLATE_VISIBLE_RAYS] = "rays",
+                                          NULL};
+    return (struct option_row){
+        .name = "visible",
+        .argument = "WHICH",
+        .kind = OPTION_CHOICE,
+        .choices = choices,
+        .value = OPTION_ENUM(*visible),
+        .help = "light is taken from the probes of a cell that the point sees by what\n"
+                "the cell keeps of it (kept: see probe-leakfix), from all of\n"
+                "them, or from those that it sees, by a ray to each (rays)"};
+}
+
+unsigned interpolate_visible_flags(enum interpolate_visible visible)
+{
+    return visible == INTERPOLATE_VISIBLE_KEPT ? 0 : PROBE_SEE_ALL;
 }
 
 struct error *interpolate_options_check(const struct interpolate_options *o)

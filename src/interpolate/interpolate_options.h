@@ -29,12 +29,16 @@ enum { INTERPOLATE_OPTIONS_ROWS = 5 };
 
 /* Which of the probes around a point light is taken from. */
 enum interpolate_visible {
-    INTERPOLATE_VISIBLE_ALL,
+    INTERPOLATE_VISIBLE_KEPT, /* what the cells keep of what their points see; where nothing, all */
+    INTERPOLATE_VISIBLE_ALL,  /* of a cell */
     INTERPOLATE_VISIBLE_RAYS, /* those that it sees, by rays in the scene (trace/seen.h) */
 };
 
 /* --visible. */
 struct option_row interpolate_visible_row(enum interpolate_visible *visible);
+
+/* What a volume is asked for, beside its settings' outside (probe-query.h). */
+unsigned interpolate_visible_flags(enum interpolate_visible visible);
 
 /* Fills rows with --interpolate, --radius, --falloff and --outside, and returns them. */
 const struct option_row *interpolate_options_rows(struct interpolate_options *options,

@@ -16,6 +16,8 @@
 #ifndef LEAK_H
 #define LEAK_H
 
+#include "math/vec.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -30,6 +32,11 @@ struct leak_mesh {
     size_t cell_count;
     const int32_t *vertex; /* `corners` a cell */
 };
+
+static inline struct vec3 leak_mesh_probe(const struct leak_mesh *mesh, int32_t probe)
+{
+    return vec3_load(mesh->position + 3 * (size_t)probe);
+}
 
 struct leak_settings {
     /* least |cos| between ray and surface normal for a surface to count as a wall to mend */

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "leak/cells_make.h"
+#include "leak/sight.h"
 #include "place/place.h"
 #include "place/place_inside.h"
 #include "stream/cells.h"
@@ -86,6 +87,46 @@ static struct error *store_occlusion(struct stream *stream, const struct leaks *
     return err;
 }
 
+static struct error *store_sight(struct stream *stream, const struct leak_mend_job *job)
+{
+    struct cells cells;
+    struct leak_mesh mesh;
+    struct sights sights = {0};
+    struct column *sight = NULL, *stand_in = NULL;
+    struct error *err = leak_mesh_of(stream, &mesh);
+    if (!err)
+        err = cells_find(stream, &cells);
+    const size_t width = err ? 0 : (size_t)(cells.corners * (cells.corners - 1));
+    if (!width) /* a single probe is seen from everywhere */
+        return err;
+    err = sight_find(&sights, job->tracer, &mesh, job->settings.threads);
+    if (!err)
+        err = table_add_column(cells.table, "sight", COLUMN_F32, width, &sight);
+    if (!err)
+        err = table_add_column(cells.table, "stand_in", COLUMN_I32, 1, &stand_in);
+    if (!err) {
+        memcpy(column_f32(table_column(cells.table, "sight")), sights.sight,
+               width * mesh.cell_count * sizeof *sights.sight);
+        memcpy(column_i32(stand_in), sights.stand_in, mesh.cell_count * sizeof *sights.stand_in);
+    }
+    if (!err && job->program)
+        fprintf(stderr, "%s: sight: %zu of %zu cells have walls in them, %zu a stand-in\n",
+                job->program, sights.walled, mesh.cell_count, sights.stood_in);
+    sights_clear(&sights);
+    return err;
+}
+
+static struct error *drop_sight(struct stream *stream)
+{
+    struct cells cells;
+    struct error *err = cells_find(stream, &cells);
+    if (!err) {
+        table_remove_column(cells.table, "sight");
+        table_remove_column(cells.table, "stand_in");
+    }
+    return err;
+}
+
 static void say(const char *program, const char *when, const struct leaks *leaks,
                 const struct stream *stream)
 {
@@ -104,7 +145,9 @@ struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
     struct leaks leaks = {0};
     struct leak_settings settings = job->settings;
     const double separation_least = 2 * settings.offset;
-    struct error *err = find(&leaks, job->tracer, &settings, stream);
+    struct error *err = drop_sight(stream);
+    if (!err)
+        err = find(&leaks, job->tracer, &settings, stream);
     if (!err)
         say(job->program, "before", &leaks, stream);
     for (int64_t round = 0; !err && leaks.leaking && round < job->rounds; round++) {
@@ -123,10 +166,12 @@ struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
         if (!err)
             err = find(&leaks, job->tracer, &settings, stream);
     }
-    if (!err)
+    if (!err && job->rounds)
         say(job->program, "after", &leaks, stream);
     if (!err)
         err = store_occlusion(stream, &leaks);
+    if (!err && job->sight)
+        err = store_sight(stream, job);
     leaks_clear(&leaks);
     return err;
 }

@@ -3,4 +3,8 @@
 leak_sources = \
 	%D%/cells_make.c %D%/cells_make.h \
 	%D%/leak.c %D%/leak.h \
-	%D%/leak_mend.c %D%/leak_mend.h
+	%D%/leak_mend.c %D%/leak_mend.h \
+	%D%/sight.c %D%/sight.h \
+	%D%/sight_fit.c %D%/sight_fit.h \
+	%D%/stand_in.c %D%/stand_in.h \
+	%D%/stars.c %D%/stars.h

@@ -54,7 +54,8 @@ enum probe_status {
     PROBE_BAD_SHAPE,    /* row: of a cell that is flat or inside out */
     PROBE_BAD_POINT,    /* a point that is not finite */
     PROBE_NOT_AN_IMAGE, /* it does not start as a packed file does, or is of a later version */
-    PROBE_BAD_IMAGE     /* it is cut short, or its checksum or counts are wrong */
+    PROBE_BAD_IMAGE,    /* it is cut short, or its checksum or counts are wrong */
+    PROBE_BAD_SIGHT     /* row: of a cell whose sight is not finite, or stand-in no probe */
 };
 
 /* In English, without a full stop. */
@@ -86,7 +87,9 @@ enum {
      * where the hull has some, light goes on along rays in cells to infinity, if these leave the
      * hull well. Or always as is said here: */
     PROBE_NEAREST = 2,
-    PROBE_EXTEND = 4 /* where it can: see probe_volume_extends */
+    PROBE_EXTEND = 4, /* where it can: see probe_volume_extends */
+    /* all probes of a cell are blended, whatever sight a packed file holds */
+    PROBE_SEE_ALL = 8
 };
 
 /* Makes a volume of arrays. Keeps the pointers to vertex and neighbour (with PROBE_LEAN, and where
@@ -101,6 +104,17 @@ enum probe_status probe_volume_create(struct probe_volume **volume, const struct
  * used. Checks everything, as above. */
 enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size,
                                     unsigned flags, size_t *row);
+
+/* Has a volume of probe_volume_create blend by what points see, as packed files that hold it do.
+ * sight: corners * (corners - 1) a cell, of each corner towards each other one, column sight of a
+ * stream; stand_in: a probe a cell, or -1, column stand_in. Both are copied. sight NULL: no more.
+ * PROBE_BAD_SIGHT: *row (if not NULL) says where, and the volume blends all probes. While it is
+ * called, nobody else may use the volume. */
+enum probe_status probe_volume_set_sight(struct probe_volume *volume, const float *sight,
+                                         const int32_t *stand_in, size_t *row);
+
+/* Whether places have the weights of what their points see. */
+int probe_volume_sees(const struct probe_volume *volume);
 
 void probe_volume_destroy(struct probe_volume *volume); /* NULL is legal */
 
@@ -125,10 +139,12 @@ struct probe_place {
     /* in: where to start to look; out: the cell that holds the point, or the cell of the hull next
      * to it */
     int32_t cell;
-    int32_t probe[4]; /* its probes */
-    double weight[4]; /* each >= 0, sum 1; 0 for corners that there are not */
-    int inside;       /* of the hull */
-    double distance;  /* from the hull's nearest point, scene units; 0 inside */
+    int32_t probe[4]; /* its probes; with sight, one of them may be the cell's stand-in */
+    /* each >= 0, sum 1; 0 for corners that there are not. With sight, those that the point does not
+     * see have none to speak of */
+    double weight[4];
+    int inside;      /* of the hull */
+    double distance; /* from the hull's nearest point, scene units; 0 inside */
 };
 
 /* Finds the place of a point. Always ends; starting near is fast, starting anywhere is right.

@@ -74,6 +74,7 @@ const char *probe_status_text(enum probe_status status)
     case PROBE_BAD_POINT: return "a point is not finite";
     case PROBE_NOT_AN_IMAGE: return "this is not a packed file of a version that is known";
     case PROBE_BAD_IMAGE: return "the packed file is damaged";
+    case PROBE_BAD_SIGHT: return "sight is not finite, or the stand-in no probe";
     }
     return "an unknown status";
 }

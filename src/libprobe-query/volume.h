@@ -6,6 +6,7 @@
  *     volume.c         what all parts ask a volume and its cells
  *     volume_outer.c   places outside the hull
  *     volume_walk.c    the cell around a point
+ *     volume_sight.c   which of its probes the point sees
  *     volume_make.c    made and checked: the cells, their matrices, the hull
  *     volume_blend.c   weights and SH to light
  *     volume_image.c   packed files
@@ -94,6 +95,12 @@ struct probe_volume {
     bool turned;
     /* with rays: boxes over the images of the hull's facets (volume_outer.c) */
     struct volume_tree image_tree;
+    /* sight_width halves a cell, by the caller's numbers: inverse depths (sight.h);
+     * NULL: every probe is seen */
+    const uint16_t *sight;
+    const void *stand_in; /* a probe a cell, or -1; with sight */
+    int stand_in_bytes;
+    void *sight_owned;
     struct probe_image_facts image;
     const void *light; /* of an image */
     float light_scale;
@@ -183,6 +190,14 @@ extern const int volume_facet_corner[4][3];
  * direction, and how far it is (scene units) returned; else 0. */
 double volume_coordinates(const struct probe_volume *v, const double point[3],
                           double coordinates[3]);
+
+/* -- sight (volume_sight.c) ------------------------------------------------------------------- */
+
+/* Whether sight and stand_in are what they may be; true where there are none. */
+enum probe_status volume_check_sight(const struct probe_volume *v, size_t *row);
+
+/* Takes weight from the corners that a place's point does not see. */
+void volume_see(const struct probe_volume *v, struct probe_place *place);
 
 /* -- outside (volume_outer.c) ----------------------------------------------------------------- */
 

@@ -4,6 +4,7 @@
  *
  * Based on: Collet, XXH3, https://xxhash.com: the checksum.
  */
+#include "sight.h"
 #include "volume.h"
 
 #include <math.h>
@@ -18,7 +19,7 @@ struct image_header {
     char magic[8];
     uint64_t checksum; /* XXH3-64 of all that follows it */
     uint32_t version;
-    uint8_t corners, order, convolved, packing, vertex_bytes, neighbour_bytes, nothing[6];
+    uint8_t corners, order, convolved, packing, vertex_bytes, neighbour_bytes, sight, nothing[5];
     uint64_t probes, cells;
     double step, origin[3]; /* position = origin + step * site */
     float light_scale;      /* coefficient = light_scale * what is stored */
@@ -32,7 +33,7 @@ static const char image_magic[8] = {'p', 'r', 'o', 'b', 'e', 'p', 'a', 'k'};
 
 /* Where the parts of an image lie. */
 struct layout {
-    size_t site, light, vertex, neighbour, size;
+    size_t site, light, vertex, neighbour, sight, stand_in, size;
 };
 
 static size_t align(size_t at)
@@ -51,7 +52,10 @@ static struct layout lay_out(const struct image_header *h)
     at.light = align(at.site + h->probes * 3 * sizeof(double));
     at.vertex = align(at.light + h->probes * width_of(h) * (h->packing == PROBE_PACK_HALF ? 2 : 4));
     at.neighbour = align(at.vertex + h->cells * h->corners * h->vertex_bytes);
-    at.size = align(at.neighbour + h->cells * h->corners * h->neighbour_bytes);
+    at.sight = align(at.neighbour + h->cells * h->corners * h->neighbour_bytes);
+    const uint64_t walled = h->sight ? h->cells : 0;
+    at.stand_in = align(at.sight + walled * (uint64_t)sight_width(h->corners) * 2);
+    at.size = align(at.stand_in + walled * h->vertex_bytes);
     return at;
 }
 
@@ -107,7 +111,7 @@ static enum probe_status check_header(const struct image_header *h, const void *
     if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION)
         return PROBE_NOT_AN_IMAGE;
     const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 &&
-                      h->packing <= PROBE_PACK_HALF &&
+                      h->packing <= PROBE_PACK_HALF && h->sight <= 1 &&
                       (h->vertex_bytes == 2 || h->vertex_bytes == 4) &&
                       (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
                       h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) &&
@@ -130,7 +134,7 @@ static enum probe_status check_numbers(const struct probe_volume *v, size_t *row
     const size_t n = v->probes * (size_t)(3 * v->image.order * v->image.order);
     const bool half = v->image.packing == PROBE_PACK_HALF;
     for (size_t i = 0; i < n; i++)
-        if (half ? (((const uint16_t *)v->light)[i] & 0x7c00) == 0x7c00
+        if (half ? !half_finite(((const uint16_t *)v->light)[i])
                  : !isfinite(((const float *)v->light)[i]))
             return PROBE_BAD_IMAGE;
     return PROBE_OK;
@@ -170,6 +174,11 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
         .neighbour = bytes + at.neighbour,
         .vertex_bytes = h.vertex_bytes,
         .neighbour_bytes = h.neighbour_bytes,
+        .sight = h.sight && !(flags & PROBE_SEE_ALL)
+                     ? (const uint16_t *)(const void *)(bytes + at.sight)
+                     : NULL,
+        .stand_in = h.sight ? bytes + at.stand_in : NULL,
+        .stand_in_bytes = h.vertex_bytes,
         .light = bytes + at.light,
         .light_scale = h.light_scale};
     v->image = (struct probe_image_facts){
@@ -180,9 +189,13 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
         .neighbour_bytes = h.neighbour_bytes,
         .bytes_per_probe = 3 * sizeof(double) +
                            width_of(&h) * (h.packing == PROBE_PACK_HALF ? 2 : 4),
-        .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes),
+        .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes) +
+                          (h.sight ? (size_t)sight_width(h.corners) * 2 + h.vertex_bytes : 0),
         .bytes = size};
-    return volume_finish(v, check_numbers(v, row), row, volume);
+    status = check_numbers(v, row);
+    if (!status)
+        status = volume_check_sight(v, row);
+    return volume_finish(v, status, row, volume);
 }
 
 struct probe_image_facts probe_volume_image(const struct probe_volume *v)
@@ -191,22 +204,6 @@ struct probe_image_facts probe_volume_image(const struct probe_volume *v)
 }
 
 /* -- packing ---------------------------------------------------------------------------------- */
-
-/* The half nearest to x (|x| < 65536), to even; the largest half for what is beyond it. */
-static uint16_t half_of(float x)
-{
-    uint32_t bits;
-    const float size = fabsf(x);
-    /* a half's exponent: what falls below a float's least normal is rounded as a subnormal half's
-     * is */
-    float scaled = size * 0x1p-112f;
-    memcpy(&bits, &scaled, sizeof bits);
-    bits = (bits + 0xfff + (bits >> 13 & 1)) >> 13;
-    if (size < 0x1p-14f)
-        bits = (uint32_t)nearbyintf(size * 0x1p24f);
-    bits = bits > 0x7bff ? 0x7bff : bits;
-    return (uint16_t)(bits | (signbit(x) ? 0x8000u : 0));
-}
 
 static void put_index(void *to, int bytes, size_t i, int32_t value)
 {
@@ -281,6 +278,15 @@ static void put_parts(const struct probe_volume *v, const struct image_header *h
             put_index(image + at.vertex, h->vertex_bytes, i, fresh[volume_vertex(v, cell, k)]);
             put_index(image + at.neighbour, h->neighbour_bytes, i, volume_neighbour(v, cell, k));
         }
+    /* cells in their own order, as sight has them */
+    for (size_t cell = 0; cell < v->cells && h->sight; cell++) {
+        const size_t from = (size_t)volume_number(v, cell),
+                     width_of_sight = (size_t)sight_width(v->corners);
+        const int32_t stand_in = volume_index(v->stand_in, v->stand_in_bytes, from);
+        memcpy(image + at.sight + 2 * width_of_sight * cell, v->sight + width_of_sight * from,
+               2 * width_of_sight);
+        put_index(image + at.stand_in, h->vertex_bytes, cell, stand_in < 0 ? -1 : fresh[stand_in]);
+    }
     memcpy(image, h, sizeof *h);
     const uint64_t sum = image_checksum(image, at.size);
     memcpy(image + offsetof(struct image_header, checksum), &sum, sizeof sum);
@@ -301,6 +307,7 @@ size_t probe_volume_pack(const struct probe_volume *v, int order, const float *s
         .order = (uint8_t)order,
         .convolved = convolved != 0,
         .packing = (uint8_t)packing,
+        .sight = v->sight != NULL,
         .cells = v->cells,
         .step = v->lattice.step,
         .origin = {v->lattice.origin[0], v->lattice.origin[1], v->lattice.origin[2]}};

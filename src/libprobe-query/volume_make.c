@@ -556,6 +556,7 @@ void probe_volume_destroy(struct probe_volume *v)
     if (!v)
         return;
     free(v->site_owned);
+    free(v->sight_owned);
     free(v->flat);
     free(v->cell);
     free(v->number);

@@ -398,6 +398,8 @@ static inline void arrive(const struct probe_volume *v, struct walker *w, enum w
     } else if (w->far > 0) {
         place->distance = w->far;
     }
+    if (v->sight)
+        volume_see(v, place);
 }
 
 /* Finds a point that is certainly within a cell: nearly every one of a path, in that of the last.
@@ -415,6 +417,8 @@ static inline bool still_within(const struct probe_volume *v, const double point
     place->inside = 1;
     place->distance = 0;
     volume_place(v, cell, w.weight, place);
+    if (v->sight)
+        volume_see(v, place);
     return true;
 }
 

@@ -100,7 +100,7 @@ static struct error *measure_seen(const struct job *job, const double p[3],
         return NULL;
     seen_look(job->tracer, baked->position, p, &place, &look);
     point->unseen = look.unseen;
-    if (baked->in->sight.see) { /* the blend is not all of the cell's */
+    if (baked_sees(baked)) { /* the blend is not all of the cell's */
         baked_locate_cell(baked, p, &place);
         seen_look(job->tracer, baked->position, p, &place, &look);
     }

@@ -3,6 +3,22 @@
 #include "base/error.h"
 #include "stream/stream.h"
 
+static struct error *find_sight(struct cells *cells)
+{
+    const size_t width = (size_t)(cells->corners * (cells->corners - 1));
+    struct column *sight, *stand_in;
+    if (!table_column(cells->table, "sight"))
+        return NULL;
+    struct error *err = table_require(cells->table, "sight", COLUMN_F32, width, &sight);
+    if (!err)
+        err = table_require(cells->table, "stand_in", COLUMN_I32, 1, &stand_in);
+    if (!err) {
+        cells->sight = column_f32(sight);
+        cells->stand_in = column_i32(stand_in);
+    }
+    return err;
+}
+
 struct error *cells_find(const struct stream *stream, struct cells *cells)
 {
     *cells = (struct cells){0};
@@ -22,6 +38,8 @@ struct error *cells_find(const struct stream *stream, struct cells *cells)
     if (!err && table_column(cells->table, "neighbour"))
         err = table_require(cells->table, "neighbour", COLUMN_I32, (size_t)cells->corners,
                             &neighbour);
+    if (!err)
+        err = find_sight(cells);
     cells->vertex = vertex ? column_i32(vertex) : NULL;
     cells->neighbour = neighbour ? column_i32(neighbour) : NULL;
     return err;

@@ -18,13 +18,17 @@ struct cells {
     struct table *table;
     int corners;
     int32_t *vertex, *neighbour; /* corners * table->rows */
+    /* which corners a point of a cell sees (leak/sight.h): corners * (corners - 1) and 1 a cell;
+     * NULL where probe-leakfix has not looked */
+    float *sight;
+    int32_t *stand_in;
 };
 
 /* Whether there is a table of cells. */
 bool cells_exist(const struct stream *stream);
 
 /* Errors: there are no cells (says to run probe-tet), or two tables of them, or they lack their
- * column vertex. Without its column neighbour that is NULL. */
+ * column vertex, or a column has another shape. Without column neighbour that is NULL. */
 struct error *cells_find(const struct stream *stream, struct cells *cells);
 
 /* Removes what speaks of cells: their table, and of table probe the columns hull_normal and

@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "leak/sight.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/threads.h"
+#include "leak/leak.h"
+#include "leak/sight_fit.h"
+#include "leak/stand_in.h"
+#include "leak/stars.h"
+#include "libprobe-query/sight.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of a triangle's side, in parts: a ray goes through the middle of each of its SIDE^2 parts. */
+enum { SIDE = 4, SPOTS_MOST = SIDE * SIDE };
+
+/* An edge has no space about it; it counts as a ray through a facet does, times this. */
+static const double EDGE_SHARE = 1.0 / 6;
+
+struct job {
+    const struct tracer *tracer;
+    const struct leak_mesh *mesh;
+    struct stars stars;
+    double spot[SPOTS_MOST][3]; /* barycentric, of the facet opposite a corner */
+    int spots;
+    float *sight;
+};
+
+/* -- around one probe ------------------------------------------------------------------------- */
+
+/* A probe's neighbours and the rays to them and between them. */
+struct view {
+    const struct job *job;
+    size_t probe;
+    size_t about; /* cells around it */
+    const uint32_t *slot;
+    int32_t *neighbour;
+    double *sight; /* towards each neighbour */
+    size_t neighbours;
+    struct sight_ray *ray;
+    size_t rays;
+};
+
+static const int32_t *cell_of(const struct view *v, size_t i)
+{
+    const size_t corners = (size_t)v->job->mesh->corners;
+    return v->job->mesh->vertex + v->slot[i] / corners * corners;
+}
+
+/* How near to p something stands on the way to q, which is 1. */
+static double inverse_depth(const struct job *job, struct vec3 p, struct vec3 q)
+{
+    double from[3], direction[3];
+    const struct vec3 way = vec3_sub(q, p);
+    const double length = vec3_length(way), least = length / 0x1p14;
+    vec3_store(from, p);
+    vec3_store(direction, vec3_scale(1 / length, way));
+    const struct trace_hit hit = trace_nearest(job->tracer, from, direction, length);
+    return hit.hit ? length / fmax(hit.distance, least) : 0;
+}
+
+static struct error *view_init(struct view *v, const struct job *job, size_t probe)
+{
+    *v = (struct view){.job = job,
+                       .probe = probe,
+                       .about = job->stars.first[probe + 1] - job->stars.first[probe],
+                       .slot = job->stars.slot + job->stars.first[probe]};
+    const size_t most = v->about * (size_t)(job->mesh->corners - 1);
+    struct error *err = array_create(&v->neighbour, most, sizeof *v->neighbour);
+    if (!err)
+        err = array_create(&v->sight, most, sizeof *v->sight);
+    if (!err)
+        err = array_create(&v->ray, most + v->about * (size_t)job->spots, sizeof *v->ray);
+    return err;
+}
+
+static void view_clear(struct view *v)
+{
+    free(v->neighbour);
+    free(v->sight);
+    free(v->ray);
+}
+
+/* Whether any surface is as near as the farthest neighbour. */
+static bool is_near_surface(const struct view *v)
+{
+    double p[3], far = 0;
+    const struct vec3 at = leak_mesh_probe(v->job->mesh, (int32_t)v->probe);
+    for (size_t i = 0; i < v->about; i++)
+        for (int k = 0; k < v->job->mesh->corners; k++)
+            far = fmax(far,
+                       vec3_length(vec3_sub(leak_mesh_probe(v->job->mesh, cell_of(v, i)[k]), at)));
+    vec3_store(p, at);
+    return trace_distance(v->job->tracer, p) <= far;
+}
+
+/* The number of a neighbour; looks towards one that is new. */
+static int find_neighbour(struct view *v, int32_t probe)
+{
+    size_t n = 0;
+    while (n < v->neighbours && v->neighbour[n] != probe)
+        n++;
+    if (n == v->neighbours) {
+        const struct leak_mesh *mesh = v->job->mesh;
+        v->neighbour[v->neighbours++] = probe;
+        v->sight[n] = inverse_depth(v->job, leak_mesh_probe(mesh, (int32_t)v->probe),
+                                    leak_mesh_probe(mesh, probe));
+        v->ray[v->rays++] = (struct sight_ray){
+            .neighbour = {(int)n, (int)n, (int)n}, .u = {1, 0, 0}, .inverse = v->sight[n]};
+    }
+    return (int)n;
+}
+
+/* Looks through a cell. */
+static void look_through(struct view *v, size_t i)
+{
+    const struct job *job = v->job;
+    const int others = job->mesh->corners - 1;
+    const int32_t *vertex = cell_of(v, i);
+    const struct vec3 p = leak_mesh_probe(job->mesh, (int32_t)v->probe);
+    int to[3] = {0};
+    struct vec3 way[3] = {{0}};
+    for (int k = 0, n = 0; k <= others; k++)
+        if (vertex[k] != (int32_t)v->probe) {
+            way[n] = vec3_sub(leak_mesh_probe(job->mesh, vertex[k]), p);
+            to[n++] = find_neighbour(v, vertex[k]);
+        }
+    const double space = others == 3   ? fabs(vec3_dot(way[0], vec3_cross(way[1], way[2])))
+                         : others == 2 ? vec3_length(vec3_cross(way[0], way[1]))
+                                       : vec3_length(way[0]);
+    const double share = space / SPOTS_MOST;
+    for (int s = 0; s < job->spots; s++) {
+        struct sight_ray *ray = &v->ray[v->rays++];
+        struct vec3 spot = p;
+        *ray = (struct sight_ray){.share = share};
+        for (int k = 0; k < 3; k++) {
+            ray->neighbour[k] = to[k < others ? k : 0];
+            ray->u[k] = job->spot[s][k];
+            spot = vec3_fma(spot, ray->u[k], way[k]);
+        }
+        ray->inverse = inverse_depth(job, p, spot);
+    }
+    for (size_t k = 0; k < v->rays; k++)
+        for (int n = 0; n < others && v->ray[k].u[0] == 1; n++)
+            v->ray[k].share += v->ray[k].neighbour[0] == to[n] ? EDGE_SHARE * share : 0;
+}
+
+static void store(const struct view *v, size_t i)
+{
+    const size_t others = (size_t)v->job->mesh->corners - 1;
+    const int32_t *vertex = cell_of(v, i);
+    float *out = v->job->sight + others * v->slot[i];
+    for (size_t k = 0; k <= others; k++) {
+        size_t n = 0;
+        if (vertex[k] == (int32_t)v->probe)
+            continue;
+        while (v->neighbour[n] != vertex[k])
+            n++;
+        *out++ = half_value(half_of((float)v->sight[n]));
+    }
+}
+
+static struct error *look_around(void *context, size_t probe, int thread)
+{
+    (void)thread;
+    struct view v;
+    bool blocked = false;
+    struct error *err = view_init(&v, context, probe);
+    if (!err && v.about && is_near_surface(&v)) {
+        for (size_t i = 0; i < v.about; i++)
+            look_through(&v, i);
+        for (size_t k = 0; k < v.rays; k++)
+            blocked = blocked || v.ray[k].inverse > 0;
+    }
+    if (blocked)
+        err = sight_fit(v.rays, v.ray, v.neighbours, v.sight);
+    for (size_t i = 0; i < v.about && blocked && !err; i++)
+        store(&v, i);
+    view_clear(&v);
+    return err;
+}
+
+/* -- all together ----------------------------------------------------------------------------- */
+
+/* Middles of the parts of a facet that is cut evenly: a triangle, or an edge of triangles; a
+ * segment's facet is the neighbour, to which a ray goes anyway. */
+static void choose_spots(struct job *job)
+{
+    for (int k = 0; job->mesh->corners == 3 && k < SIDE; k++) {
+        const double x = (k + 0.5) / SIDE;
+        double *spot = job->spot[job->spots++];
+        spot[0] = x;
+        spot[1] = 1 - x;
+    }
+    for (int a = 0; job->mesh->corners == 4 && a < SIDE; a++)
+        for (int b = 0; a + b < SIDE; b++)
+            for (int up = 0; up < 2 && a + b + up < SIDE; up++) {
+                double *spot = job->spot[job->spots++];
+                spot[0] = (a + (1 + up) / 3.0) / SIDE;
+                spot[1] = (b + (1 + up) / 3.0) / SIDE;
+                spot[2] = 1 - spot[0] - spot[1];
+            }
+}
+
+struct error *sight_find(struct sights *sights, const struct tracer *tracer,
+                         const struct leak_mesh *mesh, int threads)
+{
+    struct job job = {.tracer = tracer, .mesh = mesh};
+    const size_t width = (size_t)sight_width(mesh->corners);
+    *sights = (struct sights){0};
+    choose_spots(&job);
+    struct error *err = stars_init(&job.stars, mesh);
+    if (!err)
+        err = array_create(&sights->sight, width * mesh->cell_count, sizeof *sights->sight);
+    job.sight = sights->sight;
+    if (!err)
+        err = threads_for(threads, mesh->probe_count, look_around, &job);
+    if (!err)
+        err = array_create(&sights->stand_in, mesh->cell_count, sizeof *sights->stand_in);
+    if (!err)
+        err = stand_in_find(sights->stand_in, sights->sight, tracer, mesh, &job.stars, threads);
+    for (size_t cell = 0; cell < mesh->cell_count && !err; cell++) {
+        bool walled = false;
+        for (size_t i = 0; i < width; i++)
+            walled = walled || sights->sight[width * cell + i] > 1;
+        sights->walled += walled;
+        sights->stood_in += sights->stand_in[cell] >= 0;
+    }
+    stars_clear(&job.stars);
+    if (err)
+        sights_clear(sights);
+    return err;
+}
+
+void sights_clear(struct sights *sights)
+{
+    free(sights->sight);
+    free(sights->stand_in);
+    *sights = (struct sights){0};
+}

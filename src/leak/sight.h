@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* sight: how far each probe sees into the cells around it.
+ *
+ * At barycentric coordinates u of a cell, the depth of a point before what corner i sees is
+ *
+ *     d_i(u) = 1 - sum over j != i of sight_ij u_j:
+ *
+ * 1 at the probe, and 0 on a plane that cuts the way to corner j at 1 / sight_ij of it. Sight_ij is
+ * the inverse depth of what the probe sees towards its neighbour j, and between neighbours inverse
+ * depth is linear, as that of any plane is: before a flat wall this is exact, and it bends from
+ * cell to cell as the wall does. A number belongs to two probes, not to a cell, so on the face
+ * between two cells both say the same of its corners, and what is blended by it has no jump there.
+ * It is fitted to rays from the probe through each cell (sight_fit.h).
+ *
+ * Some points see none of their cell's corners. Then the cell names a stand-in: the probe around
+ * that most of these points see, if they see more of it than of the corners.
+ */
+#ifndef SIGHT_H
+#define SIGHT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct error;
+struct leak_mesh;
+struct tracer;
+
+struct sights {
+    /* corners * (corners - 1) a cell: of each corner, in order, towards each other one; 0 where
+     * nothing is in the way. Halves, as packed files hold them. Owned */
+    float *sight;
+    int32_t *stand_in; /* a probe a cell, or -1; owned */
+    size_t walled;     /* cells that something stands in */
+    size_t stood_in;   /* cells with a stand-in */
+};
+
+/* Looks around. The result does not depend on the threads. */
+struct error *sight_find(struct sights *sights, const struct tracer *tracer,
+                         const struct leak_mesh *mesh, int threads);
+void sights_clear(struct sights *sights);
+
+#endif

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "leak/sight_fit.h"
+#include "base/array.h"
+#include "base/error.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEPS = 20 };
+static const double LEAK = 2, NEAR = 1e-3;
+
+/* -- loss ------------------------------------------------------------------------------------- */
+
+/* F of the way that is seen. */
+static double seen_weight(double inverse)
+{
+    const double r = inverse > 1 ? 1 / inverse : 1;
+    return r * r * r * (4 - 3 * r);
+}
+
+static double inverse_at(const struct sight_ray *ray, const double *sight)
+{
+    return sight[ray->neighbour[0]] * ray->u[0] + sight[ray->neighbour[1]] * ray->u[1] +
+           sight[ray->neighbour[2]] * ray->u[2];
+}
+
+static double loss_of(const struct sight_ray *ray, double inverse)
+{
+    const double more = seen_weight(inverse) - seen_weight(ray->inverse);
+    return ray->share * (more > 0 ? LEAK * more : -more);
+}
+
+double sight_fit_loss(size_t count, const struct sight_ray *ray, const double *sight)
+{
+    double sum = 0;
+    for (size_t k = 0; k < count; k++)
+        sum += loss_of(&ray[k], inverse_at(&ray[k], sight));
+    return sum;
+}
+
+/* -- least squares ---------------------------------------------------------------------------- */
+
+/* Solves a x = b, a symmetric, n x n, of which the lower half is read and overwritten; x comes into
+ * b (Cholesky). false: a is not positive definite. */
+static bool solve(size_t n, double *a, double *b)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j <= i; j++) {
+            double sum = a[i * n + j];
+            for (size_t k = 0; k < j; k++)
+                sum -= a[i * n + k] * a[j * n + k];
+            if (i == j && !(sum > 0))
+                return false;
+            a[i * n + j] = i == j ? sqrt(sum) : sum / a[j * n + j];
+        }
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < i; k++)
+            b[i] -= a[i * n + k] * b[k];
+        b[i] /= a[i * n + i];
+    }
+    for (size_t i = n; i-- > 0;) {
+        for (size_t k = i + 1; k < n; k++)
+            b[i] -= a[k * n + i] * b[k];
+        b[i] /= a[i * n + i];
+    }
+    return true;
+}
+
+/* The normal equations about `sight`. A ray that meets nothing asks for no more than 1. */
+static void gather(size_t count, const struct sight_ray *ray, size_t n, const double *sight,
+                   double *a, double *b)
+{
+    memset(a, 0, n * n * sizeof *a);
+    memset(b, 0, n * sizeof *b);
+    for (size_t k = 0; k < count; k++) {
+        const double inverse = inverse_at(&ray[k], sight), target = fmax(ray[k].inverse, 1);
+        if (!(ray[k].inverse > 0) && inverse <= 1)
+            continue;
+        const double off = fmax(fabs(inverse - target), NEAR * target),
+                     weight = fmax(loss_of(&ray[k], inverse), 1e-9 * ray[k].share) / (off * off);
+        for (int i = 0; i < 3; i++) {
+            const size_t row = (size_t)ray[k].neighbour[i];
+            for (int j = 0; j < 3; j++)
+                a[row * n + (size_t)ray[k].neighbour[j]] += weight * ray[k].u[i] * ray[k].u[j];
+            b[row] += weight * ray[k].u[i] * target;
+        }
+    }
+    /* what no ray speaks of stays as it is */
+    double most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, a[i * n + i]);
+    for (size_t i = 0; i < n; i++) {
+        const double hold = 1e-3 * a[i * n + i] + 1e-9 * most;
+        a[i * n + i] += hold;
+        b[i] += hold * sight[i];
+    }
+}
+
+struct error *sight_fit(size_t count, const struct sight_ray *ray, size_t n, double *sight)
+{
+    double *room = NULL, least = INFINITY;
+    struct error *err = array_create(&room, n * (n + 2), sizeof *room);
+    if (err)
+        return err;
+    double *a = room, *b = a + n * n, *best = b + n;
+    for (int step = 0; least > 0; step++) {
+        const double now = sight_fit_loss(count, ray, sight);
+        if (now < least) {
+            least = now;
+            memcpy(best, sight, n * sizeof *best);
+        }
+        if (step == STEPS)
+            break;
+        gather(count, ray, n, sight, a, b);
+        if (!solve(n, a, b))
+            break;
+        memcpy(sight, b, n * sizeof *sight);
+    }
+    memcpy(sight, best, n * sizeof *sight);
+    free(room);
+    return NULL;
+}
