@@ -74,7 +74,8 @@ for names in 's/^/my-/' 's/$/-2/' 's/^probe/light/' 's/^/leak-/;s/$/.bin/'; do
     check "names by $names: leakfix makes cells" test -s fixed and cmp fixed by-installed
 done
 rm -f "$tet"
-refused 1 "probe-tet: No such file" env -i PATH=/nowhere "$leakfix" -q --rounds 4 "$scene" cells.probe
+refused 1 "probe-tet: No such file" \
+    env -i PATH=/nowhere "$leakfix" -q --rounds 4 "$scene" cells.probe
 
 # -- --prefix --------------------------------------------------------------------------------------
 # A configuration of its own, with the answers of the build's: nothing is compiled.

@@ -61,7 +61,8 @@ refused 1 "the probes were captured with sh-content irradiance, not radiance" \
 refused 1 "sh-content is radiance, and theirs is irradiance" \
     probe-cat --fill radiance.probe slice1.probe
 probe-leakfix -q --rounds 4 "$scene" irradiance.probe >fixed.irradiance.probe
-probe-leakfix -q --rounds 4 "$scene" radiance.probe | probe-cat --content irradiance >fixed.radiance.probe
+probe-leakfix -q --rounds 4 "$scene" radiance.probe |
+    probe-cat --content irradiance >fixed.radiance.probe
 check "probe-leakfix captures new probes in it" \
     same_rows fixed.irradiance.probe fixed.radiance.probe
 check "of which there are some" not cmp -s fixed.irradiance.probe irradiance.probe

@@ -87,7 +87,8 @@ check "1, 2 and 4 threads give the same bytes" \
 { light_behind cells.probe; light_behind seen.probe; } | paste -s -d ' ' - >leaky_and_seen
 check "less light comes through the wall" every 'NF == 2 && $2 < 0.7 * $1' leaky_and_seen
 probe-tet -q seen.probe | probe-cat --text >anew.text
-check "cells that are made anew have none" says anew.text '^table tet' and lacks anew.text 'sight:f32'
+check "cells that are made anew have none" \
+    says anew.text '^table tet' and lacks anew.text 'sight:f32'
 
 # -- options, and what is said ---------------------------------------------------------------------
 probe-leakfix "$rooms" cells.probe >seen.probe 2>err

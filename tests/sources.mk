@@ -43,6 +43,7 @@ MODULE_TESTS = \
 	tests/capture_forms \
 	tests/place \
 	tests/leak \
+	tests/sight \
 	tests/tetra \
 	tests/thin \
 	tests/measure \

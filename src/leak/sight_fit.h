@@ -3,12 +3,12 @@
  *
  * A ray through a cell leaves it through the facet opposite the probe, at barycentric coordinates
  * u; inverse depth there is sum of sight_j u_j (leak/sight.h). Where that is s, the ray counts as
- * seen as far as r = min(1, 1/s) of its way to the facet. A probe's barycentric weight is 1 - r at r,
- * and space about the ray grows as r^2, so that what is seen of the probe's weight is F(r) =
- * r^3 (4 - 3 r), of 1. The fit makes the sum over rays of |F(r) - F(true r)| small, weight that leaks
- * counted LEAK times: by least squares, each ray weighted anew in every step such that its square
- * is its loss (iteratively reweighted least squares; Holland and Welsch, "Robust regression using
- * iteratively reweighted least-squares", 1977).
+ * seen as far as r = min(1, 1/s) of its way to the facet. A probe's barycentric weight is 1 - r at
+ * r, and space about the ray grows as r^2, so that what is seen of the probe's weight is
+ * F(r) = r^3 (4 - 3 r), of 1. The fit makes the sum over rays of |F(r) - F(true r)| small, weight
+ * that leaks counted LEAK times: by least squares, each ray weighted anew in every step such that
+ * its square is its loss (iteratively reweighted least squares; Holland and Welsch, "Robust
+ * regression using iteratively reweighted least-squares", 1977).
  */
 #ifndef SIGHT_FIT_H
 #define SIGHT_FIT_H

@@ -11,8 +11,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* POINTS of a cell; candidates stand within RINGS cells of it, LISTED at most, and the ASKED nearest
- * are looked for. */
+/* POINTS of a cell; candidates stand within RINGS cells of it, LISTED at most, and the ASKED
+ * nearest are looked for. */
 enum { POINTS = 64, RINGS = 3, LISTED = 1024, ASKED = 96 };
 
 struct job {
@@ -25,10 +25,10 @@ struct job {
 
 /* -- points ----------------------------------------------------------------------------------- */
 
-/* The k-th point of a cell, barycentric: evenly spread, by the gaps between sorted numbers (Devroye,
- * "Non-uniform random variate generation", 1986, ch. V, theorem 2.1) of the additive sequence of
- * three dimensions' golden ratio (Roberts, "The unreasonable effectiveness of quasirandom
- * sequences", 2018). */
+/* The k-th point of a cell, barycentric: evenly spread, by the gaps between sorted numbers
+ * (Devroye, "Non-uniform random variate generation", 1986, ch. V, theorem 2.1) of the additive
+ * sequence of three dimensions' golden ratio (Roberts, "The unreasonable effectiveness of
+ * quasirandom sequences", 2018). */
 static void point_of_cell(int corners, int k, double u[4])
 {
     static const double step[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};

@@ -60,6 +60,7 @@ enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *si
     size_t nowhere;
     row = row ? row : &nowhere;
     *row = 0;
+    v->bytes -= v->sight_owned ? halves + v->cells * sizeof(int32_t) : 0;
     free(v->sight_owned);
     v->sight_owned = NULL;
     v->sight = NULL;
@@ -79,6 +80,7 @@ enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *si
     v->stand_in = other;
     v->stand_in_bytes = 4;
     v->sight_owned = owned;
+    v->bytes += halves + v->cells * sizeof(int32_t);
     const enum probe_status status = volume_check_sight(v, row);
     if (status) {
         const size_t where = *row;
