@@ -260,12 +260,12 @@ static void test_keys(void)
     static const struct {
         const char *name;
         bool light;
-    } keys[] = {{"sh-order", true},     {"sh-content", true},  {"capture-rays", true},
-                {"sky", true},          {"sky-file", true},    {"sky-turn", true},
-                {"sun-1", true},        {"point-2", true},     {"spot-3", true},
-                {"emit", true},         {"scene-key", true},   {"max-albedo", true},
-                {"albedo-scale", true}, {"light-scale", true}, {"sunny", false},
-                {"skyline", false},     {"scene", false},      {"note", false}};
+    } keys[] = {
+        {"sh-order", true},     {"sh-content", true},  {"capture-rays", true}, {"sky", true},
+        {"sky-key", true},      {"sky-turn", true},    {"sun-1", true},        {"point-2", true},
+        {"spot-3", true},       {"emit", true},        {"scene-key", true},    {"max-albedo", true},
+        {"albedo-scale", true}, {"light-scale", true}, {"sunny", false},       {"skyline", false},
+        {"sky-file", false},    {"scene", false},      {"note", false}};
     int wrong = 0;
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
         for (int alike = 0; alike < 2; alike++) {
