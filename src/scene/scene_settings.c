@@ -190,7 +190,7 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
          .kind = OPTION_CALL,
          .value = settings,
          .parse = parse_sky,
-         .help = "radiance where there is no surface: one colour, or an\n"
+         .help = "radiance where there is no surface: one colour, or a\n"
                  "panorama (Radiance .hdr, OpenEXR)",
          .shown = "0,0,0"},
         {.name = "sky-map",
