@@ -191,6 +191,12 @@ awk 'BEGIN {
 probe-tet hall.probe >hall.baked 2>err
 check "a hall with a corridor one probe wide is told of" says hall.baked '^table tet' and \
     says err 'parts of the probes are one layer or one row'
+awk 'BEGIN {
+    srand(5)
+    for (i = 0; i < 72; i++) print i % 6, 30*int(i / 36) + .04*rand(), int(i / 6) % 6
+}' | lit | probe-tet >storeys.baked 2>err
+check "storeys far apart are, in plain numbers" says storeys.baked '^table tet' and \
+    says err 'of the cells, 100 % of the volume'
 awk 'BEGIN { for (i = 0; i < 200; i++) print i % 10, int(i / 100), int(i / 10) % 10 }' | lit |
     probe-tet >two.baked 2>err
 check "two layers are not" says two.baked '^table tet' and empty err

@@ -339,7 +339,7 @@ static struct error *string_walk(struct tetra *tetra, size_t sites, const int32_
 
 static const char *percent(double share, char text[24])
 {
-    snprintf(text, 24, "%.2g %%", 100 * share);
+    snprintf(text, 24, share < .995 ? "%.2g %%" : "%.0f %%", 100 * share);
     return text;
 }
 
