@@ -528,6 +528,11 @@ vector<uint32_t> corners_of(const importer &g, const vector<uint32_t> &index, in
 {
     const bool list = mode == TINYGLTF_MODE_TRIANGLES, strip = mode == TINYGLTF_MODE_TRIANGLE_STRIP;
     vector<uint32_t> corner;
+    if (list && index.size() % 3)
+        warnings_add(g.import->warnings, "part of a triangle",
+                     "%s: a list of triangles has %zu corners, which is no multiple of 3: what is "
+                     "over is left out",
+                     g.import->path, index.size());
     corner.reserve(list ? index.size() : 3 * index.size());
     for (size_t i = 0; i + 2 < index.size(); i += list ? 3 : 1) {
         const uint32_t fan[3] = {index[i + 1], index[i + 2], index[0]};
