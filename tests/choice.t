@@ -316,6 +316,12 @@ check "a spot that shines elsewhere" said "$black, and little stands in its way"
 check "nothing where some light comes" said black 0 dark --point 0,3,0,1,1,1 room.gltf
 check "nor where there is none: that is another warning" said 'all probes are black' 1 \
     dark room.gltf and says err 'no light'
+printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n' >night.hdr
+head -c 128 /dev/zero >>night.hdr
+check "a black picture of the sky is none" said 'there is no light' 1 \
+    dark --sky night.hdr room.gltf and lacks err "$black"
+check "nor are a sun and a lamp of 0" said 'there is no light' 1 \
+    dark --sun 0,-1,0,0,0,0 --point 0,3,0,0,0,0 room.gltf
 check "a lamp that was left out is none" said 'there is no light' 1 \
     dark --exclude Walls lamps.gltf
 ball 10 0 >lamp.obj

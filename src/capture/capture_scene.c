@@ -6,11 +6,30 @@
 #include <math.h>
 #include <string.h>
 
+static bool is_black(const double colour[3])
+{
+    return colour[0] == 0 && colour[1] == 0 && colour[2] == 0;
+}
+
+static bool is_black_sky(const struct scene_sky *sky)
+{
+    bool black = is_black(sky->radiance);
+    if (!black && sky->picture) {
+        const struct scene_texture *picture = sky->picture;
+        const float *texel = picture->texels;
+        const size_t count = (size_t)picture->width * picture->height * picture->channels;
+        black = true;
+        for (size_t i = 0; i < count && black; i++)
+            black = texel[i] == 0;
+    }
+    return black;
+}
+
 bool capture_is_dark(const struct scene *scene)
 {
-    const double *sky = scene->sky.radiance;
-    bool dark = !scene->light_count && sky[0] == 0 && sky[1] == 0 && sky[2] == 0;
-    bool emits = false;
+    bool dark = is_black_sky(&scene->sky), emits = false;
+    for (size_t i = 0; i < scene->light_count && dark; i++)
+        dark = is_black(scene->lights[i].intensity);
     for (size_t i = 0; i < scene->material_count; i++)
         emits = emits || scene_emits(&scene->materials[i]);
     for (size_t m = 0; m < scene->mesh_count && dark && emits; m++) {
