@@ -712,6 +712,13 @@ struct error *corner_uv(const geometry &g, std::vector<float> &uv)
     if (count)
         uv.resize(2 * g.corner.size());
     for (size_t f = 0, i = 0; f < g.size.size() && count; f++) {
+        const uint32_t *const first = g.corner_texture.data() + i;
+        const auto without = std::count(first, first + g.size[f], nowhere);
+        if (without && without < static_cast<ptrdiff_t>(g.size[f]))
+            warnings_add(g.import->warnings, "texture coordinate left out",
+                         "%s: a face has texture coordinates at some of its corners: at the others "
+                         "they are 0",
+                         g.import->path);
         for (const size_t end = i + g.size[f]; i < end && !err; i++) {
             const uint32_t from = g.corner_texture[i];
             if (from < count) {
