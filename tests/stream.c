@@ -297,6 +297,7 @@ static void text_refused(const char *text, const char *message)
 #define HEAD "#?probe 1\ntable probe position:f64:3\n"
 #define FOUR "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
 #define TET "table tet vertex:i32:4 neighbour:i32:4\n"
+#define SEEN "table tet vertex:i32:4 neighbour:i32:4 stand_in:i32:1\n"
 
 static void test_text_refused(void)
 {
@@ -358,6 +359,15 @@ static void test_text_refused(void)
                  "cells, 1, got 1");
     text_refused(HEAD FOUR TET "0 1 2 3 -1 -1 -2 -1\nend\n",
                  ":8: table tet: row 0: column neighbour: expected an index of -1 or more, got -2");
+    text_refused(HEAD FOUR SEEN "0 1 2 3 -1 -1 -1 -1 4\nend\n",
+                 ":9: table tet: row 0: column stand_in: expected an index below the number of "
+                 "probes, 4, got 4");
+    text_refused(HEAD FOUR SEEN "0 1 2 3 -1 -1 -1 -1 -2\nend\n",
+                 ":8: table tet: row 0: column stand_in: expected an index of -1 or more, got -2");
+    text_refused(HEAD FOUR "table tet vertex:i32:4 neighbour:i32:4 sight:f32:11\nend\n",
+                 ":7: table tet: column sight: expected f32:12, got f32:11");
+    text_refused(HEAD FOUR "table tet vertex:i32:4 neighbour:i32:4 stand_in:f32:1\nend\n",
+                 ":7: table tet: column stand_in: expected i32:1, got f32:1");
     text_refused(HEAD FOUR TET "0 1 2 2 -1 -1 -1 -1\nend\n",
                  ":8: table tet: row 0: column vertex: expected 4 different probes, got 2 twice");
     text_refused(HEAD FOUR TET "0 1 2 3.5 -1 -1 -1 -1\nend\n",

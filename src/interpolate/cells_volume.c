@@ -43,9 +43,11 @@ struct error *cells_volume_open(const struct stream *stream, const struct probe_
     if (err || flags & PROBE_SEE_ALL)
         return err;
     err = cells_find(stream, &cells);
-    if (!err)
-        err = cells_volume_error(probe_volume_set_sight(*volume, cells.sight, cells.stand_in, &row),
-                                 row);
+    if (!err) {
+        const enum probe_status status =
+            probe_volume_set_sight(*volume, cells.sight, cells.stand_in, &row);
+        err = cells_volume_error(status, row);
+    }
     if (err) {
         probe_volume_destroy(*volume);
         *volume = NULL;

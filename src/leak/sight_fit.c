@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 20 };
+enum { STEPS = 80 };
 static const double LEAK = 2, NEAR = 1e-3;
 
 /* -- loss ------------------------------------------------------------------------------------- */
@@ -92,7 +92,7 @@ static void gather(size_t count, const struct sight_ray *ray, size_t n, const do
     for (size_t i = 0; i < n; i++)
         most = fmax(most, a[i * n + i]);
     for (size_t i = 0; i < n; i++) {
-        const double hold = 1e-3 * a[i * n + i] + 1e-9 * most;
+        const double hold = 3e-4 * a[i * n + i] + 1e-9 * most;
         a[i * n + i] += hold;
         b[i] += hold * sight[i];
     }

@@ -6,15 +6,15 @@
 static struct error *find_sight(struct cells *cells)
 {
     const size_t width = (size_t)(cells->corners * (cells->corners - 1));
-    struct column *sight, *stand_in;
+    struct column *sight, *stand_in = NULL;
     if (!table_column(cells->table, "sight"))
         return NULL;
     struct error *err = table_require(cells->table, "sight", COLUMN_F32, width, &sight);
-    if (!err)
+    if (!err && table_column(cells->table, "stand_in"))
         err = table_require(cells->table, "stand_in", COLUMN_I32, 1, &stand_in);
     if (!err) {
         cells->sight = column_f32(sight);
-        cells->stand_in = column_i32(stand_in);
+        cells->stand_in = stand_in ? column_i32(stand_in) : NULL;
     }
     return err;
 }

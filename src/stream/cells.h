@@ -19,7 +19,7 @@ struct cells {
     int corners;
     int32_t *vertex, *neighbour; /* corners * table->rows */
     /* which corners a point of a cell sees (leak/sight.h): corners * (corners - 1) and 1 a cell;
-     * NULL where probe-leakfix has not looked */
+     * NULL where probe-leakfix has not looked, or the column was dropped */
     float *sight;
     int32_t *stand_in;
 };

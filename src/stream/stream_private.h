@@ -43,7 +43,7 @@ struct stream_validity {
     struct index_most {
         int32_t most; /* largest index seen */
         size_t row;   /* where */
-    } vertex, neighbour, merged;
+    } vertex, neighbour, stand_in, merged;
 };
 
 struct stream_validity validity_start(void);

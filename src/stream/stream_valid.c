@@ -36,20 +36,28 @@ static const struct known {
     {"tet", "vertex", COLUMN_I32, 4, 0},
     {"tet", "neighbour", COLUMN_I32, 4, 0},
     {"tet", "occlusion", COLUMN_I32, 6, 0},
+    {"tet", "sight", COLUMN_F32, 12, 0},
+    {"tet", "stand_in", COLUMN_I32, 1, 0},
     {"tri", "vertex", COLUMN_I32, 3, 0},
     {"tri", "neighbour", COLUMN_I32, 3, 0},
     {"tri", "occlusion", COLUMN_I32, 3, 0},
+    {"tri", "sight", COLUMN_F32, 6, 0},
+    {"tri", "stand_in", COLUMN_I32, 1, 0},
     {"segment", "vertex", COLUMN_I32, 2, 0},
     {"segment", "neighbour", COLUMN_I32, 2, 0},
     {"segment", "occlusion", COLUMN_I32, 1, 0},
+    {"segment", "sight", COLUMN_F32, 2, 0},
+    {"segment", "stand_in", COLUMN_I32, 1, 0},
     {"point", "vertex", COLUMN_I32, 1, 0},
     {"point", "neighbour", COLUMN_I32, 1, 0},
 };
 
 struct stream_validity validity_start(void)
 {
-    return (struct stream_validity){
-        .vertex = {.most = -1}, .neighbour = {.most = -1}, .merged = {.most = -1}};
+    return (struct stream_validity){.vertex = {.most = -1},
+                                    .neighbour = {.most = -1},
+                                    .stand_in = {.most = -1},
+                                    .merged = {.most = -1}};
 }
 
 static struct error *check_sh(const struct stream_header *header, const struct column *sh)
@@ -283,6 +291,8 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
             err = check_indices(c, &rows, -1, &validity->merged, &row);
         } else if (cells && !strcmp(c->name, "neighbour")) {
             err = check_indices(c, &rows, -1, &validity->neighbour, &row);
+        } else if (cells > 1 && !strcmp(c->name, "stand_in")) {
+            err = check_indices(c, &rows, -1, &validity->stand_in, &row);
         }
     }
     if (!err && number + count > INT32_MAX)
@@ -310,6 +320,8 @@ struct error *validity_end(const struct stream_validity *v)
     struct error *err = check_most(cells, "vertex", "probes", &v->vertex, v->probes);
     if (!err)
         err = check_most(cells, "neighbour", "cells", &v->neighbour, v->cells);
+    if (!err)
+        err = check_most(cells, "stand_in", "probes", &v->stand_in, v->probes);
     return err ? err : check_most("probe", "merged", "probes", &v->merged, v->probes);
 }
 

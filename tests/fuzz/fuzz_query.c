@@ -7,7 +7,8 @@
  *
  * For longer: fuzz_query 100000000, or build with clang -fsanitize=fuzzer -DFUZZ_ENGINE; an input's
  * first byte says by its lowest bit whether it is a packed file (whose checksum is made right) or a
- * mesh: corners, probes and cells (a byte each), then positions, vertices and neighbours.
+ * mesh: corners, probes and cells (a byte each), then positions, vertices and neighbours, and, if
+ * there is more, sight and stand-ins.
  */
 #include "libprobe-query/probe-query.h"
 #include "math/random.h"
@@ -20,7 +21,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-static unsigned long accepted;
+static unsigned long accepted, sighted;
 
 static void require(bool holds, const char *what)
 {
@@ -86,22 +87,43 @@ static void try_packed(const uint8_t *data, size_t size)
         const uint64_t sum = XXH3_64bits((const char *)image + 16, size - 16);
         image[1] = sum;
     }
-    for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST | PROBE_EXTEND); flags++) {
+    for (unsigned flags = 0; flags <= PROBE_SEE_ALL; flags++) {
         struct probe_volume *v;
         const enum probe_status status = probe_volume_open(&v, image, size, flags, NULL);
         require((status == PROBE_OK) == (v != NULL), "a volume or a status");
         if (v)
             ask(v, size);
         accepted += v != NULL;
+        sighted += v && probe_volume_sees(v);
         probe_volume_destroy(v);
     }
     free(image);
 }
 
+/* What is refused is not kept; what is taken can be taken back. */
+static void try_sight(struct probe_volume *v, const float *sight, const int32_t *stand_in)
+{
+    const size_t bytes = probe_volume_bytes(v);
+    size_t row;
+    const enum probe_status status = probe_volume_set_sight(v, sight, stand_in, &row);
+    require(status == PROBE_OK || (status == PROBE_BAD_SIGHT && row < probe_volume_cells(v)),
+            "sight, or a status and a cell");
+    require((status == PROBE_OK) == (probe_volume_sees(v) != 0), "a volume that sees, or a status");
+    sighted += status == PROBE_OK;
+    ask(v, bytes);
+    probe_volume_set_sight(v, NULL, NULL, NULL);
+    require(!probe_volume_sees(v) && probe_volume_bytes(v) == bytes, "sight is taken back");
+    if (bytes & 8)
+        probe_volume_set_sight(v, sight, NULL, NULL);
+    else
+        probe_volume_set_sight(v, sight, stand_in, NULL);
+}
+
 static void try_mesh(const uint8_t *data, size_t size)
 {
     static double position[3 * 256];
-    static int32_t vertex[4 * 256], neighbour[4 * 256];
+    static int32_t vertex[4 * 256], neighbour[4 * 256], stand_in[256];
+    static float sight[12 * 256];
     struct probe_mesh m = {.position = position, .vertex = vertex, .neighbour = neighbour};
     if (size < 3)
         return;
@@ -111,15 +133,24 @@ static void try_mesh(const uint8_t *data, size_t size)
     const size_t corners = m.corners > 4 ? 4 : (size_t)m.corners;
     const size_t bytes[3] = {3 * m.probes * sizeof *position, corners * m.cells * 4,
                              corners * m.cells * 4};
-    if (size - 3 < bytes[0] + bytes[1] + bytes[2])
+    const size_t plain = 3 + bytes[0] + bytes[1] + bytes[2];
+    if (size < plain)
         return;
     memcpy(position, data + 3, bytes[0]);
     memcpy(vertex, data + 3 + bytes[0], bytes[1]);
     memcpy(neighbour, data + 3 + bytes[0] + bytes[1], bytes[2]);
+    const size_t sights = m.cells * corners * (corners - 1) * sizeof *sight;
+    const bool sees = corners > 0 && size > plain && size - plain >= sights + m.cells * 4;
+    if (sees) {
+        memcpy(sight, data + plain, sights);
+        memcpy(stand_in, data + plain + sights, m.cells * 4);
+    }
     for (unsigned flags = 0; flags <= (PROBE_LEAN | PROBE_NEAREST | PROBE_EXTEND); flags++) {
         struct probe_volume *v;
         const enum probe_status status = probe_volume_create(&v, &m, flags, NULL);
         require((status == PROBE_OK) == (v != NULL), "a volume or a status");
+        if (v && sees)
+            try_sight(v, sight, stand_in);
         if (v)
             ask(v, size);
         accepted += v != NULL;
@@ -140,7 +171,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
 #ifndef FUZZ_ENGINE
 
-enum { ROOM = 1 << 14 };
+enum { ROOM = 1 << 14, KINDS = 12 };
 
 struct bytes {
     uint8_t data[ROOM];
@@ -207,20 +238,35 @@ static void make_mesh(int corners, double position[3 * 27], int32_t *vertex, int
     }
 }
 
-static void make_seed(int corners, bool packed, enum probe_packing packing, struct bytes *seed)
+/* Sight of all kinds, and stand-ins. */
+static void make_sight(const struct probe_mesh *m, float sight[12 * 48], int32_t stand_in[48])
+{
+    static const float numbers[] = {0, 1.5f, 0, 4, -1, 60, 0, 1, 16384};
+    const size_t width = (size_t)(m->corners * (m->corners - 1));
+    for (size_t i = 0; i < width * m->cells; i++)
+        sight[i] = i / width % 4 ? numbers[i * 5 % (sizeof numbers / sizeof *numbers)] : 0;
+    for (size_t i = 0; i < m->cells; i++)
+        stand_in[i] = (int32_t)(i * 7 % (m->probes + 1)) - 1;
+}
+
+static void make_seed(int corners, bool packed, bool sees, enum probe_packing packing,
+                      struct bytes *seed)
 {
     static double position[3 * 27];
     static int32_t vertex[4 * 48], neighbour[4 * 48];
-    static float sh[27 * 27];
+    static float sh[27 * 27], sight[12 * 48];
+    static int32_t stand_in[48];
     struct probe_mesh m;
     make_mesh(corners, position, vertex, neighbour, &m);
+    make_sight(&m, sight, stand_in);
     uint8_t *at = seed->data;
     *at++ = packed;
     if (packed) {
         struct probe_volume *v;
         for (size_t i = 0; i < 27 * m.probes; i++)
             sh[i] = (float)(i * 7 % 13) / 8;
-        if (probe_volume_create(&v, &m, 0, NULL))
+        if (probe_volume_create(&v, &m, 0, NULL) ||
+            (sees && probe_volume_set_sight(v, sight, stand_in, NULL)))
             bail("no seed");
         static uint64_t image[ROOM / 8];
         const size_t bytes = probe_volume_pack(v, 2, sh, 0, packing, image, ROOM - 1);
@@ -239,6 +285,13 @@ static void make_seed(int corners, bool packed, enum probe_packing packing, stru
         at += m.cells * (size_t)corners * 4;
         memcpy(at, neighbour, m.cells * (size_t)corners * 4);
         at += m.cells * (size_t)corners * 4;
+        if (sees) {
+            const size_t sights = m.cells * (size_t)(corners * (corners - 1)) * sizeof *sight;
+            memcpy(at, sight, sights);
+            at += sights;
+            memcpy(at, stand_in, m.cells * 4);
+            at += m.cells * 4;
+        }
     }
     seed->size = (size_t)(at - seed->data);
 }
@@ -278,17 +331,23 @@ static void mutate(struct bytes *b, struct random *r)
 
 int main(int argc, char **argv)
 {
-    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : tap_cases(60000);
+    const unsigned long mutations = argc > 1 ? strtoul(argv[1], NULL, 10) : tap_cases(40000);
     struct random r = random_start(argc > 2 ? strtoull(argv[2], NULL, 10) : 1, 0, 0);
-    static struct bytes seeds[12], b;
-    for (int i = 0; i < 12; i++) {
-        make_seed(1 + i % 4, i >= 4, i >= 8 ? PROBE_PACK_HALF : PROBE_PACK_FLOAT, &seeds[i]);
+    /* meshes, packed floats, packed halves; then the same with sight */
+    static struct bytes seeds[2 * KINDS], b;
+    for (int i = 0; i < 2 * KINDS; i++) {
+        const int kind = i % KINDS;
+        make_seed(1 + kind % 4, kind >= 4, i >= KINDS,
+                  kind >= 8 ? PROBE_PACK_HALF : PROBE_PACK_FLOAT, &seeds[i]);
         LLVMFuzzerTestOneInput(seeds[i].data, seeds[i].size);
     }
-    ok(accepted == 96, "the seeds are meshes, of each dimension, plain and packed (%lu)", accepted);
+    ok(accepted == 2 * (4 * 8 + 8 * 9) && sighted == 4 * 8 + 8 * 8,
+       "the seeds are meshes, of each dimension, plain and packed (%lu), half with sight (%lu)",
+       accepted, sighted);
     for (unsigned long i = 0; i < mutations; i++) {
         /* tetrahedra more often */
-        const struct bytes *seed = &seeds[i % 3 ? i % 12 : (i / 3) % 3 * 4 + 3];
+        const struct bytes *seed =
+            &seeds[(i % 3 ? i % KINDS : (i / 3) % 3 * 4 + 3) + (i / KINDS % 2 ? KINDS : 0)];
         b.size = seed->size;
         memcpy(b.data, seed->data, seed->size);
         mutate(&b, &r);
@@ -296,6 +355,7 @@ int main(int argc, char **argv)
     }
     ok(accepted > mutations / 20, "%lu mutated meshes became volumes (%lu) or were refused",
        mutations, accepted);
+    ok(sighted > mutations / 20, "%lu volumes saw", sighted);
     return tap_done();
 }
 
