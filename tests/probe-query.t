@@ -50,6 +50,12 @@ refused 1 "--interpolate barycentric" behind --interpolate nearest baked.probe
 probe-query --pack float -o baked.pack baked.probe
 refused 1 "a packed file does not say how its scene is read" behind baked.pack
 refused 2 "need each other" probe-query --visible rays baked.probe
+# sight that is missing
+probe-cat --text baked.probe | awk '/^table/ { cells = 0 }
+    cells && /^[0-9]/ { $0 = $0 (++row == 3 ? " nan nan nan nan nan nan nan nan nan nan nan nan" : \
+                                 " 0 0 0 0 0 0 0 0 0 0 0 0") }
+    /^table tet/ { cells = 1; $0 = $0 " sight:f32:12" } { print }' >unsighted.probe
+refused 1 "cell 2: sight is not finite" probe-query unsighted.probe many
 refused 2 "need each other" probe-query --scene wall.obj baked.probe
 refused 2 "no --visible rays" \
     probe-query --pack float --visible rays --scene wall.obj -o x baked.probe
