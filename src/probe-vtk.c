@@ -72,13 +72,13 @@ static struct error *run(struct vtk_options *o, const char *input, struct warnin
     struct vtk_scene surface = {0};
     char *name = NULL;
     struct error *err = stream_read(&stream, input);
-    if (!err)
-        err = error_wrap(vtk_probes_init(&cells, stream, o->exposure, warnings), "%s",
-                         file_input_name(input));
     if (!err && o->scene)
         err = read_scene(&scene, o->scene, &o->given, &stream->header, warnings);
     if (!err)
         err = scene_told_in(warnings, &stream->header, o->quiet);
+    if (!err) /* which borrows the header, from here on as it is */
+        err = error_wrap(vtk_probes_init(&cells, stream, o->exposure, warnings), "%s",
+                         file_input_name(input));
     if (!err && o->scene)
         err = error_wrap(vtk_scene_init(&surface, scene), "%s", o->scene);
     if (!err && o->scene && !o->scene_output)
