@@ -301,7 +301,6 @@ static void test_halls(const struct halls *h)
     struct random r = random_start(5, 0, 0);
     struct probe_volume *v = volume_of(&h->grid), *blind = volume_of(&h->grid);
     double unseen[2] = {0}, off = 0, least = 0;
-    size_t stood_in = 0;
     if (probe_volume_set_sight(v, h->sights.sight, h->sights.stand_in, NULL))
         bail("no sight");
     for (int i = 0; i < POINTS; i++) {
@@ -321,8 +320,6 @@ static void test_halls(const struct halls *h)
                                      (1 - (double)trace_visibility(h->bench.tracer, q, p));
             }
             off = fmax(off, fabs(sum - 1));
-            if (!which)
-                stood_in += h->sights.stand_in[place.cell] >= 0;
         }
     }
     ok(off < 1e-12 && least >= 0, "weights sum to 1 (to %.1e), and none is below 0", off);
