@@ -774,10 +774,10 @@ static void test_packed(void)
     for (size_t size = 0; size < bytes[0]; size += 1 + size / 3)
         accepted += probe_volume_open(&none, image[0], size, 0, NULL) == PROBE_OK;
     ok(accepted == 0, "a file that is cut short is refused");
-    ok(probe_volume_open(&none,
-                         "this is not a packed file, is it? no, it is not. it has no more than "
-                         "many bytes of english prose, and then some, and an end.....",
-                         128, 0, NULL) == PROBE_NOT_AN_IMAGE,
+    static const _Alignas(8) char prose[129] =
+        "this is not a packed file, is it? no, it is not. it has no more than "
+        "many bytes of english prose, and then some, and an end.....";
+    ok(probe_volume_open(&none, prose, 128, 0, NULL) == PROBE_NOT_AN_IMAGE,
        "what is not a packed file is refused as such");
     sh[5] = NAN;
     ok(probe_volume_pack(v, 3, sh, 0, PROBE_PACK_HALF, NULL, 0) == 0,
