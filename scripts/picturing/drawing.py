@@ -195,7 +195,7 @@ def add_caption(renderer, baked, exposure, options):
         words.append(f"{baked.grid.GetNumberOfCells()} tetrahedra")
         leaking = array(baked.grid.GetCellData(), "leaking_edges")
         if leaking is not None and options.what in ("cells", "both"):
-            words.append(f"{np.count_nonzero(leaking)} of them leak (red edges)")
+            words.append(f"walls on edges of {np.count_nonzero(leaking)} (red)")
     if baked.sh is not None:
         words.append(f"exposure {exposure:.3g}")
     caption = vtk.vtkTextActor()

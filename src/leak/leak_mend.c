@@ -105,8 +105,8 @@ static struct error *store_sight(struct stream *stream, const struct leak_mend_j
     if (!err)
         err = table_add_column(cells.table, "stand_in", COLUMN_I32, 1, &stand_in);
     if (!err) {
-        memcpy(column_f32(table_column(cells.table, "sight")), sights.sight,
-               width * mesh.cell_count * sizeof *sights.sight);
+        sight = table_column(cells.table, "sight"); /* the table has moved its columns since */
+        memcpy(column_f32(sight), sights.sight, width * mesh.cell_count * sizeof *sights.sight);
         memcpy(column_i32(stand_in), sights.stand_in, mesh.cell_count * sizeof *sights.stand_in);
     }
     if (!err && job->program)
