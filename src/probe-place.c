@@ -143,7 +143,7 @@ static struct error *place_probes(struct arguments *a, struct program *program,
     if (!err && scene_path)
         err = scene_read(&scene, scene_path, settings, false, warnings);
     if (!err && scene)
-        frames_warn(scene, warnings);
+        err = frames_warn(scene, warnings);
     world.scene = scene;
     if (!err)
         err = method->place(&place, &a->options, &world);

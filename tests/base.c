@@ -4,6 +4,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/once.h"
 #include "base/options.h"
 #include "base/threads.h"
 #include "base/warning.h"
@@ -210,6 +211,40 @@ static void test_threads(void)
     ok(!threads_for(4, 0, square_or_fail, squares), "an empty loop is done at once");
 }
 
+static struct error *count_or_fail(void *context)
+{
+    int *count = context;
+    return ++*count < 100 ? NULL : error_new("no more");
+}
+
+struct making {
+    struct once *once;
+    int count;
+};
+
+static struct error *make_one(void *context, size_t index, int thread)
+{
+    (void)index, (void)thread;
+    struct making *making = context;
+    return once_do(making->once, count_or_fail, &making->count);
+}
+
+static void test_once(void)
+{
+    for (int first = 0; first < 100; first += 99) {
+        struct making making = {.count = first};
+        struct error *err = once_create(&making.once);
+        if (!err)
+            err = threads_for(4, 300, make_one, &making);
+        ok(making.count == first + 1, "300 askers on 4 threads make a thing once");
+        ok(first ? err && !strcmp(error_message(err), "no more") : !err,
+           first ? "its error is the askers'" : "and get it");
+        error_destroy(err);
+        once_destroy(making.once);
+    }
+    once_destroy(NULL);
+}
+
 static void test_warnings(void)
 {
     struct warnings w = {0};
@@ -396,6 +431,7 @@ int main(void)
     test_array();
     test_file();
     test_threads();
+    test_once();
     test_warnings();
     test_options();
     test_option_values();

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light beside far things: rays are as fine as where nothing else is (frames.h). */
+#include "base/warning.h"
 #include "support/capture_bench.h"
 #include "trace/frames.h"
 
@@ -33,12 +34,14 @@ static void add_room(struct bench *b, const double at[3])
                 material(0, 5));
 }
 
-enum far { NOTHING, ORIGIN, TRIANGLE, CITY, ROW, GROUND, DOME };
+enum far { NOTHING, ORIGIN, TRIANGLE, CITY, ROW, ISLANDS, TOWN, GROUND, DOME };
 static const char *const names[] = {"nothing",
                                     "a marker at the origin",
                                     "something 1000 km away",
                                     "a city 100 km away",
                                     "houses every 200 km",
+                                    "70 houses, one every 100 km",
+                                    "a place of 200 times as many triangles",
                                     "a ground of 1000 km below",
                                     "a dome of 1000 km about, off its centre"};
 
@@ -62,6 +65,11 @@ static void add_far(struct bench *b, enum far far, const double at[3])
         add_room(b, (const double[3]){at[0] + 1e5, at[1] + 30, at[2] - 2e4});
     for (int i = 1; i < 5 && far == ROW; i++)
         add_room(b, (const double[3]){at[0] + 2e5 * i, at[1], at[2]});
+    for (int i = 1; i < 70 && far == ISLANDS; i++)
+        add_room(b, (const double[3]){at[0] + 1e5 * (i % 9), at[1], at[2] + 1e5 * (i / 9)});
+    for (int i = 0; i < 1400 && far == TOWN; i++)
+        add_quad_at(b, (const double[3]){at[0] + 1e6 + i % 40, at[1], at[2] + i / 40.}, one,
+                    material(0.8f, 0));
     if (far == GROUND)
         add_quad_at(b, at, big, material(0.8f, 0));
     if (far == DOME)
@@ -141,10 +149,42 @@ static void test_ordinary(void)
     add_room(&b, beside);
     add_floor(&b, 50, -2.5, material(0.5f, 0));
     bench_finish(&b, 1);
-    const struct frames frames = frames_find(b.scene);
+    struct frames frames;
+    must(frames_find(&frames, b.scene));
     ok(frames.count == 1 && frames.box[0].low[0] <= -50 && frames.box[0].high[0] >= 62,
        "two houses 60 m apart share a frame");
     bench_clear(&b);
+}
+
+/* Of pieces that are too far apart and too many it is said, and of one that nobody meant; not of
+ * islands, a room each. */
+static void test_warnings(void)
+{
+    static const struct {
+        int rooms, side;
+        bool marker;
+        size_t warnings;
+    } tries[] = {{1, 1, false, 0}, {40, 7, false, 0}, {40, 7, true, 1}, {600, 25, false, 2}};
+    for (size_t i = 0; i < sizeof tries / sizeof *tries; i++) {
+        struct bench b;
+        struct warnings warnings = {0};
+        bench_start(&b);
+        for (int k = 0; k < tries[i].rooms; k++)
+            add_room(&b,
+                     (const double[3]){1e5 * (k % tries[i].side), 0, 1e5 * (k / tries[i].side)});
+        if (tries[i].marker) { /* 2 triangles beside 600 */
+            add_quad(&b, (const double[12]){9e6, 0, 0, 9e6, 1, 0, 9e6, 1, 1, 9e6, 0, 1},
+                     material(0.8f, 0));
+            for (int k = 0; k < 300; k++)
+                add_floor(&b, 2, -1 - k / 300., material(0.8f, 0));
+        }
+        bench_finish(&b, 1);
+        must(frames_warn(b.scene, &warnings));
+        ok(warnings.count == tries[i].warnings, "%d islands%s: %zu warnings", tries[i].rooms,
+           tries[i].marker ? " and a marker" : "", warnings.count);
+        warnings_clear(&warnings);
+        bench_clear(&b);
+    }
 }
 
 int main(void)
@@ -153,7 +193,9 @@ int main(void)
         test_beside(far, survey);
     test_beside(CITY, (const double[3]){survey[0] + 1e5, survey[1] + 30, survey[2] - 2e4});
     test_beside(ROW, (const double[3]){survey[0] + 8e5, survey[1], survey[2]});
+    test_beside(ISLANDS, (const double[3]){survey[0] + 6e5, survey[1], survey[2] + 7e5});
     test_occlusion();
     test_ordinary();
+    test_warnings();
     return tap_done();
 }

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# errors, arrays, warnings, threads, signals, progress, clock, numbers as text, options, bytes of
-# files
+# errors, arrays, warnings, threads, what is made once, signals, progress, clock, numbers as text,
+# options, bytes of files
 base_sources = \
 	%D%/array.c %D%/array.h \
 	%D%/clock.c %D%/clock.h \
@@ -9,6 +9,7 @@ base_sources = \
 	%D%/file.c %D%/file.h \
 	%D%/interrupt.c %D%/interrupt.h \
 	%D%/number.cc %D%/number.h \
+	%D%/once.c %D%/once.h \
 	%D%/options.c %D%/options.h \
 	%D%/progress.c %D%/progress.h \
 	%D%/threads.c %D%/threads.h \

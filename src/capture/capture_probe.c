@@ -428,7 +428,10 @@ struct error *capture_probe(const struct path_tracer *paths,
                             const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result)
 {
-    const struct path_tracer *path = path_near(paths, p);
+    const struct path_tracer *path;
+    struct error *err = path_near(paths, p, &path);
+    if (err)
+        return err;
     struct work w = {
         .path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
     if (settings->normal_count && !normal)
@@ -446,7 +449,6 @@ struct error *capture_probe(const struct path_tracer *paths,
     w.room = trace_start_room(path->tracer, p);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
-    struct error *err = NULL;
     for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {
         err = take_round(&w, rays);
         if (!err)

@@ -303,8 +303,10 @@ struct error *render_picture(const struct render *r, enum render_light light,
     if (!err && variance)
         err = picture_init(variance, r->camera->width, r->camera->height);
     struct render near = *r;
-    near.path =
-        path_near(r->path, (const double[3]){r->camera->eye.x, r->camera->eye.y, r->camera->eye.z});
+    if (!err)
+        err = path_near(r->path,
+                        (const double[3]){r->camera->eye.x, r->camera->eye.y, r->camera->eye.z},
+                        &near.path);
     struct job job = {.render = &near,
                       .light = light,
                       .picture = picture,

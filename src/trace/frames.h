@@ -3,9 +3,10 @@
  *
  * One box holds most scenes: its centre is the origin. Where pieces of a scene stand so far apart
  * that beside the space between them they are small, floats about that centre would be too coarse
- * for them, and each piece gets a frame of its own. Pieces are parted where an eighth of the box's
- * longest side, or more, is empty across one of its axes. Where a few large triangles are a ground
- * or a sky about small things, the origin is in the midst of these.
+ * for them, and each piece gets a frame of its own, which is made when a ray first starts near it.
+ * Pieces are parted where a 256th of the box's longest side, or more, is empty across one of its
+ * axes. Where a few large triangles are a ground or a sky about small things, the origin is in the
+ * midst of these.
  */
 #ifndef FRAMES_H
 #define FRAMES_H
@@ -13,9 +14,12 @@
 #include "math/box.h"
 #include "scene/scene.h"
 
+struct error;
 struct warnings;
 
-enum { FRAMES_MOST = 8 };
+/* As each frame that is made holds all of the scene, there are fewer of scenes of more than 2^16
+ * triangles, 8 at least. */
+enum { FRAMES_MOST = 256 };
 
 /* The boxes of a scene's frames, that of most triangles first: at least one. */
 struct frames {
@@ -23,10 +27,11 @@ struct frames {
     int count;
 };
 
-struct frames frames_find(const struct scene *scene);
+struct error *frames_find(struct frames *frames, const struct scene *scene);
 
-/* Warns of pieces that have no frame, since they have few triangles or there are too many, and are
- * so far from all frames that floats are coarse beside them. */
-void frames_warn(const struct scene *scene, struct warnings *warnings);
+/* Warns of pieces that are so far from the rest that floats about its centre are coarse beside
+ * them, where they have few triangles, which are hardly meant to be there, or no frame, since there
+ * are too many. */
+struct error *frames_warn(const struct scene *scene, struct warnings *warnings);
 
 #endif

@@ -8,6 +8,7 @@
 #include "trace/path.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/once.h"
 #include "math/angle.h"
 #include "scene/scene_shade.h"
 
@@ -36,31 +37,49 @@ static struct error *add_suns(struct path_tracer *path)
     return err;
 }
 
-struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces)
+/* Makes all that is asked for: lights, sky, suns. */
+static struct error *start(void *context)
 {
-    *path = (struct path_tracer){.tracer = tracer, .bounces = bounces};
-    struct error *err = lights_init(&path->lights, tracer);
+    struct path_tracer *path = context;
+    struct error *err = lights_init(&path->lights, path->tracer);
     for (size_t i = 0; i < path->lights.instance_count && !err; i++)
         path->emissive = path->emissive || path->lights.number[i];
     if (!err)
-        err = sky_init(&path->sky, tracer->scene);
-    if (!err)
-        err = add_suns(path);
-    if (!err && tracer->next)
-        err = array_create(&path->next, 1, sizeof *path->next);
-    if (!err && tracer->next)
-        err = path_init(path->next, tracer->next, bounces);
+        err = sky_init(&path->sky, path->tracer->scene);
+    return err ? err : add_suns(path);
+}
+
+struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces)
+{
+    *path = (struct path_tracer){.tracer = tracer, .bounces = bounces};
+    struct path_tracer *last = path;
+    struct error *err = start(path);
+    for (const struct tracer *t = tracer->next; t && !err; t = t->next) {
+        err = array_create(&last->next, 1, sizeof *last->next);
+        if (!err) {
+            last = last->next;
+            *last = (struct path_tracer){.tracer = t, .bounces = bounces};
+            err = once_create(&last->started);
+        }
+    }
     if (err)
         path_clear(path);
     return err;
 }
 
-const struct path_tracer *path_near(const struct path_tracer *path, const double p[3])
+struct error *path_near(const struct path_tracer *paths, const double p[3],
+                        const struct path_tracer **near)
 {
-    const struct tracer *near = trace_near(path->tracer, p);
-    while (path->tracer != near)
+    const struct tracer *tracer;
+    struct error *err = trace_find_near(paths->tracer, p, &tracer);
+    *near = paths;
+    if (err || tracer == paths->tracer)
+        return err;
+    struct path_tracer *path = paths->next;
+    while (path->tracer != tracer)
         path = path->next;
-    return path;
+    *near = path;
+    return once_do(path->started, start, path);
 }
 
 void path_clear(struct path_tracer *path)
@@ -68,6 +87,8 @@ void path_clear(struct path_tracer *path)
     lights_clear(&path->lights);
     sky_clear(&path->sky);
     free(path->suns);
+    once_destroy(path->started);
+    path->started = NULL;
     path->suns = NULL;
     if (path->next)
         path_clear(path->next);

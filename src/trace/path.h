@@ -33,6 +33,7 @@ struct path_tracer {
     bool emissive;            /* the tree holds emissive surfaces */
     int bounces;              /* how often a path may scatter */
     struct path_tracer *next; /* the same of tracer->next; owned */
+    struct once *started;     /* what path_near starts; owned; NULL: it was from the start */
 };
 
 /* How a receiver's directions are drawn, against which light that it could meet both ways is
@@ -64,8 +65,10 @@ struct path_found {
 struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
 
-/* Of a path tracer and those that follow it, the one to use for what p sees (trace_near). */
-const struct path_tracer *path_near(const struct path_tracer *path, const double p[3]);
+/* Of a path tracer and those that follow it, the one to use for what p sees (trace_find_near), made
+ * now if nobody was there before. */
+struct error *path_near(const struct path_tracer *paths, const double p[3],
+                        const struct path_tracer **near);
 
 enum { PATH_WAVE = TRACE_WAVE }; /* paths that go together */
 

@@ -2,6 +2,7 @@
 #include "trace/trace.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/once.h"
 #include "math/affine.h"
 #include "math/box.h"
 #include "trace/frames.h"
@@ -239,61 +240,76 @@ static struct error *build(struct tracer *t)
     return err;
 }
 
-static struct error *create_about(struct tracer **tracer, const struct scene *scene,
-                                  const struct box *box)
+/* Makes all of a tracer but its frame. */
+static struct error *wake(void *context)
 {
-    struct tracer *t = NULL;
-    *tracer = NULL;
-    struct error *err = array_create(&t, 1, sizeof *t);
-    if (err)
-        return err;
-    t->scene = scene;
-    t->reach = 1;
-    set_frame(t, box);
+    struct tracer *t = context;
     t->device = rtcNewDevice("isa=avx");
     if (!t->device)
-        err = error_new("Embree does not run on this processor: it needs AVX");
-    if (!err) {
-        t->embree = new_scene(t);
-        err = build(t);
-    }
+        return error_new("Embree does not run on this processor: it needs AVX");
+    t->embree = new_scene(t);
+    return build(t);
+}
+
+static struct error *add_frame(struct tracer **tracer, const struct scene *scene,
+                               const struct box *box)
+{
+    struct error *err = array_create(tracer, 1, sizeof **tracer);
     if (err)
-        trace_destroy(t);
-    else
-        *tracer = t;
-    return err;
+        return err;
+    (*tracer)->scene = scene;
+    (*tracer)->reach = 1;
+    set_frame(*tracer, box);
+    return NULL;
 }
 
 struct error *trace_create(struct tracer **tracer, const struct scene *scene)
 {
-    const struct frames frames = frames_find(scene);
-    struct error *err = create_about(tracer, scene, &frames.box[0]);
-    struct tracer *last = *tracer;
-    for (int i = 1; i < frames.count && !err; i++) {
-        err = create_about(&last->next, scene, &frames.box[i]);
-        last = last->next;
+    struct frames frames = {.count = 0};
+    struct tracer *last = NULL;
+    *tracer = NULL;
+    struct error *err = frames_find(&frames, scene);
+    for (int i = 0; i < frames.count && !err; i++) {
+        struct tracer **next = i ? &last->next : tracer;
+        err = add_frame(next, scene, &frames.box[i]);
+        last = *next;
+        if (!err)
+            err = i ? once_create(&last->awake) : wake(last);
     }
-    if (err && *tracer) {
+    if (err) {
         trace_destroy(*tracer);
         *tracer = NULL;
     }
     return err;
 }
 
-const struct tracer *trace_near(const struct tracer *t, const double p[3])
+struct error *trace_find_near(const struct tracer *tracer, const double p[3],
+                              const struct tracer **near)
 {
-    if (!t->next)
-        return t;
-    const struct tracer *best = t;
-    double least = (double)INFINITY;
-    for (; t; t = t->next) {
+    struct tracer *best = NULL; /* the first is built from the start */
+    double least = vec3_length(vec3_sub(vec3_load(p), tracer->centre));
+    *near = tracer;
+    for (struct tracer *t = tracer->next; t; t = t->next) {
         const double distance = vec3_length(vec3_sub(vec3_load(p), t->centre));
         if (distance < least) {
             least = distance;
             best = t;
         }
     }
-    return best;
+    if (!best)
+        return NULL;
+    struct error *err = once_do(best->awake, wake, best);
+    if (!err)
+        *near = best;
+    return err;
+}
+
+const struct tracer *trace_near(const struct tracer *tracer, const double p[3])
+{
+    const struct tracer *near = tracer;
+    if (tracer->next)
+        error_destroy(trace_find_near(tracer, p, &near));
+    return near;
 }
 
 void trace_destroy(struct tracer *t)
@@ -313,6 +329,7 @@ void trace_destroy(struct tracer *t)
     free(t->geometry);
     free(t->vertices);
     free(t->parts);
+    once_destroy(t->awake);
     free(t);
 }
 

@@ -29,6 +29,7 @@ struct tracer {
     double scale;        /* local length of a world unit: a power of two */
     double extent;       /* of the scene: its largest local coordinate, at least 1 */
     struct tracer *next; /* the same about another centre (frames.h); owned; NULL: no more */
+    struct once *awake;  /* what follows was made; owned; NULL: it always is */
     double reach;        /* what the radius of trace_distance's query is to be multiplied with */
     RTCDevice device;
     RTCScene embree;
@@ -186,7 +187,11 @@ static inline struct vec3f trace_albedo(const struct tracer *tracer,
 /* -- points ----------------------------------------------------------------------------------- */
 
 /* Of a tracer and those that follow it, the one whose centre is nearest to p: local coordinates of
- * what is seen from there are to be its. */
+ * what is seen from there are to be its. It is built now, if nobody was there before. */
+struct error *trace_find_near(const struct tracer *tracer, const double p[3],
+                              const struct tracer **near);
+
+/* The same, or, where that one cannot be built, the first. */
 const struct tracer *trace_near(const struct tracer *tracer, const double p[3]);
 
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
