@@ -75,7 +75,7 @@ static void test_path(void)
     fputs("# a corner\n0 0 0\n\n10 0 0\n10 3.5 0\n10 3.5 0\n", f);
     fclose(f);
     struct place place = {0};
-    must(place_path(&place, name, 1, 1e6));
+    must(place_path(&place, name, 1, 1e6, NULL));
     double longest = 0, length = 0;
     for (size_t i = 1; i < place.count; i++) {
         const double d = vec3_length(
@@ -89,7 +89,7 @@ static void test_path(void)
     f = fopen(name, "w");
     fputs("0 0 0\n1 2\n", f);
     fclose(f);
-    struct error *err = place_points(&place, name, 1e6);
+    struct error *err = place_points(&place, name, 1e6, NULL);
     ok(err && strstr(error_message(err), ":2: expected 3 numbers, as in the lines before, got 2"),
        "refused: %s", err ? error_message(err) : "");
     error_destroy(err);

@@ -267,6 +267,17 @@ static void test_ply(void)
         "face 1 of 1: the file ends here");
     refuse_text("a word for a number", "x.ply", PLY_VERTICES "end_header\n0 0 0\n1 zero 0\n1 1 0\n",
                 "vertex 2 of 3: expected a number");
+#define PLY_FACE                                                                                   \
+    PLY_VERTICES                                                                                   \
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n"
+    refuse_text("more faces than promised", "x.ply", PLY_FACE "3 0 1 2\n3 0 2 1\n",
+                "8 bytes follow all that the header promises");
+    refuse_text("a corner between two vertices", "x.ply", PLY_FACE "3 0 1 1.5\n",
+                "face 1 has a corner that is not");
+    refuse_text("a face of two corners", "x.ply", PLY_FACE "2 0 1\n", "face 1 has 2 corners");
+    warnings_clear(&warnings);
+    expect_text("a last line without an end", "x.ply", PLY_FACE "3 0 1 2", 1, 2);
+    ok(warnings_of_kind(&warnings, "last line without an end") == 1, "with a warning");
     refuse_text("no end_header", "x.ply", PLY_VERTICES, "no end_header");
     refuse_text("a property before any element", "x.ply",
                 "ply\nformat ascii 1.0\nproperty float x\nend_header\n", "before any element");
@@ -318,6 +329,31 @@ static void test_off(void)
                 "face 1 of 1: the file ends here");
     refuse_text("a word for a number", "x.off", "OFF\n3 1 0\n0 0 zero\n",
                 "vertex 1 of 3: expected a number");
+#define OFF_CORNERS "\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n"
+    refuse_text("a colour of two numbers", "x.off",
+                "OFF" OFF_CORNERS "3 0 1 2 255 0\n3 0 1 2 255 0 0\n",
+                "face 1 of 2: expected a col");
+    refuse_text(
+        "a colour cut off within its numbers", "x.off",
+        "OFF" OFF_CORNERS "3 0 1 2 .5 .5 .5 1\n3 0 1 2 .5 .5 .5",
+        "face 2 of 2: the file ends, without a line end, in a colour of 3 numbers after one of 4");
+    refuse_text(
+        "and before them", "x.off", "OFF" OFF_CORNERS "3 0 1 2 9 9 9\n3 0 1 2 ",
+        "face 2 of 2: the file ends, without a line end, in a colour of 0 numbers after one of 3");
+    refuse_text("within an exponent", "x.off",
+                "OFF" OFF_CORNERS "3 0 1 2 .5 .5 .5\n3 0 1 2 .5 .5 5e",
+                "face 2 of 2: expected a number");
+    refuse_text("vertices without the colours that are promised", "x.off",
+                "COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 255 0\n1 1 0 255 0 0 255\n3 0 1 2\n",
+                "vertex 2 of 3: expected 4 numbers behind the coordinates, got 2");
+    refuse_text("a corner between two vertices", "x.off",
+                "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 1.5\n", "expected a whole number, got 1.5");
+    refuse_text("more faces than promised", "x.off",
+                "OFF" OFF_CORNERS "3 0 1 2\n3 0 1 2\n3 0 2 1\n", "more follows the 2 faces");
+    expect_text("points and edges", "x.off", "OFF" OFF_CORNERS "2 0 1\n3 0 1 2\n", 1, 2);
+    warnings_clear(&warnings);
+    expect_text("a last line without an end", "x.off", "OFF" OFF_CORNERS "3 0 1 2\n3 0 1 2", 2, 4);
+    ok(warnings_of_kind(&warnings, "last line without an end") == 1, "with a warning");
     refuse_text("four dimensions", "x.off", "4OFF\n3 1 0\n", "only three dimensions");
     refuse_text("binary", "x.off", "OFF BINARY\n", "binary OFF");
     refuse_text("something else", "x.off", "offside\n", "expected OFF");
@@ -490,7 +526,10 @@ static void test_stl(void)
     expect("binary STL that calls itself solid", "x.stl", file.data, file.size, 3, 6);
     file = make_stl("made by hand", 2, 3);
     expect("bytes behind the last facet", "x.stl", file.data, file.size, 2, 4);
+    const struct bytes data_of_two = file;
     file = make_stl("made by hand", 4000000000u, 3);
+    refuse("a header that counts the facets wrong", "x.stl", data_of_two.data, data_of_two.size,
+           "promises 2 facets, and 1 more follow");
     refuse("a lying count", "x.stl", file.data, file.size,
            "promises 4000000000 facets, there is room for 3");
     refuse("a header cut off", "x.stl", file.data, 83, "expected STL");
@@ -498,6 +537,14 @@ static void test_stl(void)
                 "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
                 "without endsolid");
     refuse_text("cut off between facets", "x.stl", "solid\n" FACET, "without endsolid");
+    refuse_text("cut off in endsolid", "x.stl", "solid\n" FACET "endsol", "without endsolid");
+    refuse_text("a loop of two corners", "x.stl",
+                "solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendsolid\n",
+                "face 1 has 2 corners");
+    refuse_text("an unknown word in a loop", "x.stl", "solid\nouter loop\nvertx 0 0 0\n",
+                "facet 1: expected vertex or endloop, got 'vertx'");
+    refuse_text("a vertex outside of loops", "x.stl", "solid\nvertex 0 0 0\nendsolid\n",
+                "expected a loop around vertices, got 'vertex'");
     refuse_text("a word for a number", "x.stl", "solid\nouter loop\nvertex 0 zero 0\n",
                 "expected 3 coordinates");
 }

@@ -83,11 +83,13 @@ static void test_geometry(void)
     expect("tabs and blanks", "v\t0\t0\t0 \n  v 1 0 0\nv  1   1\t0\nv 0 1 0\n\tf\t1\t2  3 4  \n", 2,
            1, NULL);
     expect("Windows line ends", "v 0 0 0\r\nv 1 0 0\r\nv 1 1 0\r\nf 1 2 3\r\n", 1, 0.5, NULL);
-    expect("old Macintosh line ends", "v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3", 1, 0.5, NULL);
+    expect("old Macintosh line ends", "v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3\r", 1, 0.5, NULL);
     expect("a byte order mark", "\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", 1, 0.5, NULL);
     expect("continued lines", "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\r\n3 \\\n4\n", 2, 1,
            NULL);
-    expect("no line end at the end", CORNERS "f 1 2 3 4", 2, 1, NULL);
+    expect("no line end at the end", CORNERS "f 1 2 3 4", 2, 1, "last line without an end");
+    expect("no line end behind a comment", CORNERS "f 1 2 3 4 # 2", 2, 1, NULL);
+    expect("no line end behind a name", CORNERS "f 1 2 3 4\ng 2b", 2, 1, NULL);
     expect("vertices behind the faces that use them", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n", 1,
            0.5, NULL);
     expect("exponents and signs", "v +0 -0 .0\nv 1e0 0. 0E-3\nv 10.e-1 +.1E+1 0\nf 1 2 3\n", 1, 0.5,
@@ -135,6 +137,15 @@ static void test_geometry(void)
            "material missing");
     ok(warnings.count == 1, "and no word of a file that is cut off");
 
+    expect("statements that say nothing of triangles",
+           CORNERS "g\no x\ns 1\nmg 1 2\nlod 1\nusemap off\nmaplib a\nbevel on\nc_interp off\n"
+                   "d_interp off\nshadow_obj a\ntrace_obj a\nvn 0 0 1\nvp 0 0\n#\n# v\nf 1 2 3\n",
+           1, 0.5, NULL);
+    expect("statements that OBJ has not", CORNERS "F 1 2 3\nfoo\nF 1 3 4\nf 1 2 3\n", 1, 0.5,
+           "statement unknown");
+    ok(warnings.count == 1 &&
+           strstr(warnings.list[0].message, ": 3 lines that begin with 'F', 'foo' are no"),
+       "they are named once");
     static char text[20000];
     char *to = text + sprintf(text, CORNERS);
     for (int i = 0; i < 300; i++)
@@ -458,9 +469,16 @@ static void test_libraries(void)
         scene_destroy(s);
     }
     struct scene *s = read_obj("mtllib none.mtl\n" FACE "usemtl a\nf 1 2 3\n");
-    ok(is_colour(s->materials[0].albedo, .8, .8, .8) &&
+    ok(is_colour(s->materials[0].albedo, .8, .8, .8) && warnings.count == 1 &&
            warnings_of_kind(&warnings, "material file missing") == 1,
        "a missing material file is said, and grey used");
+    scene_destroy(s);
+    s = read_obj("mtllib none.mtl nor.mtl\n" FACE
+                 "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 4\nusemtl a\nf 1 3 4\n");
+    ok(warnings.count == 1 && warnings.list[0].count == 1 &&
+           strstr(warnings.list[0].message, "none.mtl, nor.mtl is missing") &&
+           strstr(warnings.list[0].message, " 2 materials are lost"),
+       "once, with how many materials are lost");
     scene_destroy(s);
     s = read_obj("mtllib one.mtl\n" FACE
                  "f 1 2 3\nusemtl a\nf 1 2 4\nusemtl b\nf 2 3 4\nusemtl a # again\nf 1 3 4\n");
@@ -501,8 +519,24 @@ static void test_files(void)
         {CORNERS "f 1 2 3\nv 1 2", "x.obj:6: expected a vertex"},
         {CORNERS "f 1 2 3\nf 2 3", "x.obj:6: the file is cut off in the face 'f 2 3'"},
         {CORNERS "f 1 2 3\nf", "x.obj:6: the file is cut off"},
+        {CORNERS "f 1 2 3\nf 1 2\n", "x.obj:6: face 2 has 2 corners, expected 3 or more"},
+        {CORNERS "f 1\n", "x.obj:5: face 1 has 1 corners"},
+        {CORNERS "f 1 2 3\nf 1//1 2//1 3/", "x.obj:6: the file is cut off in the face"},
+        {CORNERS "f 1 2 3\nf 1/1/1 2/1/1 3/1", "x.obj:6: the file is cut off in the face"},
+        {CORNERS "f 1 2 3\nf 1/1/1 2/1/1 3/1/", "x.obj:6: the file is cut off in the face"},
+        {CORNERS "f 1 2 3\nusemt", "x.obj:6: the file is cut off in 'usemt'"},
+        {CORNERS "f 1 2 3\nusemtl lam", "x.obj: the file is cut off: no face follows"},
+        {CORNERS "f 1 2 3\nv 1 0 0\nv 2 0 0\nv 1 1 ", "x.obj:8: expected a vertex"},
+        {CORNERS "f 1 2 3\nv 1 0 0\nv 2 0 0\nv 1 1 0", "x.obj: the file is cut off: the last"},
+        {CORNERS "f 1 2 3\nv 1 0 0 .5 .5", "x.obj:6: the file is cut off in the colour"},
+        {CORNERS "vt\nf 1 2 3\n", "x.obj:5: expected a texture coordinate"},
+        {CORNERS "f 1 2 3\ncall b.obj\n", "x.obj:6: what is in the file b.obj is not read"},
+        {"mtllib two.mtl\n" CORNERS "f 1 2 3\n", "two.mtl:2: material 'm': Ke: expected one or"},
+        {"mtllib d.mtl\n" CORNERS "f 1 2 3\n", "d.mtl:3: material 'm': d: expected a number"},
         {CORNERS "vt 0 0\nf 1/1 2/1 3/2\n", "x.obj:6: a corner names texture coordinate 2 of 1"},
         {"mtllib broken.mtl\n" CORNERS "usemtl m\nf 1 2 3\n", "texture broken.png: a damaged"}};
+    files_write("two.mtl", "newmtl m\nKe 9 9");
+    files_write("d.mtl", "newmtl m\n\nd\n");
     files_write("broken.mtl", "newmtl m\nmap_Kd broken.png\n");
     for (size_t i = 0; i < sizeof broken / sizeof *broken; i++) {
         files_write("x.obj", broken[i][0]);

@@ -98,11 +98,12 @@ struct scene_polygons {
     const struct scene_colours *colour, *face_colour;
     const struct scene_run *runs; /* parts of the file, whose `first` are faces here */
     size_t run_count;
+    bool edges; /* the format draws points and edges as faces of one and two corners */
 };
 
 /* Pushes a mesh of these faces, split into triangles, placed as it stands. Faces of fewer than 3
- * corners are left out with a warning, those with a corner out of range are broken. Materials of
- * faces whose colours are not opaque become blended. */
+ * corners are broken (`edges`: left out with a warning), and those with a corner out of range.
+ * Materials of faces whose colours are not opaque become blended. */
 struct error *scene_import_polygons(struct scene_import *import,
                                     const struct scene_polygons *polygons);
 
@@ -116,6 +117,7 @@ struct scene_faces {
     uint32_t *corner;
     size_t corner_count, corner_capacity;
     struct scene_colours vertex_colour, face_colour; /* for scene_colours_set */
+    bool edges;                                      /* of struct scene_polygons */
 };
 
 struct error *scene_faces_vertex(struct scene_faces *faces, double x, double y, double z);
@@ -137,6 +139,11 @@ void scene_import_content(struct scene_import *import, char **data, size_t *size
 struct error *scene_import_broken(struct scene_import *import, const char *kind, size_t line,
                                   const char *format, ...) __attribute__((format(printf, 4, 5)));
 
+/* Warns where a text ends in a number and nothing ends its last line: what is left of a number that
+ * was cut off is a number too. `path` of the text. */
+void scene_import_warn_end(struct scene_import *import, const char *path, const char *text,
+                           size_t size);
+
 /* The path of a file that the scene names: absolute names as they are, others from
  * import->directory; backslashes are slashes where the name as written does not exist; letters may
  * differ in case from the file's on disk. When nothing is found *path is NULL. The caller frees
@@ -151,7 +158,7 @@ struct scene_sampler {
 
 /* The texture in the file called `name` (found by scene_import_find), read once for each use and
  * sampler. One that is missing or of an unknown format is a warning, and *texture SCENE_NONE; one
- * that is damaged is broken. */
+ * that is damaged, or that may not be read, is broken. */
 struct error *scene_import_texture(struct scene_import *import, const char *name,
                                    enum image_use use, struct scene_sampler sampler,
                                    int32_t *texture);

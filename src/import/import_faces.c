@@ -12,12 +12,16 @@ static struct error *check_face(struct scene_import *import, const struct scene_
 {
     const uint32_t size = polygons->size[face];
     *usable = size >= 3;
-    if (!*usable) {
+    if (!*usable && polygons->edges) {
         warnings_add(import->warnings, "faces of fewer than 3 corners",
-                     "%s: face %zu has %u corners: left out", import->path, face + 1,
-                     (unsigned)size);
+                     "%s: face %zu has %u corners, a point or an edge: left out", import->path,
+                     face + 1, (unsigned)size);
         return NULL;
     }
+    if (!*usable)
+        return scene_import_broken(
+            import, "faces of fewer than 3 corners", polygons->line ? polygons->line[face] : 0,
+            "face %zu has %u corners, expected 3 or more", face + 1, (unsigned)size);
     for (size_t k = first; k < first + size; k++) {
         if (polygons->corner[k] < polygons->vertex_count)
             continue;
@@ -275,6 +279,7 @@ struct error *scene_import_faces(struct scene_import *import, const struct scene
                                                              .count = faces->count,
                                                              .corner = faces->corner,
                                                              .material = material,
+                                                             .edges = faces->edges,
                                                              .colour = &of_vertex,
                                                              .face_colour = &of_face});
     free(material);

@@ -43,6 +43,22 @@ struct error *scene_import_broken(struct scene_import *import, const char *kind,
     return err;
 }
 
+void scene_import_warn_end(struct scene_import *import, const char *path, const char *text,
+                           size_t size)
+{
+    if (!size || !memchr("0123456789.", text[size - 1], 11))
+        return;
+    size_t first = size;
+    while (first > 0 && text[first - 1] != '\n' && text[first - 1] != '\r')
+        first--;
+    const size_t length = size - first;
+    if (!memchr(text + first, '#', length))
+        warnings_add(import->warnings, "last line without an end",
+                     "%s: nothing ends the last line, '%.*s': if the file is cut off there, its "
+                     "last number is another",
+                     path, (int)(length < 60 ? length : 60), text + first);
+}
+
 /* No pipe and no device, which might never end. */
 static bool is_file(const char *path)
 {
@@ -206,18 +222,25 @@ struct error *scene_import_texture(struct scene_import *import, const char *name
     char *path = NULL, *data = NULL;
     size_t size = 0;
     struct error *err = scene_import_find(import, name, &path);
-    struct error *unread = err ? NULL : path ? file_read(path, &data, &size) : error_new("missing");
-    if (unread == error_memory()) {
+    struct error *unread = err || !path ? NULL : file_read(path, &data, &size);
+    if (!err && unread == error_memory()) {
         err = unread;
-    } else if (!err && !unread) {
+        unread = NULL;
+    } else if (!err && path && !unread) {
         err = scene_import_picture(import, name, data, size, use, sampler, texture);
     } else if (!err) {
-        warnings_add(import->warnings, "texture missing",
-                     "%s: texture %s: %s: the material's factor alone is used", import->path, name,
-                     error_message(unread));
-        err = add_entry(
-            import, (struct texture_entry){.use = use, .sampler = sampler, .texture = SCENE_NONE},
-            name);
+        if (unread)
+            err = scene_import_broken(import, "texture unreadable", 0, "texture %s: %s", name,
+                                      error_message(unread));
+        else
+            warnings_add(import->warnings, "texture missing",
+                         "%s: texture %s is missing: the material's factor alone is used",
+                         import->path, name);
+        if (!err)
+            err = add_entry(
+                import,
+                (struct texture_entry){.use = use, .sampler = sampler, .texture = SCENE_NONE},
+                name);
     }
     error_destroy(unread);
     free(data);

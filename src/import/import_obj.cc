@@ -181,6 +181,7 @@ struct materials {
     std::vector<string> directory; /* of the MTL file of each, as its OBJ names it */
     std::map<string, int> by_name; /* the first of each name */
     std::set<string> files;        /* read so far */
+    string missing;                /* the names of those that are not there */
 };
 
 /* The options before a texture's name and the name. -s, -o and -t may have one to three numbers:
@@ -216,21 +217,38 @@ void clean_map(string &out, string_view line)
     out.append(line).push_back('\n');
 }
 
+/* An MTL file that is read. */
+struct mtl {
+    struct scene_import *import;
+    const char *path;
+    size_t line;
+    string material; /* the newest */
+};
+
 /* A colour: tinyobjloader reads one number as red alone, and words (spectral, nan) as 0. */
-void clean_colour(string &out, string_view key, string_view line, struct scene_import *import,
-                  const string &material)
+struct error *clean_colour(string &out, string_view key, string_view line, const mtl &m)
 {
-    const std::vector<string_view> n = take_numbers(line, 3);
-    if (n.size() != 1 && n.size() != 3) {
-        warnings_add(import->warnings, "colour not understood",
-                     "%s: material '%s': %.*s is not one or three numbers: ignored", import->path,
-                     material.c_str(), (int)key.size(), key.data());
-        return;
+    string_view rest = line;
+    const std::vector<string_view> n = take_numbers(rest, 3);
+    const string_view word = take_word(rest);
+    if (n.empty() && (word == "spectral" || word == "xyz")) {
+        warnings_add(m.import->warnings, "colour not understood",
+                     "%s: material '%s': %.*s %.*s is no RGB: ignored", m.import->path,
+                     m.material.c_str(), (int)key.size(), key.data(), (int)word.size(),
+                     word.data());
+        return nullptr;
     }
+    if (n.size() != 1 && n.size() != 3)
+        return scene_import_broken(m.import, "colour not understood", 0,
+                                   "%s:%zu: material '%.60s': %.*s: expected one or three numbers, "
+                                   "got '%.*s'",
+                                   m.path, m.line, m.material.c_str(), (int)key.size(), key.data(),
+                                   (int)std::min<size_t>(line.size(), 60), line.data());
     out.append(key).push_back(' ');
     out.append(n[0]).push_back(' ');
     out.append(n[n.size() / 2]).push_back(' ');
     out.append(n[n.size() - 1]).push_back('\n');
+    return nullptr;
 }
 
 /* What the newest material of an MTL file says of how opaque it is; NaN: nothing. */
@@ -240,54 +258,61 @@ struct opacity {
 
 /* Keeps d or Tr, and says where both are there and contradict each other: tinyobjloader takes d. */
 void clean_opacity(string &out, const string &key, string_view number, opacity &stated,
-                   struct scene_import *import, const string &material)
+                   const mtl &m)
 {
     double value = 0;
     out += key + " " + string(number) + "\n";
     if (number_read_f64(number.data(), number.data() + number.size(), &value))
         (key == "d" ? stated.d : stated.tr) = value;
     if (std::fabs(stated.d + stated.tr - 1) > 0.01)
-        warnings_add(import->warnings, "d against Tr",
+        warnings_add(m.import->warnings, "d against Tr",
                      "%s: material '%.60s' has d %g and Tr %g, of which the sum should be 1: d is "
                      "used, by Tr it would be %g opaque",
-                     import->path, material.c_str(), stated.d, stated.tr, 1 - stated.tr);
+                     m.import->path, m.material.c_str(), stated.d, stated.tr, 1 - stated.tr);
 }
 
 /* Keeps the statements that we use, in one spelling. Each material begins with colours that no file
  * means, so that what is not stated can be told apart: tinyobjloader gives 0, or 0.6 with a
  * texture, or neither after a material that had Kd. */
-string mtl_clean(const char *text, size_t size, struct scene_import *import)
+struct error *mtl_clean(const char *text, size_t size, mtl &m, string &out)
 {
     static const char *const keys[] = {"newmtl", "Kd",     "Ke",     "d",
                                        "Tr",     "map_Kd", "map_Ke", "map_d"};
-    string out, material;
+    struct error *err = nullptr;
     opacity stated;
     lines reader(text, size);
-    for (string_view line; reader.next(line);) {
+    for (string_view line; !err && reader.next(line);) {
         const string_view word = take_word(line);
         string key;
+        m.line = reader.number();
         for (const char *name : keys)
             if (equal_but_case(word, name))
                 key = name;
         if (key == "newmtl") {
-            material = line.empty() ? "(nameless)" : string(line);
+            m.material = line.empty() ? "(nameless)" : string(line);
             stated = opacity();
-            out += "newmtl " + material + "\nKd -1 -1 -1\nKe -1 -1 -1\n";
+            out += "newmtl " + m.material + "\nKd -1 -1 -1\nKe -1 -1 -1\n";
         } else if (key == "Kd" || key == "Ke") {
-            clean_colour(out, key, line, import, material);
+            err = clean_colour(out, key, line, m);
         } else if (key == "d" || key == "Tr") {
             string_view rest = line;
             if (take_word(rest) == "-halo") /* tinyobjloader reads it as 0 */
                 line = rest;
             const std::vector<string_view> numbers = take_numbers(line, 1);
             if (!numbers.empty())
-                clean_opacity(out, key, numbers[0], stated, import, material);
+                clean_opacity(out, key, numbers[0], stated, m);
+            else
+                err = scene_import_broken(m.import, "opacity not understood", 0,
+                                          "%s:%zu: material '%.60s': %s: expected a number, got "
+                                          "'%.*s'",
+                                          m.path, m.line, m.material.c_str(), key.c_str(),
+                                          (int)std::min<size_t>(line.size(), 60), line.data());
         } else if (!key.empty() && !line.empty()) {
             out += key + " ";
             clean_map(out, line);
         }
     }
-    return out;
+    return err;
 }
 
 /* Reads one MTL file; *found says whether there is one of this name. */
@@ -302,11 +327,24 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
     const std::unique_ptr<char, decltype(&free)> path_owner(path, free);
     if (err || !path)
         return err;
-    err = error_wrap(file_read(path, &text, &size), "%s", path);
+    struct error *unread = file_read(path, &text, &size);
     const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
+    if (unread == error_memory())
+        return unread;
+    if (unread) {
+        all.files.insert(name);
+        *found = true;
+        err = scene_import_broken(import, "material file unreadable", 0, "material file %s: %s",
+                                  path, error_message(unread));
+        error_destroy(unread);
+        return err;
+    }
+    scene_import_warn_end(import, path, text, size);
+    mtl cleaned = {import, path, 0, {}};
+    string clean, warning, error;
+    err = mtl_clean(text, size, cleaned, clean);
     if (err)
         return err;
-    string clean = mtl_clean(text, size, import), warning, error;
     string_stream stream(clean);
     const size_t known = all.list.size();
     tinyobj::LoadMtl(&all.by_name, &all.list, &stream, &warning, &error);
@@ -342,9 +380,7 @@ struct error *mtl_read_all(struct scene_import *import, string_view names, mater
         bool there = false;
         err = mtl_read(import, name, all, &there);
         if (!err && !there)
-            warnings_add(import->warnings, "material file missing",
-                         "%s: material file %s is missing: an albedo of 0.8 is used", import->path,
-                         name.c_str());
+            all.missing += (all.missing.empty() ? "" : ", ") + name;
     }
     return err;
 }
@@ -473,6 +509,8 @@ struct geometry {
     struct scene_colours colour = {};           /* of vertices; owned */
     bool points_or_lines = false, ended = true; /* there are some; the last line has an end */
     string idle;                                /* of the last usemtl, where no face follows it */
+    std::map<string, size_t> unknown;           /* statements, and how often they are there */
+    std::set<string> undefined;                 /* materials that faces are to have */
     ~geometry() { scene_colours_clear(&colour); }
 };
 
@@ -535,10 +573,47 @@ void use_material(void *data, const char *name, int)
     if (at == g.all->by_name.end())
         at = g.all->by_name.find(string(without_comment(name)));
     g.current = at == g.all->by_name.end() ? -1 : at->second;
-    if (g.current < 0)
+    if (g.current < 0 && g.all->missing.empty())
         warnings_add(g.import->warnings, "material missing",
                      "%s: material '%s' is not defined: an albedo of 0.8 is used", g.import->path,
                      name);
+    if (g.current < 0)
+        g.undefined.insert(name);
+}
+
+/* What is wrong with the face of a last line that nothing ends: too few corners, or a last one that
+ * has not what the others have. */
+bool is_cut_face(string_view line)
+{
+    const size_t corners = count_words(line);
+    const string_view first = take_word(line), last = line.substr(line.find_last_of(blanks) + 1);
+    return corners < 3 ||
+           std::count(first.begin(), first.end(), '/') !=
+               std::count(last.begin(), last.end(), '/') ||
+           (last.back() == '/') != (first.back() == '/');
+}
+
+/* Statements that say nothing of triangles and their materials, and those of free forms, whose
+ * surfaces and curves are warned of. */
+bool is_known(string_view word)
+{
+    static const char *const known[] = {
+        "vn",       "vp",       "s",          "mg",        "lod",   "usemap", "maplib", "bevel",
+        "c_interp", "d_interp", "shadow_obj", "trace_obj", "ctech", "stech",  "cstype", "deg",
+        "bmat",     "step",     "parm",       "trim",      "hole",  "scrv",   "sp",     "end",
+        "con",      "csh",      "bsp",        "bzp",       "cdc",   "cdp",    "res"};
+    for (const char *name : known)
+        if (word == name)
+            return true;
+    return word.empty() || word[0] == '#';
+}
+
+/* Some words are enough to show what a file is that is no OBJ. */
+void count_unknown(geometry &g, string_view word)
+{
+    const string name(word.substr(0, 40));
+    if (g.unknown.size() < 100 || g.unknown.count(name))
+        g.unknown[name]++;
 }
 
 /* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no
@@ -608,6 +683,11 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
                 out.append(whole).push_back('\n');
                 if (numbers.size() >= 6)
                     err = keep_colour(g, vertices - 1, numbers);
+                else if (numbers.size() == 5 && reader.is_cut())
+                    err = scene_import_broken(
+                        import, "file cut off", reader.number(),
+                        "the file is cut off in the colour of the vertex '%.*s'",
+                        (int)std::min<size_t>(whole.size(), 60), whole.data());
             } else {
                 out += "v 9e999 0 0\n";
                 err = scene_import_broken(
@@ -616,14 +696,20 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
                     (int)std::min<size_t>(whole.size(), 60), whole.data());
             }
         } else if (word == "vt") {
+            string_view rest = whole.substr(2);
             out.append(whole).push_back('\n');
+            if (take_numbers(rest, 1).empty())
+                err = scene_import_broken(import, "texture coordinate not understood",
+                                          reader.number(),
+                                          "expected a texture coordinate, got '%.*s'",
+                                          (int)std::min<size_t>(whole.size(), 60), whole.data());
         } else if (word == "f" || word == "fo") {
             line = numbers_without_comment(line);
             clean_face(out, line);
             g.idle.clear();
             if (!line.empty()) /* tinyobjloader hands on no face without corners */
                 g.line.push_back((uint32_t)reader.number());
-            if (reader.is_cut() && count_words(line) < 3)
+            if (reader.is_cut() && is_cut_face(line))
                 err = scene_import_broken(import, "file cut off", reader.number(),
                                           "the file is cut off in the face 'f %.*s'",
                                           (int)std::min<size_t>(line.size(), 60), line.data());
@@ -642,6 +728,17 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
             warnings_add(import->warnings, "free-form geometry",
                          "%s: free-form curves and surfaces are left out", import->path);
             g.points_or_lines = true;
+        } else if (word == "call") {
+            err = scene_import_broken(import, "file called", reader.number(),
+                                      "what is in the file %.*s is not read",
+                                      (int)std::min<size_t>(line.size(), 60), line.data());
+        } else if (!is_known(word)) {
+            if (reader.is_cut())
+                err = scene_import_broken(import, "file cut off", reader.number(),
+                                          "the file is cut off in '%.*s'",
+                                          (int)std::min<size_t>(whole.size(), 60), whole.data());
+            else
+                count_unknown(g, word);
         }
         g.ended = !reader.is_cut();
     }
@@ -649,21 +746,55 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
 }
 
 /* A file that is cut off at the end of a line is a good one. What its faces were for, is left. */
-void warn_cut_off(const geometry &g)
+struct error *check_cut_off(const geometry &g)
 {
+    struct scene_import *const import = g.import;
     const size_t count = g.position.size() / 3;
     size_t used = 0;
     for (const uint32_t vertex : g.corner)
         used = vertex < count ? std::max<size_t>(used, vertex + size_t{1}) : used;
-    const char *const end = g.ended ? "" : ", whose last line has no end,";
-    if (count - used >= 3 && !g.points_or_lines)
-        warnings_add(g.import->warnings, "vertices without faces",
-                     "%s: the last %zu of %zu vertices belong to no face: is the file%s cut off?",
-                     g.import->path, count - used, count, end);
+    const bool vertices = count - used >= 3 && !g.points_or_lines;
+    if (!g.ended && (vertices || !g.idle.empty()))
+        return scene_import_broken(
+            import, "file cut off", 0, "the file is cut off: %s in the last line, which has no end",
+            vertices ? "the last vertices belong to no face, and there is none"
+                     : "no face follows the last usemtl, and there is none");
+    if (vertices)
+        warnings_add(import->warnings, "vertices without faces",
+                     "%s: the last %zu of %zu vertices belong to no face: is the file cut off?",
+                     import->path, count - used, count);
     if (!g.idle.empty())
-        warnings_add(g.import->warnings, "material without faces",
-                     "%s: no face follows the last 'usemtl %.60s': is the file%s cut off?",
-                     g.import->path, g.idle.c_str(), end);
+        warnings_add(import->warnings, "material without faces",
+                     "%s: no face follows the last 'usemtl %.60s': is the file cut off?",
+                     import->path, g.idle.c_str());
+    return nullptr;
+}
+
+/* A file of materials that is not there is borne, for many an OBJ comes without; but it says all of
+ * colour and of light. */
+void warn_missing(const geometry &g)
+{
+    if (!g.all->missing.empty())
+        warnings_add(g.import->warnings, "material file missing",
+                     "%s: material file %s is missing: the colours, pictures and lamps of %zu "
+                     "materials are lost, an albedo of 0.8 is used",
+                     g.import->path, g.all->missing.c_str(), g.undefined.size());
+}
+
+/* Names the statements that OBJ has not. */
+void warn_unknown(const geometry &g)
+{
+    string names;
+    size_t count = 0;
+    for (const std::pair<const string, size_t> &word : g.unknown) {
+        count += word.second;
+        if (names.size() < 100)
+            names += (names.empty() ? "'" : ", '") + word.first + "'";
+    }
+    if (count)
+        warnings_add(g.import->warnings, "statement unknown",
+                     "%s: %zu lines that begin with %s are no statements of OBJ: left out",
+                     g.import->path, count, names.c_str());
 }
 
 /* Materials that faces use become the scene's; face materials become its indices. */
@@ -746,6 +877,7 @@ struct error *read(struct scene_import *import)
         size_t size = 0;
         scene_import_content(import, &text, &size);
         const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
+        scene_import_warn_end(import, import->path, text, size);
         struct error *err = obj_clean(text, size, g, all, clean);
         if (err)
             return err;
@@ -759,8 +891,11 @@ struct error *read(struct scene_import *import)
         if (!tinyobj::LoadObjWithCallback(stream, callbacks, &g, nullptr, &warning, &error))
             return error_new("%s", error.c_str());
     }
-    warn_cut_off(g);
-    struct error *err = push_materials(g);
+    warn_missing(g);
+    warn_unknown(g);
+    struct error *err = check_cut_off(g);
+    if (!err)
+        err = push_materials(g);
     if (err)
         return err;
     std::vector<float> uv;

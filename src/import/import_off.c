@@ -16,6 +16,7 @@ struct off {
     const char *at, *end;
     bool coloured; /* vertices have colours, behind: */
     bool normals;
+    size_t last_colour; /* how many numbers the colour of the last face had */
 };
 
 enum { REST_MOST = 16 };
@@ -33,24 +34,30 @@ static bool skip_blanks(struct off *off)
     return off->at < off->end;
 }
 
-/* Takes the numbers that are left on the line, at most REST_MOST, and moves to its end. */
-static size_t take_rest(struct off *off, double rest[REST_MOST])
+static bool ends_number(const struct off *off, const char *at)
 {
-    size_t count = 0;
-    while (count < REST_MOST) {
+    return at == off->end || isspace((unsigned char)*at) || *at == '#';
+}
+
+/* Takes the numbers that are left on the line, and moves to its end; keeps REST_MOST of them. */
+static struct error *take_rest(struct off *off, double rest[REST_MOST], size_t *count)
+{
+    double more;
+    for (*count = 0;; ++*count) {
         while (off->at < off->end && *off->at != '\n' && isspace((unsigned char)*off->at))
             off->at++;
-        const char *end = off->at < off->end && *off->at != '\n'
-                              ? number_read_f64(off->at, off->end, &rest[count])
-                              : NULL;
-        if (!end)
+        if (off->at == off->end || *off->at == '\n' || *off->at == '#')
             break;
+        const char *end =
+            number_read_f64(off->at, off->end, *count < REST_MOST ? &rest[*count] : &more);
+        if (!end || !ends_number(off, end))
+            return error_new("expected a number");
         off->at = end;
-        count++;
     }
     while (off->at < off->end && *off->at != '\n')
         off->at++;
-    return count;
+    *count = *count < REST_MOST ? *count : REST_MOST;
+    return NULL;
 }
 
 static struct error *take_number(struct off *off, double *value)
@@ -58,7 +65,7 @@ static struct error *take_number(struct off *off, double *value)
     if (!skip_blanks(off))
         return error_new("the file ends here");
     const char *end = number_read_f64(off->at, off->end, value);
-    if (!end || (end < off->end && !isspace((unsigned char)*end) && *end != '#'))
+    if (!end || !ends_number(off, end))
         return error_new("expected a number");
     off->at = end;
     return NULL;
@@ -70,6 +77,8 @@ static struct error *take_index(struct off *off, uint32_t *index)
     double value = 0;
     struct error *err = take_number(off, &value);
     *index = value >= 0 && value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
+    if (!err && *index != UINT32_MAX && (double)*index != value)
+        err = error_new("expected a whole number, got %g", value);
     return err;
 }
 
@@ -109,15 +118,22 @@ static struct error *take_vertex(struct off *off, struct scene_import *import,
         err = take_number(off, &p[axis]);
     if (!err)
         err = scene_faces_vertex(faces, p[0], p[1], p[2]);
+    size_t count = 0;
+    const size_t first = off->normals ? 3 : 0;
+    if (!err)
+        err = take_rest(off, rest, &count);
+    if (!err && off->coloured && count < first + 3)
+        err = error_new("expected %zu numbers behind the coordinates, got %zu: the first word "
+                        "promises %scolours",
+                        first + 4, count, off->normals ? "normals and " : "");
     if (err)
         return err;
-    const size_t count = take_rest(off, rest), first = off->normals ? 3 : 0;
     if (!off->coloured && count > first + 2)
         warnings_add(import->warnings, "numbers behind vertices",
                      "%s: %zu numbers behind the coordinates of vertices are left out: colours are "
                      "read from files that begin with COFF",
                      import->path, count);
-    if (!off->coloured || count < first + 3)
+    if (!off->coloured)
         return NULL;
     const bool alpha = count == first + 4 || count == first + 6; /* 2: texture coordinates */
     const double rgba[4] = {rest[first], rest[first + 1], rest[first + 2],
@@ -138,9 +154,19 @@ static struct error *take_face(struct off *off, struct scene_import *import,
         if (!err)
             err = scene_faces_corner(faces, vertex);
     }
+    size_t count = 0;
+    if (!err)
+        err = take_rest(off, rest, &count);
+    if (!err && off->at == off->end && count < off->last_colour)
+        err =
+            error_new("the file ends, without a line end, in a colour of %zu numbers after one of "
+                      "%zu",
+                      count, off->last_colour);
+    if (!err && count == 2)
+        err = error_new("expected a colour of 1, 3 or 4 numbers, got 2");
     if (err)
         return err;
-    const size_t count = take_rest(off, rest);
+    off->last_colour = count;
     if (count == 1)
         warnings_add(import->warnings, "colours by number",
                      "%s: faces name their colours by number, in a map that is not there: they are "
@@ -157,7 +183,7 @@ struct error *scene_read_off(struct scene_import *import)
     char *data = NULL;
     size_t size = 0;
     uint32_t vertex_count = 0, face_count = 0;
-    struct scene_faces faces = {0};
+    struct scene_faces faces = {.edges = true};
     scene_import_content(import, &data, &size);
     struct off off = {.at = data, .end = data + size};
     struct error *err = take_header(&off, &vertex_count, &face_count);
@@ -165,8 +191,13 @@ struct error *scene_read_off(struct scene_import *import)
         err = error_wrap(take_vertex(&off, import, &faces), "vertex %u of %u", v + 1, vertex_count);
     for (uint32_t f = 0; f < face_count && !err; f++)
         err = error_wrap(take_face(&off, import, &faces), "face %u of %u", f + 1, face_count);
+    if (!err && skip_blanks(&off))
+        err = scene_import_broken(import, "behind the last face", 0,
+                                  "more follows the %u faces that the header promises", face_count);
     if (!err)
         err = scene_import_faces(import, &faces);
+    if (!err)
+        scene_import_warn_end(import, import->path, data, size);
     scene_faces_clear(&faces);
     free(data);
     return err;

@@ -202,7 +202,8 @@ static bool take_value(struct ply *ply, enum type type, double *value)
 /* A vertex's number; whatever is none becomes one that no vertex has. */
 static uint32_t to_vertex(double value)
 {
-    return value >= 0 && value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
+    const bool whole = value >= 0 && value < UINT32_MAX && (double)(uint32_t)value == value;
+    return whole ? (uint32_t)value : UINT32_MAX;
 }
 
 /* The channel of a colour, as one of the spellings has it; -1: none. */
@@ -347,6 +348,18 @@ static struct error *read_element(struct ply *ply, const struct element *element
     return err;
 }
 
+/* What stands behind all that the header promises is lost: it promises too little. */
+static struct error *check_end(struct ply *ply, struct scene_import *import)
+{
+    while (ply->at < ply->end && (isspace(*ply->at) || !*ply->at))
+        ply->at++;
+    if (ply->at == ply->end)
+        return NULL;
+    return scene_import_broken(import, "behind the last element", 0,
+                               "%zu bytes follow all that the header promises",
+                               (size_t)(ply->end - ply->at));
+}
+
 /* Refuses vertices without coordinates. */
 static struct error *check_vertices(const struct ply *ply)
 {
@@ -378,7 +391,11 @@ struct error *scene_read_ply(struct scene_import *import)
     for (size_t e = 0; e < ply.element_count && !err; e++)
         err = read_element(&ply, &ply.elements[e], &faces);
     if (!err)
+        err = check_end(&ply, import);
+    if (!err)
         err = scene_import_faces(import, &faces);
+    if (!err && ply.text)
+        scene_import_warn_end(import, import->path, data, size);
     scene_faces_clear(&faces);
     for (size_t e = 0; e < ply.element_count; e++)
         free(ply.elements[e].properties);

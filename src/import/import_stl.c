@@ -51,7 +51,8 @@ static struct error *take_vertex(struct text *text, struct scene_faces *faces)
     return err ? err : scene_faces_corner(faces, (uint32_t)(faces->vertex_count - 1));
 }
 
-static struct error *read_text(const char *data, size_t size, struct scene_faces *faces)
+static struct error *read_text(const char *data, size_t size, struct scene_import *import,
+                               struct scene_faces *faces)
 {
     struct text text = {data, data + size};
     struct error *err = NULL;
@@ -67,6 +68,11 @@ static struct error *read_text(const char *data, size_t size, struct scene_faces
             in_loop = false;
         } else if (in_loop && is_word(word, length, "vertex")) {
             err = take_vertex(&text, faces);
+        } else if (in_loop || is_word(word, length, "vertex")) {
+            err = scene_import_broken(import, "word in a loop", 0,
+                                      "facet %zu: expected %s, got '%.*s'", faces->count,
+                                      in_loop ? "vertex or endloop" : "a loop around vertices",
+                                      (int)(length < 40 ? length : 40), word);
         } else if (ended || is_word(word, length, "solid")) { /* a name follows */
             while (text.at < text.end && *text.at != '\n')
                 text.at++;
@@ -129,7 +135,8 @@ static struct error *paint_facet(const struct paint *paint, uint16_t word,
                                            : paint->all);
 }
 
-static struct error *read_binary(const char *data, size_t size, struct scene_faces *faces)
+static struct error *read_binary(const char *data, size_t size, struct scene_import *import,
+                                 struct scene_faces *faces)
 {
     uint32_t count;
     if (size < HEADER)
@@ -138,8 +145,13 @@ static struct error *read_binary(const char *data, size_t size, struct scene_fac
     if ((size - HEADER) / FACET < count)
         return error_new("the header promises %u facets, there is room for %zu", (unsigned)count,
                          (size - HEADER) / FACET);
-    const struct paint paint = find_paint(data, count);
+    const size_t behind = (size - HEADER) / FACET - count;
     struct error *err = NULL;
+    if (behind > 0)
+        err = scene_import_broken(import, "behind the last facet", 0,
+                                  "the header promises %u facets, and %zu more follow",
+                                  (unsigned)count, behind);
+    const struct paint paint = find_paint(data, count);
     for (size_t f = 0; f < count && !err; f++) {
         float p[12]; /* normal, then three vertices */
         memcpy(p, data + HEADER + f * FACET, sizeof p);
@@ -171,7 +183,7 @@ struct error *scene_read_stl(struct scene_import *import)
     size_t size = 0;
     struct scene_faces faces = {0};
     scene_import_content(import, &data, &size);
-    struct error *err = (is_text(data, size) ? read_text : read_binary)(data, size, &faces);
+    struct error *err = (is_text(data, size) ? read_text : read_binary)(data, size, import, &faces);
     if (!err)
         err = scene_import_faces(import, &faces);
     scene_faces_clear(&faces);

@@ -12,6 +12,7 @@
 
 struct error;
 struct scene;
+struct warnings;
 
 /* Positions, owned: 3 * count doubles; starts as {0}. */
 struct place {
@@ -45,14 +46,17 @@ struct error *place_grid(struct place *place, const struct place_grid *grid, dou
 
 /* Appends positions from text, one "x y z" a line (points.h). path "-": standard input. Errors:
  * file:line, no position, more than `most`. */
-struct error *place_points(struct place *place, const char *path, double most);
+struct error *place_points(struct place *place, const char *path, double most,
+                           struct warnings *warnings);
 
 /* The same where the place is empty; lines "x y z nx ny nz" give their positions normals, made
  * unit. Error: one without a length. */
-struct error *place_surface_points(struct place *place, const char *path, double most);
+struct error *place_surface_points(struct place *place, const char *path, double most,
+                                   struct warnings *warnings);
 
 /* Appends positions every `step` along the polyline of such a file, and its vertices. */
-struct error *place_path(struct place *place, const char *path, double step, double most);
+struct error *place_path(struct place *place, const char *path, double step, double most,
+                         struct warnings *warnings);
 
 /* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h),
  * moved by `offset` along their normals. crease: degrees. Errors: more than `most`. */

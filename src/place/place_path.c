@@ -6,10 +6,11 @@
 
 #include <math.h>
 
-struct error *place_path(struct place *place, const char *path, double step, double most)
+struct error *place_path(struct place *place, const char *path, double step, double most,
+                         struct warnings *warnings)
 {
     struct place vertices = {0};
-    struct error *err = place_points(&vertices, path, INFINITY);
+    struct error *err = place_points(&vertices, path, INFINITY, warnings);
     for (size_t i = 0; i < vertices.count && !err; i++) {
         const struct vec3 a = vec3_load(vertices.position + 3 * i);
         err = place_append(place, vertices.position + 3 * i);
@@ -52,7 +53,7 @@ static struct error *check(const struct place_options *o, bool scene)
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       const struct place_world *world)
 {
-    return place_path(place, world->file, o->step, world->most);
+    return place_path(place, world->file, o->step, world->most, world->warnings);
 }
 
 const struct place_method place_method_path = {.name = "path",

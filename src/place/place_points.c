@@ -43,27 +43,30 @@ static struct error *take(void *context, const struct points *points, const doub
     return err;
 }
 
-static struct error *append_points(struct place *place, const char *path, bool normals, double most)
+static struct error *append_points(struct place *place, const char *path, bool normals, double most,
+                                   struct warnings *warnings)
 {
     struct taking taking = {.place = place, .normals = normals, .most = most};
-    return points_read_all(path, take, &taking);
+    return points_read_all(path, take, &taking, warnings);
 }
 
-struct error *place_points(struct place *place, const char *path, double most)
+struct error *place_points(struct place *place, const char *path, double most,
+                           struct warnings *warnings)
 {
-    return append_points(place, path, false, most);
+    return append_points(place, path, false, most, warnings);
 }
 
-struct error *place_surface_points(struct place *place, const char *path, double most)
+struct error *place_surface_points(struct place *place, const char *path, double most,
+                                   struct warnings *warnings)
 {
-    return append_points(place, path, true, most);
+    return append_points(place, path, true, most, warnings);
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *options,
                                       const struct place_world *world)
 {
     (void)options;
-    return place_surface_points(place, world->file, world->most);
+    return place_surface_points(place, world->file, world->most, world->warnings);
 }
 
 const struct place_method place_method_points = {

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/number.h"
+#include "base/warning.h"
 
 #include <math.h>
 #include <poll.h>
@@ -17,6 +18,7 @@ struct points {
     enum points_format format;
     size_t width; /* 0: not known yet */
     size_t next;  /* number of the next point or line */
+    bool cut;     /* text: it has ended, in a number and without a line end */
     char *rest;   /* what came behind the last whole point or line; owned */
     size_t rest_bytes, rest_capacity;
     /* points_read: the block that is being handed out, and what of it is next and was last */
@@ -191,6 +193,26 @@ static struct error *keep_rest(struct points *p, struct points_block *block, siz
     return err;
 }
 
+/* Whether the text of a block ends in a number. */
+static bool ends_in_number(const struct points_block *block)
+{
+    const char *const end = block->data + block->bytes;
+    if (!block->bytes || !memchr("0123456789.", end[-1], 11))
+        return false;
+    const char *newline = memrchr(block->data, '\n', block->bytes);
+    const char *line = newline ? newline + 1 : block->data;
+    return !memchr(line, '#', (size_t)(end - line));
+}
+
+void points_warn_end(const struct points *p, struct warnings *warnings)
+{
+    if (p->cut && p->next > 1)
+        warnings_add(warnings, "last line without an end",
+                     "%s:%zu: nothing ends the last line: if the file is cut off there, its last "
+                     "number is another",
+                     p->in.name, p->next);
+}
+
 struct error *points_take(struct points *p, size_t most, struct points_block *block)
 {
     const size_t bytes = most *
@@ -220,6 +242,8 @@ struct error *points_take(struct points *p, size_t most, struct points_block *bl
         return err;
     if (p->format == POINTS_TEXT && !p->width)
         find_width(p, block->data, block->data + block->bytes);
+    p->cut = p->format == POINTS_TEXT && p->in.ended &&
+             (block->bytes ? ends_in_number(block) : p->cut);
     block->first = p->next;
     block->width = p->width;
     p->next += p->format == POINTS_TEXT ? count_lines(block->data, block->data + block->bytes)
@@ -316,7 +340,8 @@ struct error *points_read(struct points *p, size_t most, double *value, size_t *
     return NULL;
 }
 
-struct error *points_read_all(const char *path, points_taker *take, void *context)
+struct error *points_read_all(const char *path, points_taker *take, void *context,
+                              struct warnings *warnings)
 {
     enum { BLOCK = 1024 };
     struct points *points = NULL;
@@ -332,6 +357,8 @@ struct error *points_read_all(const char *path, points_taker *take, void *contex
     }
     if (!err && !count)
         err = error_new("%s: expected at least one position, got none", path);
+    if (!err)
+        points_warn_end(points, warnings);
     free(value);
     points_close(points);
     return err;

@@ -22,6 +22,7 @@
 
 struct error;
 struct points;
+struct warnings;
 
 enum points_format { POINTS_TEXT, POINTS_BINARY };
 
@@ -69,7 +70,12 @@ typedef struct error *points_taker(void *context, const struct points *points, c
 
 /* Hands on all points of a text file, some at a time and in order. Errors: besides the taker's,
  * there is no point in it. */
-struct error *points_read_all(const char *path, points_taker *take, void *context);
+struct error *points_read_all(const char *path, points_taker *take, void *context,
+                              struct warnings *warnings);
+
+/* Warns, when all was taken, where a text of several lines ends in a number without a line end:
+ * what is left of a number that was cut off is a number too. */
+void points_warn_end(const struct points *points, struct warnings *warnings);
 
 /* Where the i-th point of the last points_read came from. */
 struct error *points_place(const struct points *points, size_t i, struct error *err);
