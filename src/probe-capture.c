@@ -44,6 +44,11 @@ static void warn_after(const struct capture_run *run, struct warnings *warnings)
                      "(--albedo-scale "
                      "or --max-albedo makes walls darker)",
                      scene->path);
+    if (run->sight_dropped)
+        warnings_add(warnings, "sight",
+                     "%s: what cells keep of what their points see is of other surfaces: left out "
+                     "(probe-leakfix looks anew)",
+                     scene->path);
     if (run->probes && !run->captured && !run->left)
         warnings_add(warnings, "nothing to do",
                      "all %zu probes%s have light already (--again captures them anew)",

@@ -11,6 +11,7 @@
 #include "measure/assess.h"
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
+#include "stream/sight_key.h"
 #include "stream/stream.h"
 #include "trace/seen.h"
 
@@ -298,6 +299,8 @@ int main(int argc, char **argv)
         err = check_inputs(&a, input);
     if (!err)
         err = stream_read(&stream, input);
+    if (!err)
+        err = sight_drop_stale(stream, &warnings);
     if (!err)
         err = open_baked(&baked, stream, &a, input, &warnings);
     if (!err)

@@ -10,6 +10,7 @@
 #include "leak/leak_mend.h"
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
+#include "stream/sight_key.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -162,6 +163,8 @@ int main(int argc, char **argv)
         job.program = common.quiet ? NULL : program.name;
         err = leak_mend(stream, &job, &warnings);
     }
+    if (!err)
+        err = sight_key_set(stream, scene_surface_key(stage.scene));
     if (!err)
         err = capture_new(stream, &stage, before, &common, program.name, &warnings);
     if (!err)

@@ -13,6 +13,7 @@
 #include "scene/scene_settings.h"
 #include "stream/common_options.h"
 #include "stream/points.h"
+#include "stream/sight_key.h"
 #include "stream/stream.h"
 #include "trace/seen.h"
 
@@ -54,13 +55,15 @@ static struct error *open_sight(struct sight *sight, struct interpolate *in,
 }
 
 static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path,
-                                const struct arguments *a)
+                                const struct arguments *a, struct warnings *warnings)
 {
     struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
     settings.outside |= interpolate_visible_flags(a->visible);
     if (interpolate_is_packed(path))
         return interpolate_open_packed(in, path, &settings);
     struct error *err = stream_read(stream, path);
+    if (!err)
+        err = sight_drop_stale(*stream, warnings);
     return err ? err : error_wrap(interpolate_open(in, *stream, &settings), "%s", path);
 }
 
@@ -102,7 +105,8 @@ static const char *light_outside(const struct interpolate *in, enum query_outsid
 }
 
 static struct error *answer(struct interpolate *in, const struct arguments *a, const char *input,
-                            const struct common *common, const struct program *program)
+                            const struct common *common, const struct program *program,
+                            struct warnings *warnings)
 {
     const struct query_settings settings = {.format = a->to,
                                             .outside = (enum query_outside)a->how.outside,
@@ -112,11 +116,10 @@ static struct error *answer(struct interpolate *in, const struct arguments *a, c
                                             .recorded = program->recorded};
     struct query *query = NULL;
     struct points *points = NULL;
-    struct warnings warnings = {0};
     struct sight sight = {0};
     struct error *err = NULL;
     if (a->visible == INTERPOLATE_VISIBLE_RAYS)
-        err = open_sight(&sight, in, a, &warnings);
+        err = open_sight(&sight, in, a, warnings);
     if (!err)
         err = query_open(&query, in, &settings);
     if (!err)
@@ -124,13 +127,12 @@ static struct error *answer(struct interpolate *in, const struct arguments *a, c
     if (!err)
         err = query_run(query, points);
     if (!err && query_outside(query))
-        warnings_add(&warnings, "outside", "%zu points are outside the hull of the probes: %s",
+        warnings_add(warnings, "outside", "%zu points are outside the hull of the probes: %s",
                      query_outside(query), light_outside(in, settings.outside));
     if (!err)
         points_warn_end(points, &warnings);
     if (!err && !common->quiet)
-        warnings_print(&warnings, program->name);
-    warnings_clear(&warnings);
+        warnings_print(warnings, program->name);
     points_close(points);
     seen_destroy(sight.seen);
     stage_clear(&sight.stage);
@@ -220,6 +222,7 @@ int main(int argc, char **argv)
             "the probes of BAKED: the SH coefficients, or for a normal the irradiance (R G B).",
         .operands_least = 1,
         .operands_most = 2};
+    struct warnings warnings = {0};
     struct stream *stream = NULL;
     struct interpolate *in = NULL;
     struct option_row *outside = option_row(how, "outside");
@@ -251,10 +254,13 @@ int main(int argc, char **argv)
     if (!err && !pack)
         err = file_inputs_differ(baked, "the baked stream", input, "the points");
     if (!err)
-        err = open_baked(&in, &stream, baked, &a);
+        err = open_baked(&in, &stream, baked, &a, &warnings);
     if (!err)
         err = pack ? write_packed(in, a.pack, common.output)
-                   : answer(in, &a, input, &common, &program);
+                   : answer(in, &a, input, &common, &program, &warnings);
+    if (!err && !common.quiet)
+        warnings_print(&warnings, program.name);
+    warnings_clear(&warnings);
     interpolate_close(in);
     stream_destroy(stream);
     program_clear(&program);

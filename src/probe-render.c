@@ -7,6 +7,7 @@
 #include "render/film.h"
 #include "render/render_options.h"
 #include "render/scene_film.h"
+#include "stream/sight_key.h"
 #include "stream/stream.h"
 
 #include <stdio.h>
@@ -56,6 +57,8 @@ static struct error *film_scene(struct render_options *o, struct program *progra
         err = file_inputs_differ(program->operands[0], "the scene", input, "the probes");
     if (!err && probes)
         err = stream_read(&stream, input);
+    if (!err && probes)
+        err = sight_drop_stale(stream, warnings);
     if (!err && probes)
         err = error_wrap(render_options_take_over(o, program, &stream->header, argc, argv), "%s",
                          file_input_name(input));

@@ -8,6 +8,7 @@
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
 #include "scene/scene_told.h"
+#include "stream/sight_key.h"
 #include "stream/stream.h"
 #include "vtk/vtk_export.h"
 #include "vtk/vtk_probes.h"
@@ -72,6 +73,8 @@ static struct error *run(struct vtk_options *o, const char *input, struct warnin
     struct vtk_scene surface = {0};
     char *name = NULL;
     struct error *err = stream_read(&stream, input);
+    if (!err)
+        err = sight_drop_stale(stream, warnings);
     if (!err && o->scene)
         err = read_scene(&scene, o->scene, &o->given, &stream->header, warnings);
     if (!err)

@@ -76,6 +76,7 @@ PROGRAM_TESTS = \
 	tests/light-conversion.t \
 	tests/probe-tet.t \
 	tests/probe-leakfix.t \
+	tests/stale-sight.t \
 	tests/probe-error.t \
 	tests/probe-query.t \
 	tests/probe-render.t \

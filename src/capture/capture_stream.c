@@ -4,6 +4,8 @@
 #include "light/convert.h"
 #include "scene/scene.h"
 #include "scene/scene_told.h"
+#include "stream/sight_key.h"
+#include "stream/stream_edit.h"
 
 #include <math.h>
 #include <string.h>
@@ -22,6 +24,9 @@ static struct error *open_writer(struct capture_run *run)
         capture_make_header(&run->header, stream_reader_header(run->reader), &record);
     if (!err && run->told)
         err = header_set_key(&run->header, SCENE_TOLD_KEY, run->told);
+    run->other_sight = !err && sight_key_other_scene(&run->header, scene_surface_key(run->scene));
+    if (run->other_sight)
+        sight_key_remove(&run->header);
     const enum stream_encoding read = stream_reader_encoding(run->reader),
                                asked = o->common.encoding;
     return err ? err
@@ -151,6 +156,16 @@ static struct error *capture_table(struct capture_run *run, const struct table *
     return err;
 }
 
+/* Passes a table on as it is, but for what its cells keep of the sight of other surfaces. */
+static struct error *pass_table(struct capture_run *run, const struct table *schema)
+{
+    const struct stream_selection others = {.drop = SIGHT_COLUMNS, .step = 1, .end = -1};
+    if (!run->other_sight || !stream_cell_corners(schema->name))
+        return stream_copy_table(run->reader, run->writer, schema);
+    run->sight_dropped = run->sight_dropped || table_column(schema, "sight");
+    return stream_filter_table(run->reader, run->writer, schema, &others);
+}
+
 struct error *capture_stream(struct capture_run *run)
 {
     struct error *err = NULL;
@@ -163,7 +178,7 @@ struct error *capture_stream(struct capture_run *run)
         if (probes)
             err = capture_table(run, &schema);
         else if (!err && more)
-            err = stream_copy_table(run->reader, run->writer, &schema);
+            err = pass_table(run, &schema);
         table_clear(&schema);
     }
     return err;

@@ -22,10 +22,12 @@ struct capture_run {
     struct stream_header header;  /* that is written; owned */
     const struct scene *scene;
     const struct path_tracer *path;
+    bool other_sight;          /* what the stream keeps of sight is of other surfaces */
     struct progress *progress; /* may be NULL */
     /* Seen: */
     size_t probes, captured; /* of the slice */
     size_t left;             /* that a signal came before */
+    bool sight_dropped;      /* cells had sight of other surfaces */
     struct dering_count dering;
     struct capture_black black;
     double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */

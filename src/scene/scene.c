@@ -108,6 +108,39 @@ static void hash_light(struct hash *hash, const struct scene_light *l)
     hash_add(hash, numbers, sizeof numbers);
 }
 
+static void hash_geometry(struct hash *hash, const struct scene *scene)
+{
+    for (size_t i = 0; i < scene->mesh_count; i++)
+        hash_mesh(hash, &scene->meshes[i]);
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const uint64_t mesh = scene->instances[i].mesh;
+        hash_add(hash, &mesh, sizeof mesh);
+        hash_add(hash, scene->instances[i].transform, sizeof scene->instances[i].transform);
+    }
+}
+
+uint64_t scene_surface_key(const struct scene *scene)
+{
+    if (scene->decimated)
+        return scene->whole_surface_key;
+    struct hash hash;
+    hash_start(&hash, 0);
+    const uint64_t shape[] = {scene->mesh_count, scene->instance_count, scene->material_count};
+    hash_add(&hash, shape, sizeof shape);
+    hash_geometry(&hash, scene);
+    for (size_t i = 0; i < scene->material_count; i++) {
+        const struct scene_material *m = &scene->materials[i];
+        const float factors[] = {m->opacity, m->cutoff};
+        const uint32_t alpha = m->alpha;
+        hash_add(&hash, factors, sizeof factors);
+        hash_add(&hash, &alpha, sizeof alpha);
+        hash_map(&hash, &m->alpha_map);
+        if (m->alpha_map.texture >= 0)
+            hash_texture(&hash, &scene->textures[m->alpha_map.texture]);
+    }
+    return hash_value(&hash);
+}
+
 uint64_t scene_key(const struct scene *scene)
 {
     if (scene->decimated)
@@ -118,13 +151,7 @@ uint64_t scene_key(const struct scene *scene)
         scene->mesh_count,  scene->instance_count,  scene->material_count,     scene->texture_count,
         scene->light_count, scene->emit_front_only, scene->sky.picture != NULL};
     hash_add(&hash, shape, sizeof shape);
-    for (size_t i = 0; i < scene->mesh_count; i++)
-        hash_mesh(&hash, &scene->meshes[i]);
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const uint64_t mesh = scene->instances[i].mesh;
-        hash_add(&hash, &mesh, sizeof mesh);
-        hash_add(&hash, scene->instances[i].transform, sizeof scene->instances[i].transform);
-    }
+    hash_geometry(&hash, scene);
     for (size_t i = 0; i < scene->material_count; i++)
         hash_material(&hash, &scene->materials[i]);
     for (size_t i = 0; i < scene->texture_count; i++)

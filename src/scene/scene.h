@@ -172,9 +172,9 @@ struct scene {
     /* of all instances in the scene's coordinates; min > max when there is no triangle */
     struct vec3 box_min, box_max;
     size_t degenerate_count; /* triangles left out */
-    /* by scene_decimate; scene_key is then whole_key, of what it was */
+    /* by scene_decimate; the keys are then those of what it was */
     bool decimated;
-    uint64_t whole_key;
+    uint64_t whole_key, whole_surface_key;
     /* room in the lists */
     size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity,
         part_capacity;
@@ -190,6 +190,9 @@ void scene_mesh_clear(struct scene_mesh *mesh);
  * scenes have equal keys on every machine. XXH3-64. A decimated scene keeps the key of the scene
  * that it was. */
 uint64_t scene_key(const struct scene *scene);
+
+/* The same of what decides what is seen from where: geometry, and what surfaces let through. */
+uint64_t scene_surface_key(const struct scene *scene);
 
 /* with instances counted as often as placed */
 size_t scene_triangle_count(const struct scene *scene);

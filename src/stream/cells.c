@@ -57,6 +57,8 @@ void cells_remove(struct stream *stream)
 {
     for (int i = 0; i < STREAM_CORNERS_MOST; i++)
         stream_remove_table(stream, stream_cell_table[i]);
+    header_remove_key(&stream->header, CELLS_SIGHT_SCENE);
+    header_remove_key(&stream->header, CELLS_SIGHT_CELLS);
     struct table *probes = stream_table(stream, "probe");
     if (probes) {
         table_remove_column(probes, "hull_normal");

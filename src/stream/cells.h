@@ -13,6 +13,10 @@
 struct error;
 struct stream;
 
+/* The header's keys of what their sight is true of (sight_key.h). */
+#define CELLS_SIGHT_SCENE "sight-scene"
+#define CELLS_SIGHT_CELLS "sight-cells"
+
 /* A stream's cells; borrowed from it. */
 struct cells {
     struct table *table;
@@ -31,8 +35,8 @@ bool cells_exist(const struct stream *stream);
  * column vertex, or a column has another shape. Without column neighbour that is NULL. */
 struct error *cells_find(const struct stream *stream, struct cells *cells);
 
-/* Removes what speaks of cells: their table, and of table probe the columns hull_normal and
- * merged. */
+/* Removes what speaks of cells: their table, of table probe the columns hull_normal and merged, and
+ * the header's keys of sight. */
 void cells_remove(struct stream *stream);
 
 #endif

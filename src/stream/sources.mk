@@ -5,6 +5,7 @@ stream_sources = \
 	%D%/common_options.c %D%/common_options.h \
 	%D%/header_number.c %D%/header_number.h \
 	%D%/points.c %D%/points.h \
+	%D%/sight_key.c %D%/sight_key.h \
 	%D%/stream.h \
 	%D%/stream_binary.c \
 	%D%/stream_checksum.c \

@@ -5,6 +5,7 @@
 #include "base/number.h"
 #include "base/warning.h"
 #include "stream/cells.h"
+#include "stream/sight_key.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -352,7 +353,7 @@ struct error *stream_select(struct stream *stream, const struct stream_selection
     return err;
 }
 
-static struct error *filter_table(struct stream_reader *reader, struct stream_writer *writer,
+struct error *stream_filter_table(struct stream_reader *reader, struct stream_writer *writer,
                                   const struct table *schema, const struct stream_selection *s)
 {
     struct table in = {0}, out = {0};
@@ -393,7 +394,7 @@ struct error *stream_filter(struct stream_reader *reader, struct stream_writer *
         if (!err && more)
             err = see_table(&seen, &schema);
         if (!err && more && keeps_table(s, schema.name))
-            err = s->columns || s->drop ? filter_table(reader, writer, &schema, s)
+            err = s->columns || s->drop ? stream_filter_table(reader, writer, &schema, s)
                                         : stream_copy_table(reader, writer, &schema);
         table_clear(&schema);
     }
@@ -411,6 +412,8 @@ static struct error *merge_header(struct stream_header *to, const struct stream_
     for (size_t i = 0; i < from->key_count && !err; i++) {
         const char *name = from->keys[i].name, *theirs = from->keys[i].value,
                    *ours = header_key(to, name);
+        if (sight_key_is(name)) /* of cells, which go */
+            continue;
         if (!ours)
             err = header_set_key(to, name, theirs);
         else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") || !strcmp(name, "sh-content")))

@@ -67,6 +67,11 @@ struct error *stream_select(struct stream *stream, const struct stream_selection
 struct error *stream_filter(struct stream_reader *reader, struct stream_writer *writer,
                             const struct stream_selection *selection);
 
+/* The same of one table, whose schema stream_reader_next_table gave: columns are chosen. */
+struct error *stream_filter_table(struct stream_reader *reader, struct stream_writer *writer,
+                                  const struct table *schema,
+                                  const struct stream_selection *selection);
+
 /* Appends the probes of `from` to those of `to`, and its provenance. Columns that one of them lacks
  * hold missing values, with a warning. Where keys differ, the first stream's stay, with a warning;
  * sh-order and sh-content must agree. Other tables go, from both, with a warning: merged probes

@@ -3,6 +3,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/warning.h"
+#include "stream/sight_key.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -44,6 +45,8 @@ static struct error *fill_header(struct stream_header *to, const struct stream_h
     for (size_t i = 0; i < from->key_count && !err; i++) {
         const char *name = from->keys[i].name, *theirs = from->keys[i].value,
                    *ours = header_key(to, name);
+        if (sight_key_is(name)) /* of cells, which are not filled */
+            continue;
         if (!ours)
             err = header_set_key(to, name, theirs);
         else if (strcmp(ours, theirs) && is_of_light(name))

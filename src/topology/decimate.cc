@@ -634,6 +634,7 @@ struct error *scene_decimate(struct scene *scene, double share, struct warnings 
     if (share == 1 || !before)
         return nullptr;
     scene->whole_key = scene_key(scene);
+    scene->whole_surface_key = scene_surface_key(scene);
     scene->decimated = true;
     struct error *err = surface_check_count(scene);
     if (!err)
