@@ -59,8 +59,27 @@ static struct error *capture_new(struct stream *stream, struct stage *stage, siz
     return err;
 }
 
+/* Whether there are borders of shadows in the probes' light, where they are asked for. */
+static struct error *check_shadows(const struct leak_settings *settings, const struct stage *stage,
+                                   struct warnings *warnings)
+{
+    if (settings->edges == LEAK_WALLS)
+        return NULL;
+    if (stage->capture_settings.light == CAPTURE_INDIRECT)
+        return error_new("the probes hold indirect light, where shadows have no borders: --edges "
+                         "walls, or probe-capture --light all or direct");
+    if (!stage->scene->light_count)
+        warnings_add(warnings, "shadows",
+                     "%s: there is no sun, point or spot whose shadow has a border: --edges looks "
+                     "for none",
+                     stage->scene->path);
+    return NULL;
+}
+
 int main(int argc, char **argv)
 {
+    static const char *const edges[] = {
+        [LEAK_WALLS] = "walls", [LEAK_SHADOWS] = "shadows", [LEAK_BOTH] = "both", NULL};
     int no_sight = 0;
     struct leak_mend_job job = {
         .settings = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN},
@@ -78,6 +97,13 @@ int main(int argc, char **argv)
          .most = 1000,
          .help = "where edges go through walls, put more probes on both sides, at most N\n"
                  "times"},
+        {.name = "edges",
+         .argument = "WHICH",
+         .kind = OPTION_CHOICE,
+         .choices = edges,
+         .value = OPTION_ENUM(job.settings.edges),
+         .help = "they go in where edges meet walls, the borders of shadows that suns,\n"
+                 "points and spots cast (shadows), or both"},
         {.name = "graze",
          .argument = "COS",
          .kind = OPTION_REAL,
@@ -155,6 +181,8 @@ int main(int argc, char **argv)
             &warnings, "scene",
             "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)",
             program.operands[0], stage.key, stage.captured_key);
+    if (!err)
+        err = check_shadows(&job.settings, &stage, &warnings);
     if (!err) {
         before = stream_table(stream, "probe")->rows;
         job.tracer = stage.tracer;

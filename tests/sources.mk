@@ -77,6 +77,7 @@ PROGRAM_TESTS = \
 	tests/probe-tet.t \
 	tests/probe-leakfix.t \
 	tests/stale-sight.t \
+	tests/shadow-edges.t \
 	tests/probe-error.t \
 	tests/probe-query.t \
 	tests/probe-render.t \

@@ -4,6 +4,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
+#include "leak/shadow.h"
 #include "math/cubes.h"
 #include "math/sort.h"
 #include "math/vec.h"
@@ -98,7 +99,9 @@ struct error *leak_settings_for(struct leak_settings *settings, const struct lea
 
 /* What the rays along one edge found. */
 struct finding {
-    bool crossed;
+    bool crossed, leaks;
+    const struct scene_light *lamp; /* whose shadow has its border here; NULL: no border */
+    bool lit[2];                    /* it shines on the side of the low, the high end */
     /* a probe can stand before the surface, on the side of the low, the high end */
     bool stands[2];
     bool asks[2];         /* and is asked for: the end is far from the surface */
@@ -165,6 +168,28 @@ static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int
                                        : stand_off(look, on_edge, facing);
 }
 
+/* A pair about the border of a shadow. */
+static void look_for_shadow(const struct look *look, struct vec3 low, struct vec3 high,
+                            struct finding *f)
+{
+    const struct leak_settings *s = look->settings;
+    const struct vec3 way = vec3_sub(high, low);
+    const double length = vec3_length(way), far = fmax(s->margin * length, 2 * s->offset);
+    const struct shadow_border border =
+        shadow_find(look->tracer, low, high, s->graze, s->offset / 8);
+    if (!border.lamp)
+        return;
+    f->lamp = border.lamp;
+    for (int side = 0; side < 2; side++) {
+        const double distance = side ? length - border.distance : border.distance,
+                     off = fmin(s->offset, distance / 2);
+        f->lit[side] = border.lit == !side;
+        f->stands[side] = true;
+        f->asks[side] = distance >= far;
+        f->probe[side] = vec3_fma(low, (border.distance + (side ? off : -off)) / length, way);
+    }
+}
+
 static struct error *look_along(void *context, size_t index, int thread)
 {
     (void)thread;
@@ -175,6 +200,11 @@ static struct error *look_along(void *context, size_t index, int thread)
     struct finding *f = &look->finding[index];
     look_from(look, low, high, 0, f);
     look_from(look, high, low, 1, f);
+    f->leaks = f->asks[0] || f->asks[1];
+    if (look->settings->edges == LEAK_SHADOWS)
+        f->asks[0] = f->asks[1] = f->stands[0] = f->stands[1] = false;
+    if (look->settings->edges != LEAK_WALLS && !f->crossed)
+        look_for_shadow(look, low, high, f);
     return NULL;
 }
 
@@ -183,22 +213,25 @@ static struct error *look_along(void *context, size_t index, int thread)
 struct view {
     const struct tracer *tracer;
     const double *from;
+    const struct scene_light *lamp; /* NULL: none asks */
+    bool lit;                       /* by it, on this side of its shadow's border */
 };
 
 static bool sees(void *context, const double *point)
 {
     const struct view *view = context;
-    return trace_visibility(view->tracer, view->from, point) > 0;
+    return trace_visibility(view->tracer, view->from, point) > 0 &&
+           (!view->lamp || shadow_lit(view->tracer, view->lamp, vec3_load(point)) == view->lit);
 }
 
-/* Whether a probe nearer than `reach` (at most a cube's size) is seen from p: it stands for p, on
- * the same side. */
-static bool is_served(const struct cubes *c, const struct tracer *tracer, struct vec3 p,
-                      double reach)
+/* Whether a probe nearer than `reach` (at most a cube's size) is seen from where that of a side
+ * would stand: it stands for it, on the same side. */
+static bool is_served(const struct cubes *c, const struct tracer *tracer, const struct finding *f,
+                      int side, double reach)
 {
     double at[3];
-    vec3_store(at, p);
-    struct view view = {tracer, at};
+    vec3_store(at, f->probe[side]);
+    struct view view = {tracer, at, f->lamp, f->lit[side]};
     return cubes_find(c, at, reach, sees, &view, NULL);
 }
 
@@ -236,15 +269,20 @@ static struct candidate make_candidate(const struct finding *f)
 static struct error *choose(const struct look *look, size_t distinct, size_t probe_count,
                             struct leaks *leaks)
 {
-    for (size_t i = 0; i < distinct; i++)
-        leaks->leaking += look->finding[i].asks[0] || look->finding[i].asks[1];
+    for (size_t i = 0; i < distinct; i++) {
+        const struct finding *f = &look->finding[i];
+        const bool asks = f->asks[0] || f->asks[1];
+        leaks->leaking += f->leaks;
+        leaks->shadowed += asks && f->lamp;
+        leaks->asking += asks;
+    }
     struct candidate *candidate = NULL;
     struct cubes cubes = {0};
-    struct error *err = array_create(&candidate, leaks->leaking, sizeof *candidate);
+    struct error *err = array_create(&candidate, leaks->asking, sizeof *candidate);
     if (!err)
-        err = cubes_init(&cubes, look->settings->separation, probe_count + 2 * leaks->leaking);
+        err = cubes_init(&cubes, look->settings->separation, probe_count + 2 * leaks->asking);
     if (!err)
-        err = array_create(&leaks->probe, 6 * leaks->leaking, sizeof *leaks->probe);
+        err = array_create(&leaks->probe, 6 * leaks->asking, sizeof *leaks->probe);
     size_t count = 0;
     for (size_t i = 0; i < distinct && !err; i++)
         if (look->finding[i].asks[0] || look->finding[i].asks[1])
@@ -260,11 +298,11 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
         const int first = compare_positions(f->probe[0], f->probe[1]) > 0;
         bool wanted = false;
         for (int side = 0; side < 2; side++)
-            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f->probe[side],
+            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f, side,
                                                             look->settings->separation));
         for (int turn = 0; wanted && turn < 2; turn++) {
             const int side = turn ? !first : first;
-            if (!f->stands[side] || is_served(&cubes, look->tracer, f->probe[side], twin_reach))
+            if (!f->stands[side] || is_served(&cubes, look->tracer, f, side, twin_reach))
                 continue;
             double *added = leaks->probe + 3 * leaks->probe_count++;
             vec3_store(added, f->probe[side]);
@@ -308,8 +346,7 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
     for (size_t e = 0; e < leaks->edges && !err; e++) {
         leaks->crossed += look.finding[e].crossed;
         for (size_t i = first[e]; i < first[e + 1]; i++)
-            leaks->cell_edges[edges[i].slot] =
-                look.finding[e].asks[0] || look.finding[e].asks[1] ? 2 : look.finding[e].crossed;
+            leaks->cell_edges[edges[i].slot] = look.finding[e].leaks ? 2 : look.finding[e].crossed;
     }
     if (!err)
         err = choose(&look, leaks->edges, mesh->probe_count, leaks);

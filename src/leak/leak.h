@@ -12,6 +12,9 @@
  * plane or on a line get theirs on the edges, and stay in that plane or on that line. What is
  * mended in one round makes new cells, so rounds follow, each with half the separation of the last,
  * until no edge leaks.
+ *
+ * The same is done, where it is asked for, on free edges that go through the border of a lamp's
+ * shadow (shadow.h): a pair stands on both sides of it, on the edge.
  */
 #ifndef LEAK_H
 #define LEAK_H
@@ -38,7 +41,10 @@ static inline struct vec3 leak_mesh_probe(const struct leak_mesh *mesh, int32_t 
     return vec3_load(mesh->position + 3 * (size_t)probe);
 }
 
+enum leak_edges { LEAK_WALLS, LEAK_SHADOWS, LEAK_BOTH };
+
 struct leak_settings {
+    enum leak_edges edges; /* which ask for probes */
     /* least |cos| between ray and surface normal for a surface to count as a wall to mend */
     double graze;
     double margin; /* least distance from an end to the surface, as a share of the edge */
@@ -62,6 +68,10 @@ struct leaks {
     size_t edges;   /* of the mesh */
     size_t crossed; /* by a surface */
     size_t leaking; /* crossed, with an end that is far from the surface */
+    /* free, through the border of a shadow, with an end that is far from it; 0 where shadows are
+     * not looked for */
+    size_t shadowed;
+    size_t asking; /* for probes: of these, what the settings are for */
     /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only
      * crossed, else 0; owned */
     int32_t *cell_edges;

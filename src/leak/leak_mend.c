@@ -127,9 +127,11 @@ static struct error *drop_sight(struct stream *stream)
     return err;
 }
 
-static void say(const char *program, const char *when, const struct leaks *leaks,
+static void say(const struct leak_mend_job *job, const char *when, const struct leaks *leaks,
                 const struct stream *stream)
 {
+    const char *program = job->program;
+    const bool shadows = job->settings.edges != LEAK_WALLS;
     if (!program)
         return;
     fprintf(stderr,
@@ -137,6 +139,9 @@ static void say(const char *program, const char *when, const struct leaks *leaks
             program, when, leaks->leaking, leaks->edges,
             leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
             leaks->crossed, stream_table(stream, "probe")->rows);
+    if (shadows)
+        fprintf(stderr, "%s: %s: %zu edges go through the border of a shadow\n", program, when,
+                leaks->shadowed);
 }
 
 struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
@@ -149,8 +154,8 @@ struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
     if (!err)
         err = find(&leaks, job->tracer, &settings, stream);
     if (!err)
-        say(job->program, "before", &leaks, stream);
-    for (int64_t round = 0; !err && leaks.leaking && round < job->rounds; round++) {
+        say(job, "before", &leaks, stream);
+    for (int64_t round = 0; !err && leaks.asking && round < job->rounds; round++) {
         const size_t rows = stream_table(stream, "probe")->rows + leaks.probe_count;
         if ((double)rows > job->probes_most) {
             warnings_add(warnings, "max-probes",
@@ -167,7 +172,7 @@ struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
             err = find(&leaks, job->tracer, &settings, stream);
     }
     if (!err && job->rounds)
-        say(job->program, "after", &leaks, stream);
+        say(job, "after", &leaks, stream);
     if (!err)
         err = store_occlusion(stream, &leaks);
     if (!err && job->sight)

@@ -4,6 +4,7 @@ leak_sources = \
 	%D%/cells_make.c %D%/cells_make.h \
 	%D%/leak.c %D%/leak.h \
 	%D%/leak_mend.c %D%/leak_mend.h \
+	%D%/shadow.c %D%/shadow.h \
 	%D%/sight.c %D%/sight.h \
 	%D%/sight_fit.c %D%/sight_fit.h \
 	%D%/stand_in.c %D%/stand_in.h \
