@@ -7,13 +7,16 @@
 #include "base/progress.h"
 #include "base/warning.h"
 #include "capture/stage.h"
+#include "leak/dilate.h"
 #include "leak/leak_mend.h"
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/sight_key.h"
 #include "stream/stream.h"
+#include "stream/stream_edit.h"
 
 #include <math.h>
+#include <stdio.h>
 
 /* Lengths that were not given are taken from the cells. */
 static struct error *complete(struct leak_settings *settings, const struct stream *stream)
@@ -76,11 +79,35 @@ static struct error *check_shadows(const struct leak_settings *settings, const s
     return NULL;
 }
 
+static struct error *parse_condition(void *value, const char *text)
+{
+    return stream_selection_add(value, text);
+}
+
+/* Gives light to the probes that stand in matter, and says to how many. */
+static struct error *dilate_light(struct stream *stream, const struct stream_selection *invalid,
+                                  const struct stage *stage, const struct common *common,
+                                  const char *program)
+{
+    struct dilate_count count;
+    struct table *probes = stream_table(stream, "probe");
+    if (!invalid->condition_count)
+        return NULL;
+    struct error *err = dilate(probes, invalid, stage->tracer, common->threads, &count);
+    if (!err && !common->quiet)
+        fprintf(stderr,
+                "%s: %zu of %zu probes hold the light of another: %zu of one that they see, %zu of "
+                "the nearest\n",
+                program, count.filled, probes->rows, count.filled - count.unseen, count.unseen);
+    return error_wrap(err, "--dilate");
+}
+
 int main(int argc, char **argv)
 {
     static const char *const edges[] = {
         [LEAK_WALLS] = "walls", [LEAK_SHADOWS] = "shadows", [LEAK_BOTH] = "both", NULL};
     int no_sight = 0;
+    struct stream_selection invalid = {.step = 1, .end = -1};
     struct leak_mend_job job = {
         .settings = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN},
         .probes_most = 1e6};
@@ -104,6 +131,14 @@ int main(int argc, char **argv)
          .value = OPTION_ENUM(job.settings.edges),
          .help = "they go in where edges meet walls, the borders of shadows that suns,\n"
                  "points and spots cast (shadows), or both"},
+        {.name = "dilate",
+         .argument = "CONDITION",
+         .kind = OPTION_CALL,
+         .value = &invalid,
+         .parse = parse_condition,
+         .shown = "none",
+         .help = "probes for which CONDITION holds, as 'validity < 0.5', get the light of\n"
+                 "the nearest other that they see; given more than once, all must hold"},
         {.name = "graze",
          .argument = "COS",
          .kind = OPTION_REAL,
@@ -196,6 +231,8 @@ int main(int argc, char **argv)
     if (!err)
         err = capture_new(stream, &stage, before, &common, program.name, &warnings);
     if (!err)
+        err = dilate_light(stream, &invalid, &stage, &common, program.name);
+    if (!err)
         err = scene_file_to_header(&stage.scene_settings, &stream->header);
     if (!err)
         err = header_add_provenance(&stream->header, program.recorded);
@@ -206,6 +243,7 @@ int main(int argc, char **argv)
     warnings_clear(&warnings);
     stage_clear(&stage);
     scene_settings_clear(&given);
+    stream_selection_clear(&invalid);
     stream_destroy(stream);
     program_clear(&program);
     return error_exit(program.name, err);

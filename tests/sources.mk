@@ -78,6 +78,7 @@ PROGRAM_TESTS = \
 	tests/probe-leakfix.t \
 	tests/stale-sight.t \
 	tests/shadow-edges.t \
+	tests/dilate.t \
 	tests/probe-error.t \
 	tests/probe-query.t \
 	tests/probe-render.t \

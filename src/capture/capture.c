@@ -235,6 +235,7 @@ void capture_drop_stale(struct table *table)
 {
     table_remove_column(table, "sh_gradient");
     table_remove_column(table, "sh_window");
+    table_remove_column(table, "filled");
     basis_drop(table);
 }
 

@@ -2,6 +2,7 @@
 # edges through walls, and their mending
 leak_sources = \
 	%D%/cells_make.c %D%/cells_make.h \
+	%D%/dilate.c %D%/dilate.h \
 	%D%/leak.c %D%/leak.h \
 	%D%/leak_mend.c %D%/leak_mend.h \
 	%D%/shadow.c %D%/shadow.h \

@@ -218,6 +218,14 @@ static struct error *check_condition(const struct stream_condition *c, const str
     return NULL;
 }
 
+struct error *stream_selection_check(const struct stream_selection *s, const struct table *probes)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < s->condition_count && !err; i++)
+        err = check_condition(&s->conditions[i], probes);
+    return err;
+}
+
 static double value_of(const struct column *c, size_t i)
 {
     return c->type == COLUMN_F64   ? column_f64(c)[i]
@@ -242,16 +250,23 @@ static bool condition_holds(const struct stream_condition *c, const struct table
     return false;
 }
 
+bool stream_selection_holds(const struct stream_selection *s, const struct table *probes,
+                            size_t row)
+{
+    bool holds = true;
+    for (size_t i = 0; i < s->condition_count && holds; i++)
+        holds = condition_holds(&s->conditions[i], probes, row);
+    return holds;
+}
+
 /* -- rows and columns ------------------------------------------------------------------------- */
 
 static bool keeps_row(const struct stream_selection *s, const struct table *probes, size_t row)
 {
     const struct column *sh = table_column(probes, "sh");
     const bool captured = sh && !isnan(column_f32(sh)[row * sh->width]);
-    bool kept = s->captured == ROWS_ANY || captured == (s->captured == ROWS_CAPTURED);
-    for (size_t i = 0; i < s->condition_count && kept; i++)
-        kept = condition_holds(&s->conditions[i], probes, row);
-    return kept;
+    return (s->captured == ROWS_ANY || captured == (s->captured == ROWS_CAPTURED)) &&
+           stream_selection_holds(s, probes, row);
 }
 
 /* Removes the columns that are not kept, and puts the others into the order that is asked for. */
@@ -319,11 +334,9 @@ static struct error *select_rows(struct stream *stream, const struct stream_sele
     struct table *probes = stream_table(stream, "probe");
     if (!probes)
         return error_new("there is no table probe to choose rows of");
-    for (size_t i = 0; i < s->condition_count; i++) {
-        struct error *err = check_condition(&s->conditions[i], probes);
-        if (err)
-            return err;
-    }
+    struct error *err = stream_selection_check(s, probes);
+    if (err)
+        return err;
     const size_t before = probes->rows, kept = keep_rows(probes, s);
     if (kept == before)
         return NULL;

@@ -53,6 +53,12 @@ struct error *stream_selection_rows(struct stream_selection *selection, const ch
 /* Adds a condition; the error says what was expected. */
 struct error *stream_selection_add(struct stream_selection *selection, const char *text);
 
+/* Whether the columns of all conditions are there; whether all hold of a row. */
+struct error *stream_selection_check(const struct stream_selection *selection,
+                                     const struct table *probes);
+bool stream_selection_holds(const struct stream_selection *selection, const struct table *probes,
+                            size_t row);
+
 /* Whether the selection needs the whole stream in memory: it chooses among rows, or puts tables in
  * order. */
 bool stream_selection_is_whole(const struct stream_selection *selection);

@@ -33,6 +33,7 @@ static const struct known {
     {"probe", "ambient_dice_cubic", COLUMN_F32, 108, 0},
     {"probe", "ahd", COLUMN_F32, 9, 0},
     {"probe", "merged", COLUMN_I32, 1, 0},
+    {"probe", "filled", COLUMN_I32, 1, 0},
     {"tet", "vertex", COLUMN_I32, 4, 0},
     {"tet", "neighbour", COLUMN_I32, 4, 0},
     {"tet", "occlusion", COLUMN_I32, 6, 0},
