@@ -78,7 +78,11 @@ check "a node goes by its name" leaves 52 --exclude Crate1
 check "with what hangs from it, and a blank in its name" leaves 2 --exclude 'my props'
 check "which a warning says" says err 'hall.gltf: --exclude and --only leave out 62 of 64 triangles'
 check "a pattern names several" leaves 40 --exclude 'Crate*'
-check "a name as it stands is none" leaves 40 --exclude 'Crate[1]' # and as one it is Crate1
+check "a name as it stands is none" leaves 52 --exclude 'Crate[1]'
+check "what it would match as one is said" \
+    says err "'Crate\[1\]' is a name as it stands.*the 1 names"
+check "as --list prints it, too" leaves 52 --exclude 'Hall/my props/Crate[1]'
+check "which a shell's pattern may match" leaves 40 --exclude 'Hall/my props/Crate*'
 check "nor is one whose pattern is quoted" leaves 52 --exclude 'Crate\[1\]'
 check "a slash is no end of a name" leaves 52 --exclude 'a/b'
 check "nodes by what they hang from" leaves 40 --exclude 'Hall/*/Crate*'
@@ -331,5 +335,18 @@ printf '%s\n' 'newmtl l' 'Ke 1 1 1' >l.mtl
 echo '0 1 0' | place - lamp2.obj >one.probe
 check "a lamp of the file, behind a group" said "of group 'ball' (100 %)" 1 \
     probe-capture -r 16 lamp2.obj one.probe
+
+# -- decimated -------------------------------------------------------------------------------------
+place point.txt domed.gltf >point.probe
+check "what is left out is, before the scene is decimated" into thin.probe \
+    probe-capture -q -r 16 $light --decimate .5 --exclude Dome domed.gltf point.probe and \
+    says thin.probe '^exclude-1 Dome$'
+check "and where the header says so" into again.probe \
+    probe-capture -q -r 16 --again domed.gltf thin.probe
+check "what is in the way has its name when decimated" \
+    said "first by material 'm' of node 'Root/Walls'" 1 \
+    dark --sky 1,1,1 --decimate .9 room.gltf
+check "and its group" said "of group 'ball' (100 %)" 1 \
+    probe-capture -r 16 --decimate .5 lamp2.obj one.probe
 
 tap_done

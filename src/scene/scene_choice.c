@@ -143,8 +143,9 @@ struct error *scene_choice_from_header(struct scene_choice *choice,
     struct error *err = NULL;
     for (size_t k = 0; k < header->key_count && !err; k++) {
         const int only = kind_of_key(header->keys[k].name);
-        if (only >= 0)
-            err = add_pattern(&read, header->keys[k].value, only);
+        const char *text = header->keys[k].value;
+        if (only >= 0) /* the backslash is there for the blank */
+            err = add_pattern(&read, text + (!strncmp(text, "\\ ", 2) ? 1 : 0), only);
     }
     if (!err && read.count)
         err = as_options(&read, &read.before);
@@ -183,6 +184,14 @@ static void put_before(char *text, size_t *first, const char *name, bool slash)
         text[--*first] = name[i];
 }
 
+/* A name is one line. */
+static void show_controls(char *text)
+{
+    for (; *text; text++)
+        if (iscntrl((unsigned char)*text))
+            *text = '?';
+}
+
 void scene_part_path(const struct scene *scene, uint32_t part, char *text, size_t size)
 {
     char path[PATH_MOST];
@@ -192,9 +201,7 @@ void scene_part_path(const struct scene *scene, uint32_t part, char *text, size_
         put_before(path, &first, part_at(scene, p)->name, p != part);
     const size_t length = sizeof path - 1 - first, shown = length < size ? length : size - 1;
     snprintf(text, size, "%s", path + first + (length - shown));
-    for (char *c = text; *c; c++)
-        if (iscntrl((unsigned char)*c))
-            *c = '?';
+    show_controls(text);
     if (shown > 3 && (shown < length || !first))
         memcpy(text, "...", 3);
 }
@@ -206,6 +213,7 @@ void scene_material_name(const struct scene *scene, int32_t material, char *text
         snprintf(text, size, "%s", name);
     else
         snprintf(text, size, "material %d", (int)material);
+    show_controls(text);
 }
 
 uint32_t scene_part_of(const struct scene_mesh *mesh, size_t triangle)
@@ -275,39 +283,58 @@ struct error *scene_list_names(const struct scene *scene, FILE *out)
 
 /* -- matching --------------------------------------------------------------------------------- */
 
-static bool matches(const char *pattern, const char *name)
+/* How a pattern is held against names. What --list prints of a part or a material names just that;
+ * so the first of these is taken under which something matches. */
+enum manner { AS_LISTED, AS_NAME, AS_PATTERN };
+
+/* A name as it is shown: control characters are '?'. */
+static bool is_name(const char *text, const char *name)
 {
-    return !strcmp(pattern, name) || !fnmatch(pattern, name, 0);
+    for (; *text && *name; text++, name++)
+        if (*text != (iscntrl((unsigned char)*name) ? '?' : *name))
+            return false;
+    return !*text && !*name;
+}
+
+static bool matches(const char *pattern, const char *name, enum manner manner)
+{
+    return manner == AS_PATTERN ? !fnmatch(pattern, name, 0) : is_name(pattern, name);
 }
 
 /* Any of the words of "wall north", which are groups each. */
-static bool matches_word(const char *pattern, const char *names)
+static bool matches_word(const char *pattern, const char *names, enum manner manner)
 {
     char word[PATH_MOST];
     for (const char *at = names + strspn(names, " \t"); *at; at += strspn(at, " \t")) {
         const size_t length = strcspn(at, " \t");
         snprintf(word, sizeof word, "%.*s", (int)length, at);
-        if (matches(pattern, word))
+        if (matches(pattern, word, manner))
             return true;
         at += length;
     }
     return false;
 }
 
-static bool matches_part(const struct scene *scene, const char *pattern, uint32_t part)
+static bool matches_part(const struct scene *scene, const char *pattern, uint32_t part,
+                         enum manner manner)
 {
     const struct scene_part *p = part_at(scene, part);
-    if (matches(pattern, p->name) || (p->kind == SCENE_GROUP && matches_word(pattern, p->name)))
+    char path[PATH_MOST];
+    if (manner == AS_LISTED) { /* a name alone may be that of many */
+        scene_part_path(scene, part, path, sizeof path);
+        return strchr(pattern, '/') && !strcmp(pattern, path);
+    }
+    if (matches(pattern, p->name, manner) ||
+        (p->kind == SCENE_GROUP && matches_word(pattern, p->name, manner)))
         return true;
     if (!strchr(pattern, '/'))
         return false;
-    char path[PATH_MOST];
     size_t first = sizeof path - 1;
     path[first] = 0;
     put_before(path, &first, p->name, false);
     for (uint32_t up = p->above; up && first; up = part_at(scene, up)->above) {
         put_before(path, &first, part_at(scene, up)->name, true);
-        if (first && matches(pattern, path + first))
+        if (first && matches(pattern, path + first, manner))
             return true;
     }
     return false;
@@ -411,26 +438,45 @@ struct choice_flags {
     bool only;                      /* there are --only */
 };
 
-static struct error *find_matches(const struct scene *scene, const struct scene_choice *choice,
-                                  struct choice_flags *flags)
+/* Sets the flag (0: none) of what a pattern matches in this manner; how much does. */
+static size_t mark_matches(const struct scene *scene, const char *pattern, enum manner manner,
+                           unsigned char flag, struct choice_flags *flags)
 {
     char name[PATH_MOST];
+    size_t found = 0;
+    for (uint32_t k = 1; k <= scene->part_count; k++)
+        if (matches_part(scene, pattern, k, manner)) {
+            flags->part[k] |= flag;
+            found++;
+        }
+    for (size_t m = 0; m < scene->material_count; m++) {
+        scene_material_name(scene, (int32_t)m, name, sizeof name);
+        if (!matches(pattern, name, manner))
+            continue;
+        flags->material[m] |= flag;
+        found++;
+    }
+    return found;
+}
+
+static struct error *find_matches(const struct scene *scene, const struct scene_choice *choice,
+                                  struct choice_flags *flags, struct warnings *warnings)
+{
     for (size_t i = 0; i < choice->count; i++) {
         const struct scene_pattern *p = &choice->list[i];
         const unsigned char flag = p->only ? ONLY : OUT;
-        bool found = false;
+        size_t found = 0;
         flags->only = flags->only || p->only;
-        for (uint32_t k = 1; k <= scene->part_count; k++)
-            if (matches_part(scene, p->text, k)) {
-                flags->part[k] |= flag;
-                found = true;
-            }
-        for (size_t m = 0; m < scene->material_count; m++) {
-            scene_material_name(scene, (int32_t)m, name, sizeof name);
-            if (!matches(p->text, name))
+        for (int manner = AS_LISTED; manner <= AS_PATTERN && !found; manner++) {
+            found = mark_matches(scene, p->text, (enum manner)manner, flag, flags);
+            if (!found || manner == AS_PATTERN || !strpbrk(p->text, "*?["))
                 continue;
-            flags->material[m] |= flag;
-            found = true;
+            const size_t others = mark_matches(scene, p->text, AS_PATTERN, 0, flags);
+            if (others > 0)
+                warnings_add(warnings, "name and pattern",
+                             "--%s '%s' is a name as it stands, and names that alone: the %zu "
+                             "names that it matches as a pattern are let be",
+                             option_names[p->only], p->text, others);
         }
         if (!found)
             return unmatched(scene, p);
@@ -599,7 +645,7 @@ struct error *scene_choose(struct scene *scene, const struct scene_choice *choic
     if (!err)
         err = check_indices(scene);
     if (!err)
-        err = find_matches(scene, choice, &flags);
+        err = find_matches(scene, choice, &flags, warnings);
     if (utf8) {
         uselocale(before);
         freelocale(utf8);

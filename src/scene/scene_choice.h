@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* scene_choice: what of a scene is left out, or alone kept, by the names that its file gives.
  *
- * A pattern is a shell's (fnmatch(3), case counts, * and ? match a slash too), or a name as it
- * stands. It names what it matches: nodes, meshes, objects, groups, materials and lights. A pattern
- * with a slash is held against paths as well: "hall/lamp*" is all lamps that hang from a hall. With
- * a node goes what hangs from it, with an object its groups, with nodes their lights.
+ * A pattern is a path as scene_list_names prints it, where there is one; else a name as it stands;
+ * else a shell's pattern (fnmatch(3), case counts, * and ? match a slash too). It names what it
+ * matches: nodes, meshes, objects, groups, materials and lights. A pattern with a slash is held
+ * against paths as well: "hall/lamp*" is all lamps that hang from a hall. With a node goes what
+ * hangs from it, with an object its groups, with nodes their lights.
  */
 #ifndef SCENE_CHOICE_H
 #define SCENE_CHOICE_H
