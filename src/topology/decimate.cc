@@ -69,6 +69,7 @@ struct part {
     std::vector<float> look;
     size_t width = 2;
     std::vector<int32_t> material;
+    std::vector<uint32_t> name; /* of each face, of the scene's parts; 0: none */
     bool has_uv = false, has_emission_uv = false, has_colour = false;
     size_t count() const { return material.size(); }
 };
@@ -84,10 +85,17 @@ void part_widen(part &p, const struct scene_mesh &mesh)
     p.width = p.has_emission_uv || p.has_colour ? WIDE : 2;
 }
 
-void part_add(part &p, const struct scene_mesh &mesh, const double *m)
+/* `name` of the faces that no object or group has. */
+void part_add(part &p, const struct scene_mesh &mesh, const double *m, uint32_t name)
 {
     const bool turned = affine_mirrors(m);
     surface_add(p.s, mesh, m);
+    for (size_t t = 0, run = 0; t < mesh.triangle_count; t++) {
+        while (run < mesh.run_count && mesh.runs[run].first <= t)
+            run++;
+        const uint32_t own = run ? mesh.runs[run - 1].part : 0;
+        p.name.push_back(own ? own : name);
+    }
     p.material.insert(p.material.end(), mesh.material, mesh.material + mesh.triangle_count);
     for (size_t t = 0; t < mesh.triangle_count; t++) {
         for (size_t k = 0; k < 3; k++) {
@@ -473,11 +481,13 @@ void reduce(part &p, const topology &o)
         for (size_t k = 0; k < 3; k++)
             p.s.corner[3 * kept + k] = (uint32_t)o.vertex[3 * t + k];
         std::copy_n(&p.look[3 * p.width * t], 3 * p.width, &p.look[3 * p.width * kept]);
+        p.name[kept] = p.name[t];
         p.material[kept++] = p.material[t];
     }
     p.s.corner.resize(3 * kept);
     p.look.resize(3 * p.width * kept);
     p.material.resize(kept);
+    p.name.resize(kept);
     std::vector<surface_point> vertices;
     for (const uint32_t v : o.origin)
         vertices.push_back(p.s.vertices[v]);
@@ -546,6 +556,19 @@ struct error *store_uv(float **uv, const part &p, size_t at)
     return err;
 }
 
+/* The runs of faces of one name. */
+struct error *store_runs(struct scene_mesh *mesh, const part &p)
+{
+    size_t count = 0;
+    for (size_t t = 0; t < p.count(); t++)
+        count += p.name[t] != (t ? p.name[t - 1] : 0);
+    struct error *err = count ? array_create(&mesh->runs, count, sizeof *mesh->runs) : nullptr;
+    for (size_t t = 0; t < p.count() && count && !err; t++)
+        if (p.name[t] != (t ? p.name[t - 1] : 0))
+            mesh->runs[mesh->run_count++] = {t, p.name[t]};
+    return err;
+}
+
 /* Puts a part in a mesh's place. */
 struct error *store(struct scene_mesh *mesh, part &p)
 {
@@ -566,10 +589,13 @@ struct error *store(struct scene_mesh *mesh, part &p)
         err = store_uv(&made.emission_uv, p, EMISSION_UV);
     if (!err && p.has_colour)
         err = array_create(&made.colour, 4 * made.vertex_count, sizeof *made.colour);
+    if (!err)
+        err = store_runs(&made, p);
     if (err) {
         scene_mesh_clear(&made);
         return err;
     }
+    made.part = mesh->part;
     for (size_t v = 0; v < made.vertex_count; v++) {
         const double position[] = {p.s.vertices[v].x, p.s.vertices[v].y, p.s.vertices[v].z};
         std::copy_n(position, 3, made.position + 3 * v);
@@ -598,12 +624,14 @@ struct error *decimate_joint(struct scene *scene, double share, const std::vecto
         if (placed[instance->mesh] != 1)
             continue;
         first = first ? first : instance;
-        part_add(joint, scene->meshes[instance->mesh], instance->transform);
+        part_add(joint, scene->meshes[instance->mesh], instance->transform, instance->part);
         scene_mesh_clear(&scene->meshes[instance->mesh]);
     }
     if (!first)
         return nullptr;
     std::copy_n(scene_identity, 12, first->transform);
+    first->part = 0;
+    scene->meshes[first->mesh].part = 0;
     decimate(joint, scene, (size_t)(share * (double)joint.count()));
     return store(&scene->meshes[first->mesh], joint);
 }
@@ -617,7 +645,7 @@ struct error *decimate_scene(struct scene *scene, double share)
             continue;
         part alone;
         part_widen(alone, scene->meshes[i]);
-        part_add(alone, scene->meshes[i], scene_identity);
+        part_add(alone, scene->meshes[i], scene_identity, 0);
         decimate(alone, scene, (size_t)(share * (double)alone.count()));
         err = store(&scene->meshes[i], alone);
     }
