@@ -312,6 +312,10 @@ int main(int argc, char **argv)
                         "%s, theirs %s); "
                         "--any-scene measures all the same",
                         program.operands[0], stage.key, stage.captured_key);
+    if (!err && stage.other_sky && !stage.other && !a.any_scene)
+        err = error_new("%s: this is not the sky that the probes were captured under; --any-scene "
+                        "measures all the same",
+                        stage.scene->sky.file);
     if (!err && a.visible == INTERPOLATE_VISIBLE_RAYS)
         err = seen_join(&seen, stage.tracer, baked.probe_count, baked.in);
     if (!err && !stage.captured)

@@ -17,8 +17,8 @@
 #include "topology/solids.h"
 
 #include <float.h>
+#include <inttypes.h>
 #include <stb_image_write.h>
-#include <stdint.h>
 #include <string.h>
 
 /* A pseudo-random number in [0, 1). */
@@ -647,6 +647,44 @@ static void test_key(void)
     scene_destroy(again);
 }
 
+/* The sky's picture has a key of its own; streams of before have one of both. */
+static void test_sky_key(void)
+{
+    static const char *const names[] = {"day.hdr", "dusk.hdr"};
+    struct scene *s[2];
+    struct stream_header header = {0};
+    char key[SCENE_KEY_ROOM], number[32];
+    for (int i = 0; i < 2; i++) {
+        const float texels[2 * 3] = {1, 2, (float)i, 3, 4, 5};
+        if (!stbi_write_hdr(files_path(names[i]), 2, 1, 3, texels))
+            bail("%s", names[i]);
+        struct scene_settings settings = scene_settings_default();
+        settings.sky_file = strdup(files_path(names[i]));
+        s[i] = grid_texture(4, SCENE_REPEAT, false);
+        const struct scene_material m = scene_material_default();
+        must(scene_add_mesh(s[i], 4, square, 2, square_index, &m));
+        must(scene_finish(s[i], &settings, NULL));
+        scene_settings_clear(&settings);
+    }
+    scene_key_text(s[0], NULL, key);
+    must(header_set_key(&header, "scene-key", key));
+    ok(scene_key(s[0]) == scene_key(s[1]) && !scene_differs(s[1], &header),
+       "under another picture of the sky a scene is the same");
+    ok(!scene_sky_differs(s[1], &header), "a stream that has no key of the sky is of any");
+    snprintf(number, sizeof number, "%016" PRIx64, s[0]->sky.key);
+    must(header_set_key(&header, "sky-key", number));
+    ok(!scene_sky_differs(s[0], &header) && scene_sky_differs(s[1], &header),
+       "which the sky's own key tells");
+    snprintf(number, sizeof number, "%016" PRIx64, scene_key_with_sky(s[0]));
+    must(header_set_key(&header, "scene-key", number));
+    scene_key_text(s[0], number, key);
+    ok(!scene_differs(s[0], &header) && scene_differs(s[1], &header) && !strcmp(key, number),
+       "keys of streams that are of scene and picture are known, and stay");
+    header_clear(&header);
+    for (int i = 0; i < 2; i++)
+        scene_destroy(s[i]);
+}
+
 /* -- settings --------------------------------------------------------------------------------- */
 
 /* Reads a command line ("--sky 1,2,3|...", words separated by blanks) into settings. */
@@ -946,6 +984,7 @@ int main(void)
     test_instances();
     test_factors();
     test_key();
+    test_sky_key();
     test_settings();
     test_solids();
     files_end();

@@ -34,6 +34,10 @@ stages() {
         probe-error -q --points 20 --paths 16 "$1" "$2" >"$3.error" &&
         probe-render -q --size 16x8 --samples 1 --eye 3,2,3 -o "$3.pfm" "$1" "$2"
 }
+# probe_render_says SCENE BAKED: its warnings
+probe_render_says() {
+    probe-render --size 16x8 --samples 1 --eye 3,2,3 -o said.pfm "$1" "$2" 2>&1 >/dev/null
+}
 # none_dark STREAM: every probe has light
 none_dark() { probe-cat -q --text --columns position,sh "$1" | numbers >lit && every '$4 > 0' lit; }
 
@@ -66,7 +70,12 @@ rm moved/scenes/noon.hdr
 probe-leakfix moved/scenes/yard.obj moved/baked.probe 2>err >changed.fixed
 check "another picture alone is a warning that says so" \
     says err "warning: $here/work/skies/of  may/noon.hdr: this is not the sky that the probes"
-refused 1 "this is not the scene that the probes were captured in" \
+check "and not that the scene is another" lacks err 'not the scene' and \
+    [ "$(grep -c warning err)" = 1 ]
+check "nor does probe-render" \
+    into err probe_render_says moved/scenes/yard.obj moved/baked.probe and \
+    says err 'this is not the sky' and lacks err 'another scene'
+refused 1 "noon.hdr: this is not the sky that the probes were captured under" \
     probe-error moved/scenes/yard.obj moved/baked.probe
 rm -r work
 refused 1 "noon.hdr: No such file or directory, and from the scene's folder $here/moved/scenes/" \

@@ -13,7 +13,6 @@
 #include "stream/stream.h"
 
 #include <float.h>
-#include <inttypes.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdatomic.h>
@@ -131,6 +130,8 @@ struct error *capture_check_same(const struct stream_header *before,
                                        "capture-decimate",
                                        "capture-bounces",
                                        "capture-seed",
+                                       "sky-key",
+                                       "sky-map",
                                        "scene-key"};
     if (!capture_header_has_settings(before) || !capture_header_has_settings(now))
         return NULL;
@@ -138,7 +139,8 @@ struct error *capture_check_same(const struct stream_header *before,
         const char *was = header_key(before, keys[i]), *is = header_key(now, keys[i]);
         was = was ? was : "none";
         is = is ? is : "none";
-        if (!strcmp(was, is))
+        /* streams had no sky-key at first */
+        if (!strcmp(was, is) || (!strcmp(keys[i], "sky-key") && (*was == 'n' || *is == 'n')))
             continue;
         if (!strcmp(keys[i], "scene-key"))
             return error_new(
@@ -151,8 +153,6 @@ struct error *capture_check_same(const struct stream_header *before,
 struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
                                   const struct capture_record *record)
 {
-    char key[32];
-    snprintf(key, sizeof key, "%016" PRIx64, record->scene_key);
     struct error *err = header_copy(header, before);
     if (!err)
         err = header_add_provenance(header, record->command_line);
@@ -161,7 +161,7 @@ struct error *capture_make_header(struct stream_header *header, const struct str
     if (!err)
         err = scene_settings_to_header(record->light, header);
     if (!err)
-        err = header_set_key(header, "scene-key", key);
+        err = header_set_key(header, "scene-key", record->scene_key);
     if (!err && !record->again)
         err = error_wrap(capture_check_same(before, header), "--again captures all anew");
     return err;

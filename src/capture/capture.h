@@ -139,7 +139,7 @@ bool capture_header_has_settings(const struct stream_header *header);
 struct capture_record {
     const struct capture_settings *settings;
     const struct scene_settings *light;
-    uint64_t scene_key;
+    const char *scene_key;    /* as the header is to have it; borrowed */
     bool again;               /* all probes are captured anew */
     const char *command_line; /* as recorded */
 };

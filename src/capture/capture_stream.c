@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "light/convert.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "scene/scene_told.h"
 #include "stream/sight_key.h"
 #include "stream/stream_edit.h"
@@ -15,13 +16,15 @@ enum { BLOCK = 1024 };
 static struct error *open_writer(struct capture_run *run)
 {
     const struct capture_options *o = &run->options;
+    const struct stream_header *before = stream_reader_header(run->reader);
+    char key[SCENE_KEY_ROOM];
+    scene_key_text(run->scene, header_key(before, "scene-key"), key);
     const struct capture_record record = {.settings = &o->capture,
                                           .light = &o->scene,
-                                          .scene_key = scene_key(run->scene),
+                                          .scene_key = key,
                                           .again = o->again,
                                           .command_line = run->command_line};
-    struct error *err =
-        capture_make_header(&run->header, stream_reader_header(run->reader), &record);
+    struct error *err = capture_make_header(&run->header, before, &record);
     if (!err && run->told)
         err = header_set_key(&run->header, SCENE_TOLD_KEY, run->told);
     run->other_sight = !err && sight_key_other_scene(&run->header, scene_surface_key(run->scene));

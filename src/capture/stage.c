@@ -7,7 +7,6 @@
 #include "topology/decimate.h"
 #include "trace/trace.h"
 
-#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -33,9 +32,10 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
     if (err)
         return err;
     const char *captured = header_key(header, "scene-key");
-    snprintf(stage->key, sizeof stage->key, "%016" PRIx64, scene_key(stage->scene));
+    scene_key_text(stage->scene, captured, stage->key);
     snprintf(stage->captured_key, sizeof stage->captured_key, "%s", captured ? captured : "");
-    stage->other = captured && strcmp(captured, stage->key);
+    stage->other = scene_differs(stage->scene, header);
+    stage->other_sky = scene_sky_differs(stage->scene, header);
     return NULL;
 }
 

@@ -20,8 +20,9 @@ struct warnings;
 struct stage {
     struct scene_settings scene_settings;
     struct capture_settings capture_settings;
-    bool captured; /* the header names settings: probes have light */
-    bool other;    /* they have it from another scene than this */
+    bool captured;  /* the header names settings: probes have light */
+    bool other;     /* they have it from another scene than this */
+    bool other_sky; /* or under another picture of the sky */
     /* of this scene, of the one that they were captured in ("": not known) */
     char key[24], captured_key[24];
     struct scene *scene;

@@ -76,7 +76,7 @@ static struct error *describe(struct stream_header *header, const struct stage *
 }
 
 static struct error *check_described(const struct stream_header *is,
-                                     const struct stream_header *wanted,
+                                     const struct stream_header *wanted, const struct scene *scene,
                                      const struct truth_settings *s)
 {
     const struct {
@@ -94,10 +94,12 @@ static struct error *check_described(const struct stream_header *is,
     const char *key = header_key(is, "scene-key");
     if (!key || !header_key(is, "truth-rays"))
         return error_new("this is not a truth that probe-error made");
-    if (strcmp(key, header_key(wanted, "scene-key")))
+    if (scene_differs(scene, is))
         return error_new("this truth is of another scene, or of other light in it (its key is %s, "
                          "the scene's %s)",
                          key, header_key(wanted, "scene-key"));
+    if (scene_sky_differs(scene, is))
+        return error_new("this truth is under another sky than %s", scene->sky.file);
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
         const char *has = header_key(is, keys[i].key), *asked = header_key(wanted, keys[i].key);
         if (keys[i].asked && (!has || strcmp(has, asked)))
@@ -460,7 +462,7 @@ static struct error *check_read(struct truth *t, const struct stage *stage,
     double bounds[6];
     struct error *err = describe(&wanted, stage, s, s->bounds, s->step);
     if (!err)
-        err = check_described(is, &wanted, s);
+        err = check_described(is, &wanted, stage->scene, s);
     if (!err)
         err = find_columns(t);
     if (!err)

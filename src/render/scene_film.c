@@ -7,10 +7,10 @@
 #include "render/view.h"
 #include "import/import_scene.h"
 #include "scene/scene.h"
+#include "scene/scene_settings.h"
 #include "scene/scene_told.h"
 #include "stream/stream.h"
 
-#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,10 +19,13 @@
 static void check_scene(const struct scene *scene, const struct stream_header *header,
                         struct warnings *warnings)
 {
-    char key[32];
-    snprintf(key, sizeof key, "%016" PRIx64, scene_key(scene));
+    char key[SCENE_KEY_ROOM];
     const char *captured = header_key(header, "scene-key");
-    if (captured && strcmp(captured, key))
+    scene_key_text(scene, captured, key);
+    if (!scene_differs(scene, header) && !scene->sky.changed && scene_sky_differs(scene, header))
+        warnings_add(warnings, "scene", "%s: the probes were captured under another sky than %s",
+                     scene->path, scene->sky.file);
+    if (scene_differs(scene, header))
         warnings_add(warnings, "scene",
                      "%s: the probes were captured in another scene, or with other light in it "
                      "(its key is %s, theirs %s)",

@@ -141,10 +141,8 @@ uint64_t scene_surface_key(const struct scene *scene)
     return hash_value(&hash);
 }
 
-uint64_t scene_key(const struct scene *scene)
+static uint64_t find_key(const struct scene *scene, bool picture)
 {
-    if (scene->decimated)
-        return scene->whole_key;
     struct hash hash;
     hash_start(&hash, 0);
     const uint64_t shape[] = {
@@ -160,11 +158,21 @@ uint64_t scene_key(const struct scene *scene)
         hash_light(&hash, &scene->lights[i]);
     hash_add(&hash, scene->sky.radiance, sizeof scene->sky.radiance);
     hash_add(&hash, &scene->max_albedo, sizeof scene->max_albedo);
-    if (scene->sky.picture)
+    if (scene->sky.picture && picture)
         hash_texture(&hash, scene->sky.picture);
     if (scene->sky.picture && scene->sky.turned) {
         hash_add(&hash, &scene->sky.front, sizeof scene->sky.front);
         hash_add(&hash, &scene->sky.up, sizeof scene->sky.up);
     }
     return hash_value(&hash);
+}
+
+uint64_t scene_key(const struct scene *scene)
+{
+    return scene->decimated ? scene->whole_key : find_key(scene, false);
+}
+
+uint64_t scene_key_with_sky(const struct scene *scene)
+{
+    return scene->decimated ? scene->whole_key_with_sky : find_key(scene, true);
 }

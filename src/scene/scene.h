@@ -150,6 +150,7 @@ struct scene_sky {
      * they have nothing in common, or the scene is no file); XXH3-64 of its bytes; owned */
     char *file, *from_scene;
     uint64_t key;
+    bool changed; /* it is not that of the header's key, as a warning has said */
 };
 
 struct scene {
@@ -174,7 +175,7 @@ struct scene {
     size_t degenerate_count; /* triangles left out */
     /* by scene_decimate; the keys are then those of what it was */
     bool decimated;
-    uint64_t whole_key, whole_surface_key;
+    uint64_t whole_key, whole_key_with_sky, whole_surface_key;
     /* room in the lists */
     size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity,
         part_capacity;
@@ -186,10 +187,12 @@ void scene_destroy(struct scene *scene);
 /* Frees a mesh that is not in a scene. */
 void scene_mesh_clear(struct scene_mesh *mesh);
 
-/* A key of everything that light depends on (geometry, materials, textures, lights, sky): equal
- * scenes have equal keys on every machine. XXH3-64. A decimated scene keeps the key of the scene
- * that it was. */
+/* A key of everything that light depends on (geometry, materials, textures, lights, sky) but for
+ * the sky's picture, which has its own: equal scenes have equal keys on every machine. XXH3-64. A
+ * decimated scene keeps the key of the scene that it was. scene_key_with_sky is of the picture,
+ * too, as keys of streams were at first. */
 uint64_t scene_key(const struct scene *scene);
+uint64_t scene_key_with_sky(const struct scene *scene);
 
 /* The same of what decides what is seen from where: geometry, and what surfaces let through. */
 uint64_t scene_surface_key(const struct scene *scene);

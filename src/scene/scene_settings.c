@@ -517,3 +517,32 @@ struct error *scene_settings_from_header(struct scene_settings *settings,
     settings->inherited = settings->light_count;
     return err;
 }
+
+/* -- the keys of what light came from --------------------------------------------------------- */
+
+void scene_key_text(const struct scene *scene, const char *before, char text[SCENE_KEY_ROOM])
+{
+    snprintf(text, SCENE_KEY_ROOM, "%016" PRIx64, scene_key(scene));
+    if (!before || !scene->sky.picture || !strcmp(before, text))
+        return;
+    char with_sky[SCENE_KEY_ROOM];
+    snprintf(with_sky, sizeof with_sky, "%016" PRIx64, scene_key_with_sky(scene));
+    if (!strcmp(before, with_sky))
+        memcpy(text, with_sky, sizeof with_sky);
+}
+
+bool scene_differs(const struct scene *scene, const struct stream_header *header)
+{
+    char key[SCENE_KEY_ROOM];
+    const char *before = header_key(header, "scene-key");
+    scene_key_text(scene, before, key);
+    return before && strcmp(before, key);
+}
+
+bool scene_sky_differs(const struct scene *scene, const struct stream_header *header)
+{
+    char key[SCENE_KEY_ROOM];
+    const char *before = header_key(header, "sky-key");
+    snprintf(key, sizeof key, "%016" PRIx64, scene->sky.key);
+    return before && scene->sky.picture && strcmp(before, key);
+}

@@ -85,6 +85,17 @@ struct error *scene_settings_to_header(const struct scene_settings *settings,
 struct error *scene_settings_from_header(struct scene_settings *settings,
                                          const struct stream_header *header);
 
+enum { SCENE_KEY_ROOM = 17 };
+
+/* The scene's key as a header has it (key scene-key). Where `before`, a header's (NULL: none), is
+ * the scene's with its picture, it stays so. */
+void scene_key_text(const struct scene *scene, const char *before, char text[SCENE_KEY_ROOM]);
+
+/* Whether a header's probes are of another scene, or of one under another picture of the sky, by
+ * the header's keys; false where it has none. */
+bool scene_differs(const struct scene *scene, const struct stream_header *header);
+bool scene_sky_differs(const struct scene *scene, const struct stream_header *header);
+
 /* Takes over where the picture of a scene's sky was found, and its key, for the header. */
 struct error *scene_settings_found_sky(struct scene_settings *settings, const struct scene *scene);
 

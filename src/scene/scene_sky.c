@@ -338,6 +338,7 @@ static struct error *finish_picture(struct scene_sky *sky, const char *scene_pat
     if (!err && *folder)
         err = name_from(folder, sky->file, &sky->from_scene);
     sky->key = found.key;
+    sky->changed = settings->sky_key && settings->sky_key != found.key;
     found_clear(&found);
     free(folder);
     return err;
