@@ -816,6 +816,12 @@ static void test_settings(void)
     }
     refuse("--sky 1,2", "expected 3 finite numbers");
     refuse("--sky -1,0,0", "at least 0");
+    static const char *const skies[] = {"nan,0,0", "inf,1,1", "1;1;1", "0x1,0,0", "1,2,x", "white"};
+    for (size_t i = 0; i < sizeof skies / sizeof *skies; i++) {
+        char line[64];
+        snprintf(line, sizeof line, "--sky %s", skies[i]);
+        refuse(line, "expected 3 finite numbers separated by commas, or the name of a picture");
+    }
     refuse("--sun 0,0,0,1,1,1", "expected a direction");
     refuse("--sun 0,0,1,1,1", "expected 6");
     refuse("--point 0,0,1,1,1,-1", "at least 0");

@@ -16,7 +16,7 @@ void place_clear(struct place *place)
 struct error *place_check_count(double count, double most)
 {
     if (count > most)
-        return error_new("this makes %.0f probes, more than --max-probes %.0f", count, most);
+        return error_new("this makes %.15g probes, more than --max-probes %.15g", count, most);
     return NULL;
 }
 

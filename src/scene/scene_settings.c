@@ -78,6 +78,13 @@ static struct error *make_unit(struct vec3 *direction)
 
 /* -- options ---------------------------------------------------------------------------------- */
 
+/* Numbers that are wrong are no file that is missing. */
+static bool is_meant_as_numbers(const char *text)
+{
+    return strchr(text, ',') || !strpbrk(text, "./") ||
+           text[strspn(text, "0123456789.;+-eE \t")] == 0;
+}
+
 static struct error *parse_sky(void *value, const char *text)
 {
     struct scene_settings *settings = value;
@@ -88,12 +95,20 @@ static struct error *parse_sky(void *value, const char *text)
         err = options_reals("--sky", text, 3, rgb);
         if (!err)
             err = check_light(rgb);
-    } else if (!(file = realpath(text, NULL)) && !(file = strdup(text))) {
+    } else if (!(file = realpath(text, NULL))) {
         /* a later stage may run in another folder; what is not there is named as it was given */
-        err = error_memory();
+        file = strdup(text);
+        err = !file ? error_memory()
+              : is_meant_as_numbers(text)
+                  ? error_usage("expected 3 finite numbers separated by commas, or the name of a "
+                                "picture, got '%s': there is no such file",
+                                text)
+                  : NULL;
     }
-    if (err)
+    if (err) {
+        free(file);
         return err;
+    }
     memcpy(settings->sky, rgb, sizeof rgb);
     forget_sky(settings);
     settings->sky_file = file;
