@@ -368,6 +368,29 @@ static void test_text_refused(void)
                  ":7: table tet: column sight: expected f32:12, got f32:11");
     text_refused(HEAD FOUR "table tet vertex:i32:4 neighbour:i32:4 stand_in:f32:1\nend\n",
                  ":7: table tet: column stand_in: expected i32:1, got f32:1");
+    static const char *const probe_columns[][2] = {
+        {"irradiance:f32:3", "irradiance:f32:4"},
+        {"irradiance_error:f32:3", "irradiance_error:f64:3"},
+        {"rays:i32:1", "rays:f32:1"},
+        {"inside:i32:1", "inside:i32:2"},
+        {"ao:f32:1", "ao:f32:2"},
+        {"normal:f32:3", "normal:f64:3"}};
+    for (size_t i = 0; i < sizeof probe_columns / sizeof *probe_columns; i++) {
+        char text[128], message[128];
+        const char *const wrong = strchr(probe_columns[i][1], ':') + 1,
+                          *const right = strchr(probe_columns[i][0], ':') + 1;
+        const int length = (int)(right - 1 - probe_columns[i][0]);
+        snprintf(text, sizeof text, "#?probe 1\ntable probe position:f64:3 %s\nend\n",
+                 probe_columns[i][1]);
+        snprintf(message, sizeof message, ":2: table probe: column %.*s: expected %s, got %s",
+                 length, probe_columns[i][0], right, wrong);
+        text_refused(text, message);
+    }
+    text_refused("#?probe 1\ntable probe position:f64:3 sh:f32:27 visibility:f32:4\nend\n",
+                 ":2: table probe: column visibility: expected f32:9, got f32:4");
+    text_refused("#?probe 1\ntable probe position:f64:3 visibility:f32:5\nend\n",
+                 ":2: table probe: column visibility: expected a width of n^2 for an "
+                 "order n of 1 to 6, got 5");
     text_refused(HEAD FOUR TET "0 1 2 2 -1 -1 -1 -1\nend\n",
                  ":8: table tet: row 0: column vertex: expected 4 different probes, got 2 twice");
     text_refused(HEAD FOUR TET "0 1 2 3.5 -1 -1 -1 -1\nend\n",

@@ -8,18 +8,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Columns with a fixed meaning. width 0: 3 n^2 for SH of order n; widths of others follow the sh
- * column. */
+/* Columns with a fixed meaning: all that man probe.5 has. */
 static const struct known {
     const char *table, *column;
     enum column_type type;
-    size_t width;     /* 0: follows `sh` */
-    size_t sh_factor; /* times the width of sh */
+    size_t width;    /* 0: follows `sh`, */
+    size_t of_order; /* so many times n^2 for SH of order n */
 } known_columns[] = {
     {"probe", "position", COLUMN_F64, 3, 0},
-    {"probe", "sh", COLUMN_F32, 0, 1},
-    {"probe", "sh_error", COLUMN_F32, 0, 1},
-    {"probe", "sh_gradient", COLUMN_F32, 0, 3},
+    {"probe", "sh", COLUMN_F32, 0, 3},
+    {"probe", "sh_error", COLUMN_F32, 0, 3},
+    {"probe", "sh_gradient", COLUMN_F32, 0, 9},
+    {"probe", "visibility", COLUMN_F32, 0, 1},
+    {"probe", "irradiance", COLUMN_F32, 3, 0},
+    {"probe", "irradiance_error", COLUMN_F32, 3, 0},
+    {"probe", "rays", COLUMN_I32, 1, 0},
+    {"probe", "inside", COLUMN_I32, 1, 0},
     {"probe", "validity", COLUMN_F32, 1, 0},
     {"probe", "depth", COLUMN_F32, 1, 0},
     {"probe", "sky", COLUMN_F32, 1, 0},
@@ -79,10 +83,13 @@ static struct error *check_known(const struct known *known, const struct table *
 {
     const struct column *sh = table_column(table, "sh");
     size_t width = known->width;
-    if (!width && !sh)
+    if (!width && !sh && known->of_order > 1)
         return error_new("column %s needs a column sh, there is none", known->column);
+    if (!width && !sh && !sh_order_of(3 * column->width))
+        return error_new("column %s: expected a width of n^2 for an order n of 1 to %d, got %zu",
+                         known->column, SH_ORDER_MAX, column->width);
     if (!width)
-        width = known->sh_factor * sh->width;
+        width = sh ? known->of_order * (sh->width / 3) : column->width;
     if (column->type != known->type || column->width != width)
         return error_new("column %s: expected %s:%zu, got %s:%zu", known->column,
                          column_type_name(known->type), width, column_type_name(column->type),
