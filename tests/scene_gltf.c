@@ -1222,10 +1222,13 @@ static void test_documents(void)
         {"'meshes':[{'primitives':{}}]", "meshes 0: primitives: expected a list of objects"},
         {"'meshes':[{'primitives':[{'attributes':[0]}]}]",
          "meshes 0, primitives 0: attributes: expected an object, got [0]"},
-        {"'nodes':[{'mesh':'0'}]", "nodes 0: mesh: expected a whole number, got \"0\""},
-        {"'nodes':[{'translation':[0,'1',2]}]", "nodes 0: translation: expected a list of numbers"},
+        {"'nodes':[{'mesh':'0'}]",
+         "nodes 0: mesh: expected a whole number of 0 or more, got \"0\""},
+        {"'nodes':[{'translation':[0,'1',2]}]",
+         "nodes 0: translation: expected a list of 3 numbers"},
         {"'nodes':[3]", "nodes: expected a list of objects"},
-        {"'scenes':[{'nodes':0}]", "scenes 0: nodes: expected a list of whole numbers, got 0"},
+        {"'scenes':[{'nodes':0}]",
+         "scenes 0: nodes: expected a list of whole numbers of 0 or more, got 0"},
         {"'materials':[{'pbrMetallicRoughness':1}]", "pbrMetallicRoughness: expected an object"},
         {"'materials':[{'alphaMode':2}]", "materials 0: alphaMode: expected text, got 2"},
         {"'meshes':[\n{'name':'a\\'}[','primitives':[\n{},\n{'mode':'4'}]}]",
@@ -1233,13 +1236,51 @@ static void test_documents(void)
         {"'meshes':[{'primitives':[\n{'attributes':{'POSITION':'0'}}]}]",
          ":2: meshes 0, primitives 0, attributes: POSITION: expected a whole number"},
         {"'materials':[{},\n\n{'pbrMetallicRoughness':{'baseColorFactor':'red'}}]",
-         ":3: materials 1, pbrMetallicRoughness: baseColorFactor: expected a list of numbers"},
+         ":3: materials 1, pbrMetallicRoughness: baseColorFactor: expected a list of 3 numbers"},
         {"'materials':[{'emissiveTexture':{'index':[1]}}]",
          "emissiveTexture: index: expected a whole number"},
         {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point'},\n{'type':'point',"
          "'intensity':'9'}]}}",
          ":2: extensions, KHR_lights_punctual, lights 1: intensity: expected a number"},
-        {"'scene':'main'", "scene: expected a whole number, got \"main\""}};
+        {"'scene':'main'", "scene: expected a whole number of 0 or more, got \"main\""},
+        {"'nodes':[{'name':7}]", "nodes 0: name: expected text, got 7"},
+        {"'meshes':[{'name':['a'],'primitives':[]}]", "meshes 0: name: expected text, got [\"a\"]"},
+        {"'materials':[{'name':null}]", "materials 0: name: expected text, got null"},
+        {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','name':1}]}}",
+         "lights 0: name: expected text, got 1"},
+        {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'spot',"
+         "'spot':{'outerConeAngle':'1'}}]}}",
+         "lights 0, spot: outerConeAngle: expected a number, got \"1\""},
+        {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','color':[1,0]}]}}",
+         "lights 0: color: expected a list of 3 numbers, got [1,0]"},
+        {"'nodes':[{'mesh':-1}]", "nodes 0: mesh: expected a whole number of 0 or more, got -1"},
+        {"'nodes':[{'translation':[0,1]}]", "nodes 0: translation: expected a list of 3 numbers"},
+        {"'nodes':[{'rotation':[0,0,0]}]", "nodes 0: rotation: expected a list of 4 numbers"},
+        {"'nodes':[{'scale':2}]", "nodes 0: scale: expected a list of 3 numbers, got 2"},
+        {"'nodes':[{'translation':[0,null,0]}]", "nodes 0: translation: expected a list of 3"},
+        {"'nodes':[{'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'SCALE':'1'}}}}]",
+         "EXT_mesh_gpu_instancing, attributes: SCALE: expected a whole number"},
+        {"'nodes':[{'extensions':{'KHR_node_visibility':{'visible':'no'}}}]",
+         "KHR_node_visibility: visible: expected true or false, got \"no\""},
+        {"'materials':[{'doubleSided':1}]", "materials 0: doubleSided: expected true or false"},
+        {"'materials':[{'emissiveFactor':[1]}]", "emissiveFactor: expected a list of 3 numbers"},
+        {"'materials':[{'extensions':{'KHR_materials_transmission':{'transmissionFactor':true}}}]",
+         "KHR_materials_transmission: transmissionFactor: expected a number, got true"},
+        {"'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'texCoord':'1'}}}]",
+         "baseColorTexture: texCoord: expected a whole number"},
+        {"'materials':[{'pbrMetallicRoughness':{'baseColorTexture':{'index':0,'extensions':"
+         "{'KHR_texture_transform':{'offset':[1]}}}}}]",
+         "KHR_texture_transform: offset: expected a list of 2 numbers, got [1]"},
+        {"'materials':[{'extensions':{'KHR_materials_pbrSpecularGlossiness':"
+         "{'diffuseFactor':[1,1,1]}}}]",
+         "diffuseFactor: expected a list of 4 numbers"},
+        {"'textures':[{'extensions':{'EXT_texture_webp':{'source':'0'}}}]",
+         "EXT_texture_webp: source: expected a whole number"},
+        {"'meshes':[{'primitives':[{'attributes':{},'targets':[{'POSITION':'0'}]}]}]",
+         "targets 0: POSITION: expected a whole number"},
+        {"'extensionsUsed':'KHR_x'", "extensionsUsed: expected a list of texts, got \"KHR_x\""}};
+    refuse("a sparse count of text", "accessors 0, sparse: count: expected a whole number",
+           "'accessors':[{'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':'3'}}]");
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         refuse(wrong[i][1], wrong[i][1], "%s", wrong[i][0]);
         lenient = true;
@@ -1287,7 +1328,7 @@ static void test_graph(void)
            ACCESSORS "," MESHES ",'scenes':[{'nodes':[0,0]}],'nodes':[{'mesh':0}]");
     refuse("a node that does not exist", "node 7",
            ACCESSORS "," MESHES ",'scenes':[{'nodes':[7]}],'nodes':[{'mesh':0}]");
-    refuse("a node of negative number", "node -1",
+    refuse("a node of negative number", "scenes 0: nodes: expected a list of whole numbers",
            ACCESSORS "," MESHES ",'scenes':[{'nodes':[-1]}],'nodes':[{'mesh':0}]");
     refuse("a scene that does not exist", "scene 3", PLAIN ",'scene':3,'scenes':[{'nodes':[0]}]");
     refuse("a mesh that does not exist", "mesh 4", ACCESSORS "," MESHES ",'nodes':[{'mesh':4}]");

@@ -297,88 +297,156 @@ void list_pictures(const json &document, gltf_file &file)
 
 /* -- types ------------------------------------------------------------------------------------ */
 
-enum type { INDEX, NUMBER, BOOLEAN, TEXT, OBJECT, NUMBERS, INDICES, OBJECTS, TYPES };
+enum type {
+    INDEX,
+    NUMBER,
+    BOOLEAN,
+    TEXT,
+    OBJECT,
+    NUMBERS,
+    TWO,
+    THREE, /* numbers at least */
+    FOUR,
+    INDICES,
+    TEXTS,
+    OBJECTS,
+    TYPES
+};
 
-const char *const type_names[TYPES] = {
-    "a whole number", "a number",          "true or false",           "text",
-    "an object",      "a list of numbers", "a list of whole numbers", "a list of objects"};
+const char *const type_names[TYPES] = {"a whole number of 0 or more",
+                                       "a number",
+                                       "true or false",
+                                       "text",
+                                       "an object",
+                                       "a list of numbers",
+                                       "a list of 2 numbers",
+                                       "a list of 3 numbers",
+                                       "a list of 4 numbers",
+                                       "a list of whole numbers of 0 or more",
+                                       "a list of texts",
+                                       "a list of objects"};
 
 /* What glTF says of the members that a bake depends on; * is each member or element. */
-const struct {
+struct rule {
     const char *path;
     enum type type;
-} rules[] = {{"scene", INDEX},
-             {"accessors", OBJECTS},
-             {"accessors/*/bufferView", INDEX},
-             {"accessors/*/byteOffset", INDEX},
-             {"accessors/*/componentType", INDEX},
-             {"accessors/*/count", INDEX},
-             {"accessors/*/normalized", BOOLEAN},
-             {"accessors/*/sparse", OBJECT},
-             {"accessors/*/type", TEXT},
-             {"bufferViews", OBJECTS},
-             {"bufferViews/*/buffer", INDEX},
-             {"bufferViews/*/byteLength", INDEX},
-             {"bufferViews/*/byteOffset", INDEX},
-             {"bufferViews/*/byteStride", INDEX},
-             {"buffers", OBJECTS},
-             {"buffers/*/uri", TEXT},
-             {"extensions", OBJECT},
-             {"extensions/KHR_lights_punctual", OBJECT},
-             {"extensions/KHR_lights_punctual/lights", OBJECTS},
-             {"extensions/KHR_lights_punctual/lights/*/color", NUMBERS},
-             {"extensions/KHR_lights_punctual/lights/*/intensity", NUMBER},
-             {"extensions/KHR_lights_punctual/lights/*/spot", OBJECT},
-             {"extensions/KHR_lights_punctual/lights/*/type", TEXT},
-             {"images", OBJECTS},
-             {"images/*/bufferView", INDEX},
-             {"images/*/uri", TEXT},
-             {"materials", OBJECTS},
-             {"materials/*/alphaCutoff", NUMBER},
-             {"materials/*/alphaMode", TEXT},
-             {"materials/*/emissiveFactor", NUMBERS},
-             {"materials/*/emissiveTexture", OBJECT},
-             {"materials/*/emissiveTexture/index", INDEX},
-             {"materials/*/extensions", OBJECT},
-             {"materials/*/extensions/*", OBJECT},
-             {"materials/*/extensions/KHR_materials_emissive_strength/emissiveStrength", NUMBER},
-             {"materials/*/pbrMetallicRoughness", OBJECT},
-             {"materials/*/pbrMetallicRoughness/baseColorFactor", NUMBERS},
-             {"materials/*/pbrMetallicRoughness/baseColorTexture", OBJECT},
-             {"materials/*/pbrMetallicRoughness/baseColorTexture/index", INDEX},
-             {"meshes", OBJECTS},
-             {"meshes/*/primitives", OBJECTS},
-             {"meshes/*/primitives/*/attributes", OBJECT},
-             {"meshes/*/primitives/*/attributes/*", INDEX},
-             {"meshes/*/primitives/*/indices", INDEX},
-             {"meshes/*/primitives/*/material", INDEX},
-             {"meshes/*/primitives/*/mode", INDEX},
-             {"meshes/*/primitives/*/targets", OBJECTS},
-             {"meshes/*/weights", NUMBERS},
-             {"nodes", OBJECTS},
-             {"nodes/*/children", INDICES},
-             {"nodes/*/extensions", OBJECT},
-             {"nodes/*/extensions/KHR_lights_punctual", OBJECT},
-             {"nodes/*/extensions/KHR_lights_punctual/light", INDEX},
-             {"nodes/*/matrix", NUMBERS},
-             {"nodes/*/mesh", INDEX},
-             {"nodes/*/rotation", NUMBERS},
-             {"nodes/*/scale", NUMBERS},
-             {"nodes/*/skin", INDEX},
-             {"nodes/*/translation", NUMBERS},
-             {"nodes/*/weights", NUMBERS},
-             {"samplers", OBJECTS},
-             {"samplers/*/magFilter", INDEX},
-             {"samplers/*/wrapS", INDEX},
-             {"samplers/*/wrapT", INDEX},
-             {"scenes", OBJECTS},
-             {"scenes/*/nodes", INDICES},
-             {"skins", OBJECTS},
-             {"skins/*/inverseBindMatrices", INDEX},
-             {"skins/*/joints", INDICES},
-             {"textures", OBJECTS},
-             {"textures/*/sampler", INDEX},
-             {"textures/*/source", INDEX}};
+};
+
+const struct rule rules[] = {
+    {"scene", INDEX},
+    {"accessors", OBJECTS},
+    {"accessors/*/bufferView", INDEX},
+    {"accessors/*/byteOffset", INDEX},
+    {"accessors/*/componentType", INDEX},
+    {"accessors/*/count", INDEX},
+    {"accessors/*/normalized", BOOLEAN},
+    {"accessors/*/sparse", OBJECT},
+    {"accessors/*/sparse/count", INDEX},
+    {"accessors/*/sparse/indices", OBJECT},
+    {"accessors/*/sparse/indices/bufferView", INDEX},
+    {"accessors/*/sparse/indices/byteOffset", INDEX},
+    {"accessors/*/sparse/indices/componentType", INDEX},
+    {"accessors/*/sparse/values", OBJECT},
+    {"accessors/*/sparse/values/bufferView", INDEX},
+    {"accessors/*/sparse/values/byteOffset", INDEX},
+    {"accessors/*/type", TEXT},
+    {"bufferViews", OBJECTS},
+    {"bufferViews/*/buffer", INDEX},
+    {"bufferViews/*/byteLength", INDEX},
+    {"bufferViews/*/byteOffset", INDEX},
+    {"bufferViews/*/byteStride", INDEX},
+    {"buffers", OBJECTS},
+    {"buffers/*/byteLength", INDEX},
+    {"buffers/*/uri", TEXT},
+    {"extensions", OBJECT},
+    {"extensions/KHR_lights_punctual", OBJECT},
+    {"extensions/KHR_lights_punctual/lights", OBJECTS},
+    {"extensions/KHR_lights_punctual/lights/*/color", THREE},
+    {"extensions/KHR_lights_punctual/lights/*/intensity", NUMBER},
+    {"extensions/KHR_lights_punctual/lights/*/name", TEXT},
+    {"extensions/KHR_lights_punctual/lights/*/range", NUMBER},
+    {"extensions/KHR_lights_punctual/lights/*/spot", OBJECT},
+    {"extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", NUMBER},
+    {"extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", NUMBER},
+    {"extensions/KHR_lights_punctual/lights/*/type", TEXT},
+    {"extensionsRequired", TEXTS},
+    {"extensionsUsed", TEXTS},
+    {"images", OBJECTS},
+    {"images/*/bufferView", INDEX},
+    {"images/*/uri", TEXT},
+    {"materials", OBJECTS},
+    {"materials/*/alphaCutoff", NUMBER},
+    {"materials/*/alphaMode", TEXT},
+    {"materials/*/doubleSided", BOOLEAN},
+    {"materials/*/emissiveFactor", THREE},
+    {"materials/*/extensions", OBJECT},
+    {"materials/*/extensions/*", OBJECT},
+    {"materials/*/extensions/KHR_materials_emissive_strength/emissiveStrength", NUMBER},
+    {"materials/*/extensions/KHR_materials_pbrSpecularGlossiness/diffuseFactor", FOUR},
+    {"materials/*/extensions/KHR_materials_transmission/transmissionFactor", NUMBER},
+    {"materials/*/extensions/KHR_materials_transmission/transmissionTexture", OBJECT},
+    {"materials/*/name", TEXT},
+    {"materials/*/pbrMetallicRoughness", OBJECT},
+    {"materials/*/pbrMetallicRoughness/baseColorFactor", THREE},
+    {"meshes", OBJECTS},
+    {"meshes/*/name", TEXT},
+    {"meshes/*/primitives", OBJECTS},
+    {"meshes/*/primitives/*/attributes", OBJECT},
+    {"meshes/*/primitives/*/attributes/*", INDEX},
+    {"meshes/*/primitives/*/indices", INDEX},
+    {"meshes/*/primitives/*/material", INDEX},
+    {"meshes/*/primitives/*/mode", INDEX},
+    {"meshes/*/primitives/*/targets", OBJECTS},
+    {"meshes/*/primitives/*/targets/*/*", INDEX},
+    {"meshes/*/weights", NUMBERS},
+    {"nodes", OBJECTS},
+    {"nodes/*/children", INDICES},
+    {"nodes/*/extensions", OBJECT},
+    {"nodes/*/extensions/EXT_mesh_gpu_instancing", OBJECT},
+    {"nodes/*/extensions/EXT_mesh_gpu_instancing/attributes", OBJECT},
+    {"nodes/*/extensions/EXT_mesh_gpu_instancing/attributes/*", INDEX},
+    {"nodes/*/extensions/KHR_lights_punctual", OBJECT},
+    {"nodes/*/extensions/KHR_lights_punctual/light", INDEX},
+    {"nodes/*/extensions/KHR_node_visibility", OBJECT},
+    {"nodes/*/extensions/KHR_node_visibility/visible", BOOLEAN},
+    {"nodes/*/matrix", NUMBERS},
+    {"nodes/*/mesh", INDEX},
+    {"nodes/*/name", TEXT},
+    {"nodes/*/rotation", FOUR},
+    {"nodes/*/scale", THREE},
+    {"nodes/*/skin", INDEX},
+    {"nodes/*/translation", THREE},
+    {"nodes/*/weights", NUMBERS},
+    {"samplers", OBJECTS},
+    {"samplers/*/magFilter", INDEX},
+    {"samplers/*/wrapS", INDEX},
+    {"samplers/*/wrapT", INDEX},
+    {"scenes", OBJECTS},
+    {"scenes/*/nodes", INDICES},
+    {"skins", OBJECTS},
+    {"skins/*/inverseBindMatrices", INDEX},
+    {"skins/*/joints", INDICES},
+    {"textures", OBJECTS},
+    {"textures/*/extensions", OBJECT},
+    {"textures/*/extensions/EXT_texture_webp", OBJECT},
+    {"textures/*/extensions/EXT_texture_webp/source", INDEX},
+    {"textures/*/sampler", INDEX},
+    {"textures/*/source", INDEX}};
+
+/* What it says of a texture of a material, and where there are some. */
+const struct rule texture_rules[] = {{"", OBJECT},
+                                     {"/index", INDEX},
+                                     {"/texCoord", INDEX},
+                                     {"/extensions", OBJECT},
+                                     {"/extensions/KHR_texture_transform", OBJECT},
+                                     {"/extensions/KHR_texture_transform/offset", TWO},
+                                     {"/extensions/KHR_texture_transform/rotation", NUMBER},
+                                     {"/extensions/KHR_texture_transform/scale", TWO},
+                                     {"/extensions/KHR_texture_transform/texCoord", INDEX}};
+
+const char *const textures[] = {
+    "materials/*/emissiveTexture", "materials/*/pbrMetallicRoughness/baseColorTexture",
+    "materials/*/extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"};
 
 bool is_of_type(const json &value, enum type type)
 {
@@ -387,12 +455,18 @@ bool is_of_type(const json &value, enum type type)
                                                [one](const json &x) { return is_of_type(x, one); });
     };
     switch (type) {
-    case INDEX: return value.is_number() && value.get<double>() == std::floor(value.get<double>());
+    case INDEX:
+        return value.is_number() && value.get<double>() >= 0 &&
+               value.get<double>() == std::floor(value.get<double>());
     case NUMBER: return value.is_number();
     case BOOLEAN: return value.is_boolean();
     case TEXT: return value.is_string();
     case OBJECT: return value.is_object();
     case NUMBERS: return all_are(NUMBER);
+    case TWO: return all_are(NUMBER) && value.size() >= 2;
+    case THREE: return all_are(NUMBER) && value.size() >= 3;
+    case FOUR: return all_are(NUMBER) && value.size() >= 4;
+    case TEXTS: return all_are(TEXT);
     case INDICES: return all_are(INDEX);
     default: return all_are(OBJECT);
     }
@@ -595,8 +669,11 @@ gltf_file gltf_open(struct scene_import *import)
     check_extensions(document);
     warn_extensions(import, document);
     checked c = {import, text.data == whole.data ? text : gltf_bytes(), {}};
-    for (const auto &rule : rules)
-        check_rule(c, document, rule.path, rule.type);
+    for (const rule &of : rules)
+        check_rule(c, document, of.path, of.type);
+    for (const char *const texture : textures)
+        for (const rule &of : texture_rules)
+            check_rule(c, document, (string(texture) + of.path).c_str(), of.type);
     gltf_file file;
     list_weights(document, file);
     list_skins(document, file);
