@@ -61,8 +61,79 @@ static void add(const char *header, const uint8_t *texels, size_t size)
     s->size += size;
 }
 
+static void add_bytes(struct seed *s, const void *bytes, size_t size)
+{
+    memcpy(s->data + s->size, bytes, size);
+    s->size += size;
+}
+
+static void add_int(struct seed *s, uint32_t value)
+{
+    add_bytes(s, &value, sizeof value);
+}
+
+/* An attribute of an OpenEXR header. */
+static void add_attribute(struct seed *s, const char *name, const char *type, const void *bytes,
+                          uint32_t size)
+{
+    add_bytes(s, name, strlen(name) + 1);
+    add_bytes(s, type, strlen(type) + 1);
+    add_int(s, size);
+    add_bytes(s, bytes, size);
+}
+
+/* A small OpenEXR picture of floats, not compressed, of rows or tiles of a row each (The OpenEXR
+ * File Layout). */
+static void add_exr(const char *const *channel, int channels, bool tiled)
+{
+    enum { W = 4, H = 3 };
+    static const int32_t window[] = {0, 0, W - 1, H - 1};
+    static const float one = 1, centre[2];
+    struct seed list = {.size = 0}, *s = &seeds[seed_count++];
+    for (int c = 0; c < channels; c++) {
+        static const int32_t rest[] = {0, 1, 1};
+        add_bytes(&list, channel[c], strlen(channel[c]) + 1);
+        add_int(&list, 2);
+        add_bytes(&list, rest, sizeof rest);
+    }
+    add_bytes(&list, "", 1);
+    s->size = 0;
+    add_bytes(s, "v/1\1\2", 5);
+    add_bytes(s, tiled ? "\2\0" : "\0\0", 3);
+    add_attribute(s, "channels", "chlist", list.data, (uint32_t)list.size);
+    add_attribute(s, "compression", "compression", "", 1);
+    add_attribute(s, "dataWindow", "box2i", window, sizeof window);
+    add_attribute(s, "displayWindow", "box2i", window, sizeof window);
+    add_attribute(s, "lineOrder", "lineOrder", "", 1);
+    add_attribute(s, "pixelAspectRatio", "float", &one, sizeof one);
+    add_attribute(s, "screenWindowCenter", "v2f", centre, sizeof centre);
+    add_attribute(s, "screenWindowWidth", "float", &one, sizeof one);
+    if (tiled)
+        add_attribute(s, "tiles", "tiledesc", "\4\0\0\0\1\0\0\0", 9);
+    add_bytes(s, "", 1);
+    const uint32_t row = 4u * W * (uint32_t)channels, head = tiled ? 20 : 8;
+    for (uint32_t y = 0; y < H; y++) {
+        const uint64_t at = s->size + (H - y) * sizeof(uint64_t) + (uint64_t)y * (head + row);
+        add_bytes(s, &at, sizeof at);
+    }
+    for (uint32_t y = 0; y < H; y++) {
+        const uint32_t tile[] = {0, y, 0, 0};
+        if (tiled)
+            add_bytes(s, tile, sizeof tile);
+        else
+            add_int(s, y);
+        add_int(s, row);
+        for (uint32_t i = 0; i < row / 4; i++) {
+            const float light = 0.25f * (float)i;
+            add_bytes(s, &light, sizeof light);
+        }
+    }
+}
+
 static void make_seeds(void)
 {
+    static const char *const rgb[] = {"B", "G", "R"}, *const deep[] = {"Z", "a.B", "a.G", "a.R"},
+                             *const grey[] = {"Y"};
     static const uint8_t coded[] = {2, 2,   0,   8,   136, 128, 136, 128, 136, 128,
                                     4, 129, 130, 131, 9,   132, 7,   2,   2,   0,
                                     8, 136, 128, 136, 128, 136, 128, 136, 129};
@@ -70,6 +141,9 @@ static void make_seeds(void)
     add("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 2 +X 8\n", coded, sizeof coded);
     add("#?RGBE\nFORMAT=32-bit_rle_xyze\nCOLORCORR=1 2 3\n\n+X 6 -Y 100\n", old, sizeof old);
     add("#?RADIANCE\n\n-Y 2 +X 1\n", coded, 8);
+    add_exr(rgb, 3, false);
+    add_exr(deep, 4, false);
+    add_exr(grey, 1, true);
 }
 
 static void add_file(const char *path)
@@ -80,6 +154,18 @@ static void add_file(const char *path)
         bail("%s", path);
     s->size = fread(s->data, 1, SEED_MOST, file);
     fclose(file);
+}
+
+static bool is_picture(const struct seed *s)
+{
+    struct image t;
+    struct error *err = image_decode(&t, s->data, s->size, IMAGE_COLOUR);
+    const bool good = !err;
+    if (err)
+        printf("# %s\n", error_message(err));
+    error_destroy(err);
+    free(t.texels);
+    return good;
 }
 
 /* A few bytes changed, and at times a piece cut out or the end cut off. */
@@ -119,6 +205,8 @@ int main(int argc, char **argv)
             bail("memory");
         memcpy(data, s->data, s->size);
         const size_t size = i < seed_count ? s->size : mutate(data, s->size);
+        if (i < seed_count && argc <= 3)
+            ok(is_picture(s), "seed %ld is a picture", i);
         uint8_t *exact = size ? realloc(data, size) : data;
         LLVMFuzzerTestOneInput(exact ? exact : data, size);
         free(exact ? exact : data);
