@@ -28,6 +28,13 @@ check "a grid by spacing and bounds, without a scene" into box.probe \
 check "has 4 x 2 x 1 probes" holds box.probe 8 and says rows '^0.5 1 2$'
 printf '%s\n' '# two' '1 2 3' '' '-4 5e1 .5' >points.txt
 probe-place points points.txt --text >points.probe
+printf '1 2 3\n4 5 6' >cut.txt
+probe-place points cut.txt 2>err >cut.probe
+check "a last line without an end may be cut off" says err 'cut.txt:2: nothing ends the last line'
+printf '1 2 3\n4 5 6 # so\n' | probe-place points - 2>err >cut.probe
+check "one with an end is whole" empty err
+printf '4 5 6' | probe-place points - 2>err >cut.probe
+check "and one line alone needs none" empty err
 check "points come as they are" says points.probe '^-4 50 0.5$'
 probe-place points - --text <points.txt >points.probe
 check "from standard input as well" says points.probe '^1 2 3$'
