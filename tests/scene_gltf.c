@@ -1362,13 +1362,14 @@ static void test_poses(void)
     view(weight, sizeof weight, 0);
     view(bind, sizeof bind, 0);
     view(by, sizeof by, 0);
-#define POSED                                                                                      \
+#define POSED POSED_WITH("")
+#define POSED_WITH(attributes)                                                                     \
     "'accessors':[" ACCESSOR ",{'bufferView':1,'componentType':5121,'count':3,'type':'VEC4'},"     \
     "{'bufferView':2,'componentType':5121,'normalized':true,'count':3,'type':'VEC4'},"             \
     "{'bufferView':3,'componentType':5126,'count':2,'type':'MAT4'},"                               \
     "{'bufferView':4,'componentType':5126,'count':3,'type':'VEC3'}],"                              \
     "'meshes':[{'weights':[0.5],'primitives':[{'attributes':{'POSITION':0,'JOINTS_0':1,"           \
-    "'WEIGHTS_0':2},'targets':[{'POSITION':4}]}]}],"
+    "'WEIGHTS_0':2" attributes "},'targets':[{'POSITION':4}]}]}],"
     struct scene *s = read_scene(
         POSED "'nodes':[{'mesh':0,'skin':0,'translation':[100,0,0]},{'translation':[10,0,0],"
               "'children':[2]},{'translation':[-10,20,0]}],'scenes':[{'nodes':[0,1]}],"
@@ -1386,6 +1387,12 @@ static void test_poses(void)
     s = read_scene(POSED "'nodes':[{'mesh':0,'skin':0},{'translation':[7,0,0]},{}],"
                          "'skins':[{'joints':[1,2]}]");
     ok(is_at(placed(s, 0, 0, 0), 8, 0, 2), "without inverse bind matrices: the identity");
+    scene_destroy(s);
+    s = read_scene(POSED_WITH(",'COLOR_0':2") "'nodes':[{'mesh':0,'skin':0},{'translation':[7,0,"
+                                              "0]},{}],'skins':[{'joints':[1,2]}]");
+    ok(is_at(placed(s, 0, 0, 0), 8, 0, 2) && has_colour(s, 0, 1, 0, 0, 1) &&
+           has_colour(s, 2, 0.2, 0.8, 0, 1),
+       "skins keep the colours of their vertices");
     scene_destroy(s);
     refuse("a skin that does not exist", "skin 1 does not exist",
            POSED "'nodes':[{'mesh':0,'skin':1}],'skins':[{'joints':[0]}]");
