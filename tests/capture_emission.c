@@ -176,6 +176,70 @@ static void test_sign(const struct sign *sign, int *held, int *all)
     bench_clear(&b);
 }
 
+static float pane(uint32_t x, uint32_t y)
+{
+    return x == 5 && y == 40 ? 1000 : 0;
+}
+
+/* A texel that is not smoothed is as even as a quad: who says that it is exact is right. */
+static void test_exact(void)
+{
+    enum { TIMES = 16 };
+    static const struct sign sign = {"pane",   64,   64,    SCENE_REPEAT, true,
+                                     AS_IT_IS, pane, false, 2048};
+    static const double p[3] = {-3, 1, 8};
+    struct bench b;
+    start_sign(&b, &sign);
+    const double truth = sign_truth(&b, sign.pieces, p);
+    struct capture_settings s = capture_settings_default();
+    int held = 0;
+    for (int i = 0; i < TIMES; i++) {
+        s.seed = (uint64_t)i;
+        const struct capture_probe probe = capture(&b, &s, p[0], p[1], p[2]);
+        held += fabs(luminance_of(probe.sh) - truth) <
+                5 * luminance_of(probe.sh_error) + 2e-4 * truth;
+    }
+    ok(held == TIMES, "%d of %d captures of a pane are off by what they say", held, TIMES);
+    bench_clear(&b);
+}
+
+/* Panes so many and so small that their picture cannot be cut up: who met none says so. */
+static void test_sparse(void)
+{
+    static const struct sign sign = {"many panes",           64,   64,    SCENE_REPEAT, true,
+                                     {300, 0, 0, 0, 300, 0}, pane, false, 512};
+    struct bench b;
+    start_sign(&b, &sign);
+    /* that many panes in the whole are an even light of their mean */
+    const struct sign even_sign = {"even", 16, 16, SCENE_REPEAT, true, AS_IT_IS, even, false, 512};
+    struct bench mean;
+    start_sign(&mean, &even_sign);
+    const double p[3] = {-3, 1, 8}, truth = sign_truth(&mean, 512, p) / 3 * 1000 / 4096;
+    struct capture_settings s = capture_settings_default();
+    int nothing = 0, told = 0;
+    for (int i = 0; i < 16; i++) {
+        s.seed = (uint64_t)i;
+        s.error = 0;
+        const struct capture_probe probe = capture(&b, &s, p[0], p[1], p[2]);
+        if (probe.sh[0] > 0)
+            continue;
+        nothing++;
+        told += luminance_of(probe.sh_error) > 0.9 * truth &&
+                luminance_of(probe.sh_error) < 1.1 * truth;
+    }
+    ok(nothing > 4 && told == nothing, "%d of 16 captures found none of 90000 panes, %d say so",
+       nothing, told);
+    s.error = 0.05;
+    s.rays_most = 65536;
+    const struct capture_probe probe = capture(&b, &s, p[0], p[1], p[2]);
+    ok(probe.rays >= s.rays_most &&
+           fabs(luminance_of(probe.sh) - truth) < 3 * luminance_of(probe.sh_error),
+       "one that looks for them takes %d rays: %.3g +- %.2g of the light", probe.rays,
+       luminance_of(probe.sh) / truth, luminance_of(probe.sh_error) / truth);
+    bench_clear(&b);
+    bench_clear(&mean);
+}
+
 /* What is drawn has the density that is told of it, also of parts of triangles. */
 static void test_densities(void)
 {
@@ -245,5 +309,7 @@ int main(void)
        "1.96 standard errors hold the truth in %.1f %% of %d", 100.0 * held / all, all);
     test_densities();
     test_unseen();
+    test_exact();
+    test_sparse();
     return tap_done();
 }

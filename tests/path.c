@@ -245,7 +245,8 @@ static void ask_lamp(const struct bench *b, const struct path_receiver *r, struc
         path_lights(&b->path, r, &draws, one);
         for (int i = 0; i < PATH_WAVE; i++)
             mean_add(found, (double)one[i].light.x);
-        mean_add(unshadowed, (double)path_lights_unshadowed(&b->path, r, &draws).x);
+        bool sparse;
+        mean_add(unshadowed, (double)path_lights_unshadowed(&b->path, r, &draws, &sparse).x);
     }
 }
 

@@ -76,6 +76,7 @@ struct work {
     /* Where no light was found although something emits: what a question would have found in the
      * mean if nothing stood between, as strata's channels; else 0 */
     double unseen[STRATA_CHANNELS];
+    bool sparse; /* that is of pictures which are bright at few points, and none was found */
 };
 
 /* -- samples ----------------------------------------------------------------------------------- */
@@ -266,6 +267,7 @@ static void look_for_unseen(struct work *w)
     float x[PATH_WAVE];
     double y[PATH_WAVE];
     memset(w->unseen, 0, sizeof w->unseen);
+    w->sparse = false;
     if (!w->path->emissive || !found_nothing(w))
         return;
     for (int i = 0; i < PATH_WAVE; i++) { /* a lattice of rank 1 */
@@ -273,10 +275,13 @@ static void look_for_unseen(struct work *w)
         y[i] = (i + 0.5) / PATH_WAVE;
     }
     const struct vec3f light = path_lights_unshadowed(
-        w->path, &w->receiver, &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y});
-    w->unseen[0] = (double)light.x;
-    w->unseen[1] = (double)light.y;
-    w->unseen[2] = (double)light.z;
+        w->path, &w->receiver, &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y},
+        &w->sparse);
+    /* of a picture with few bright points not one may have been met: all of it may be missing */
+    const double all = w->sparse ? w->rays / UNSEEN : 1;
+    w->unseen[0] = all * (double)light.x;
+    w->unseen[1] = all * (double)light.y;
+    w->unseen[2] = all * (double)light.z;
     w->unseen[3] = luminance_f64(w->unseen);
 }
 
@@ -330,6 +335,7 @@ static int rays_wanted(const struct work *w)
     if (!(mean > 0)) {
         const double enough = w->unseen[3] > 0 ? UNSEEN / ASK_SHARE / s->error : 0;
         return w->rays < DARK     ? (int)fmin(DARK, room)
+               : w->sparse        ? (int)fmin(w->rays, room)
                : w->rays < enough ? (int)fmin(enough - w->rays + 1, room)
                                   : 0;
     }

@@ -267,9 +267,10 @@ static bool find_box(const struct scene_map *map, const struct scene_texture *te
     return true;
 }
 
-/* Over a box as interpolation spreads it: half a texel to either side. */
-static struct emission_range map_over(const struct emission_map *map, const struct scene_map *reads,
-                                      const float uv[3][2])
+/* Over a box spread by so many texels to either side. */
+static struct emission_range spread_over(const struct emission_map *map,
+                                         const struct scene_map *reads, const float uv[3][2],
+                                         double spread)
 {
     const struct scene_texture *texture = map->texture;
     const uint32_t size[2] = {texture->width, texture->height};
@@ -287,7 +288,6 @@ static struct emission_range map_over(const struct emission_map *map, const stru
         /* all of a picture that comes again and again */
         if (wrap[axis] != SCENE_CLAMP)
             box[axis].high = fmin(box[axis].high, box[axis].low + 2.0 * size[axis]);
-        const double spread = texture->nearest ? 1e-3 : 0.5;
         box[axis].low -= spread;
         box[axis].high += spread;
         const double inside = wrap[axis] == SCENE_CLAMP
@@ -310,6 +310,21 @@ static struct emission_range map_over(const struct emission_map *map, const stru
         }
     }
     range.mean = (float)(sum / weight);
+    return range;
+}
+
+/* What rounding may move a place in a picture, texels. */
+static const double rounding = 1e-3;
+
+/* Over a box as interpolation spreads it: half a texel to either side. Where there is none a
+ * neighbour may be met by rounding, and hardly counts. */
+static struct emission_range map_over(const struct emission_map *map, const struct scene_map *reads,
+                                      const float uv[3][2])
+{
+    struct emission_range range =
+        spread_over(map, reads, uv, map->texture->nearest ? rounding : 0.5);
+    if (map->texture->nearest)
+        range.mean = float_most(spread_over(map, reads, uv, 0).mean, (float)rounding * range.mean);
     return range;
 }
 

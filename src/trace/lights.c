@@ -519,6 +519,7 @@ bool lights_sample(const struct lights *lights, const struct tracer *t,
     }
     trace_point_shade(t, &choice->point);
     choice->density = probability / light->area;
+    choice->brightness = light->strength / light->area;
     return true;
 }
 

@@ -45,8 +45,9 @@ struct lights_choice {
     const struct scene_light *punctual; /* NULL: a point of an emissive surface, in: */
     struct trace_point point;           /* without distance and front */
     float probability;                  /* of this light */
-    /* of this point, per area (local units); emissive surfaces alone */
-    float density;
+    /* of this point, per area (local units), and mean luminance of the triangle or part of one that
+     * it was drawn from; emissive surfaces alone */
+    float density, brightness;
 };
 
 struct error *lights_init(struct lights *lights, const struct tracer *tracer);

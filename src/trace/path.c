@@ -658,9 +658,29 @@ void path_skies(const struct path_tracer *path, const struct path_receiver *rece
     ask_from(path, receiver, true, draws, found);
 }
 
+/* The mean luminance that parts of pictures would give of which points are drawn. */
+static float mean_of_pictures(const struct path_tracer *path, const struct lights_receiver *at,
+                              const struct path_draws *draws)
+{
+    const float lowest = path->tracer->scene->emit_front_only ? 0 : -1;
+    float sum = 0;
+    for (size_t i = 0; i < draws->count; i++) {
+        struct lights_choice choice;
+        if (!lights_sample(&path->lights, path->tracer, at, draws->y[i], draws->x[i], &choice) ||
+            choice.punctual)
+            continue;
+        const struct vec3f way = vec3f_sub(at->position, choice.point.position);
+        const float distance = vec3f_length(way),
+                    cosine = distance > 0 ? vec3f_dot(way, choice.point.normal) / distance : 0;
+        if (cosine > lowest && fabsf(cosine) > 0 && !(vec3f_dot(way, at->normal) > 0))
+            sum += choice.brightness / solid_density(choice.density, distance, fabsf(cosine));
+    }
+    return sum / (float)draws->count;
+}
+
 struct vec3f path_lights_unshadowed(const struct path_tracer *path,
                                     const struct path_receiver *receiver,
-                                    const struct path_draws *draws)
+                                    const struct path_draws *draws, bool *sparse)
 {
     struct questions q;
     struct vec3f sum = {0};
@@ -668,5 +688,10 @@ struct vec3f path_lights_unshadowed(const struct path_tracer *path,
     for (size_t i = 0; i < draws->count; i++)
         if (q.seen[i])
             sum = vec3f_add(sum, wave_get(&q.light, i));
+    *sparse = !(vec3f_most(sum) > 0);
+    if (*sparse) {
+        const float grey = mean_of_pictures(path, &receiver->at, draws);
+        return (struct vec3f){grey, grey, grey};
+    }
     return vec3f_scale(1 / (float)draws->count, sum);
 }

@@ -99,10 +99,12 @@ void path_lights(const struct path_tracer *path, const struct path_receiver *rec
 void path_skies(const struct path_tracer *path, const struct path_receiver *receiver,
                 const struct path_draws *draws, struct path_found *found);
 
-/* What path_lights would find in the mean if nothing stood between. draws->random is not used. */
+/* What path_lights would find in the mean if nothing stood between. draws->random is not used.
+ * Where all points that are drawn are dark, it is what the pictures that they are points of shine
+ * in the mean, in grey, and *sparse is true: it is found at few points. */
 struct vec3f path_lights_unshadowed(const struct path_tracer *path,
                                     const struct path_receiver *receiver,
-                                    const struct path_draws *draws);
+                                    const struct path_draws *draws, bool *sparse);
 
 /* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square
  * (Malley's method). */
