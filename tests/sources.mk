@@ -32,6 +32,7 @@ MODULE_TESTS = \
 	tests/scenes \
 	tests/decimate \
 	tests/sky \
+	tests/enter \
 	tests/path \
 	tests/capture \
 	tests/capture_error \

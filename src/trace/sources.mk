@@ -2,6 +2,7 @@
 # rays, the light tree, the sky, paths: hides Embree
 trace_sources = \
 	%D%/emission.c %D%/emission.h \
+	%D%/enter.c %D%/enter.h \
 	%D%/frames.c %D%/frames.h \
 	%D%/lights.c %D%/lights.h \
 	%D%/parts.c %D%/parts.h \

@@ -444,17 +444,9 @@ static void clear_triangle(struct eye *eye, uint32_t instance, uint32_t triangle
         eye->start = vec3_fma(eye->start, gap - now, n);
 }
 
-/* The instance of the scene that a candidate of a point query belongs to. */
-static uint32_t candidate_instance(const struct RTCPointQueryFunctionArguments *args)
-{
-    const uint32_t placed = args->context->instStackSize ? args->context->instID[0]
-                                                         : RTC_INVALID_GEOMETRY_ID;
-    return placed != RTC_INVALID_GEOMETRY_ID ? placed : args->geomID;
-}
-
 static bool clear_candidate(struct RTCPointQueryFunctionArguments *args)
 {
-    clear_triangle(args->userPtr, candidate_instance(args), args->primID);
+    clear_triangle(args->userPtr, trace_candidate(args), args->primID);
     return false; /* the radius stays */
 }
 
@@ -519,7 +511,7 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
 {
     struct nearness *n = args->userPtr;
     struct vec3 corner[3];
-    exact_corners(n->tracer, candidate_instance(args), args->primID, corner);
+    exact_corners(n->tracer, trace_candidate(args), args->primID, corner);
     const double distance = distance_to_triangle(n->place, corner);
     if (!(distance < n->distance))
         return false;

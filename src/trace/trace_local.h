@@ -197,6 +197,14 @@ const struct tracer *trace_near(const struct tracer *tracer, const double p[3]);
 struct vec3f trace_to_local(const struct tracer *tracer, const double world[3]);
 struct vec3 trace_to_world(const struct tracer *tracer, struct vec3f local);
 
+/* The instance of the scene that a candidate of a point query belongs to. */
+static inline uint32_t trace_candidate(const struct RTCPointQueryFunctionArguments *args)
+{
+    const uint32_t placed = args->context->instStackSize ? args->context->instID[0]
+                                                         : RTC_INVALID_GEOMETRY_ID;
+    return placed != RTC_INVALID_GEOMETRY_ID ? placed : args->geomID;
+}
+
 /* Corners of a triangle, counter-clockwise seen from the front. */
 void trace_corners(const struct tracer *tracer, uint32_t instance, uint32_t triangle,
                    struct vec3f corner[3]);
