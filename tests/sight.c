@@ -364,6 +364,195 @@ static void test_nothing(void)
     bench_clear(&b);
 }
 
+/* -- walls that hide between rays ------------------------------------------------------------- */
+
+struct hidden {
+    size_t cut, missed;   /* cells that hide something; of these, those whose sight says nothing */
+    double unseen, plain; /* weight of unseen probes, with sight and without */
+};
+
+/* Looks for the corners of each cell from points of it that see any. */
+static struct hidden look_for_hidden(const struct bench *b, const struct grid *g,
+                                     const struct sights *s)
+{
+    enum { POINTS = 40 };
+    struct random r = random_start(8, 0, 0);
+    struct hidden found = {0};
+    for (size_t c = 0; c < CELLS; c++) {
+        bool cut = false, said = false;
+        uint16_t sight[12];
+        for (size_t i = 0; i < 12; i++) {
+            sight[i] = half_of(s->sight[12 * c + i]);
+            said = said || s->sight[12 * c + i] > 1;
+        }
+        for (int k = 0; k < POINTS; k++) {
+            double u[4], weight[4], q[3] = {0}, all = 0;
+            for (int i = 0; i < 4; i++)
+                all += u[i] = -log(1 - random_double(&r));
+            for (int i = 0; i < 4; i++)
+                u[i] /= all;
+            for (int i = 0; i < 12; i++)
+                q[i % 3] += u[i / 3] * g->position[3 * g->vertex[4 * c + (size_t)i / 3] + i % 3];
+            const double sum = sight_weights(4, sight, u, weight);
+            double hidden[4], seen = 0;
+            for (int i = 0; i < 4; i++) {
+                const double *p = g->position + 3 * g->vertex[4 * c + (size_t)i];
+                hidden[i] = 1 - (double)trace_visibility(b->tracer, q, p);
+                seen = fmax(seen, 1 - hidden[i]);
+            }
+            for (int i = 0; i < 4 && seen > 0.5; i++) {
+                cut = cut || hidden[i] > 0.5;
+                found.plain += hidden[i] * u[i] / POINTS;
+                found.unseen += hidden[i] * weight[i] / sum / POINTS;
+            }
+        }
+        found.cut += cut;
+        found.missed += cut && !said;
+    }
+    return found;
+}
+
+/* Scatters things that `add` makes, of one size, many times over; least: by how many times the
+ * weight of unseen probes is to fall. */
+static void test_kind(const char *what, void (*add)(struct bench *, struct random *, double),
+                      double size, double least)
+{
+    enum { SETS = 6, THINGS = 5 };
+    static struct grid g;
+    struct hidden all = {0};
+    make_grid(&g, 0.4);
+    const struct leak_mesh mesh = mesh_of(&g);
+    for (uint32_t set = 0; set < SETS; set++) {
+        struct random r = random_start(9, set, 0);
+        struct bench b;
+        struct sights s;
+        bench_start(&b);
+        for (int i = 0; i < THINGS; i++)
+            add(&b, &r, size);
+        bench_finish(&b, 1);
+        must(sight_find(&s, b.tracer, &mesh, 2));
+        const struct hidden h = look_for_hidden(&b, &g, &s);
+        all.cut += h.cut;
+        all.missed += h.missed;
+        all.unseen += h.unseen;
+        all.plain += h.plain;
+        sights_clear(&s);
+        bench_clear(&b);
+    }
+    ok(all.cut > 20 && all.unseen * least < all.plain && all.missed * 10 < all.cut,
+       "%s %g: unseen weight falls %.1f times (%g at least); %zu of %zu cells keep nothing", what,
+       size, all.plain / all.unseen, least, all.missed, all.cut);
+}
+
+static void place_thing(struct random *r, double p[3], double n[3])
+{
+    for (int k = 0; k < 3; k++) {
+        p[k] = 0.5 + 3 * random_double(r);
+        n[k] = random_double(r) - 0.5;
+    }
+    vec3_store(n, vec3_normalize(vec3_load(n)));
+}
+
+static void add_one_wall(struct bench *b, struct random *r, double size)
+{
+    double p[3], n[3];
+    place_thing(r, p, n);
+    add_wall(b, p, n, size / 2);
+}
+
+/* Two sheets, `gap` apart. */
+static void add_slab(struct bench *b, struct random *r, double gap)
+{
+    double p[3], n[3];
+    place_thing(r, p, n);
+    add_wall(b, p, n, 1);
+    for (int k = 0; k < 3; k++) {
+        p[k] += gap * n[k];
+        n[k] = -n[k];
+    }
+    add_wall(b, p, n, 1);
+}
+
+/* A wall that leans by little against a plane of the grid's cells. */
+static void add_grazing(struct bench *b, struct random *r, double lean)
+{
+    double p[3], n[3];
+    place_thing(r, p, n);
+    const double to[3] = {1, lean * n[1], lean * n[2]};
+    p[0] = 1 + (int)p[0];
+    vec3_store(n, vec3_normalize(vec3_load(to)));
+    add_wall(b, p, n, 1);
+}
+
+static void add_ball(struct bench *b, struct random *r, double radius)
+{
+    double p[3], n[3];
+    struct shape ball = shape_sphere(radius, 3);
+    place_thing(r, p, n);
+    shape_move(&ball, p[0], p[1], p[2]);
+    add_shape(b, &ball, material(0.5f, 0));
+    shape_clear(&ball);
+}
+
+/* A cut-out wall through all of the grid, of which the half up to x = 2 is a hole. Cells whose
+ * probes have neighbours on the other side of its edge are left out. */
+static void test_cut_out(void)
+{
+    static const float half_open[2] = {0, 1};
+    static struct grid g;
+    size_t open = 0, shut = 0, wrong = 0;
+    struct bench b;
+    struct sights s;
+    struct scene_material m = material(0.5f, 0);
+    make_grid(&g, 0.4);
+    const struct leak_mesh mesh = mesh_of(&g);
+    bench_start(&b);
+    m.alpha = SCENE_CUTOUT;
+    m.alpha_map = scene_map_of(add_texture(&b, 2, 1, 1, half_open));
+    const double corner[12] = {-48, -50, 1.5, 52, -50, 1.5, 52, 50, 1.5, -48, 50, 1.5};
+    add_quad(&b, corner, m);
+    map_quad(&b);
+    bench_finish(&b, 1);
+    must(sight_find(&s, b.tracer, &mesh, 1));
+    for (size_t c = 0; c < CELLS; c++) {
+        double low = INFINITY, high = -INFINITY, under = INFINITY, over = -INFINITY;
+        bool any = false;
+        for (size_t k = 0; k < 4; k++) {
+            const double *p = g.position + 3 * g.vertex[4 * c + k];
+            low = fmin(low, p[0]);
+            high = fmax(high, p[0]);
+            under = fmin(under, p[2]);
+            over = fmax(over, p[2]);
+        }
+        for (size_t i = 0; i < 12; i++)
+            any = any || s.sight[12 * c + i] > 1;
+        const bool crossed = under < 1.45 && over > 1.55;
+        open += crossed && high < 1.6;
+        shut += crossed && low > 2.4;
+        wrong += crossed && high < 1.6 && any;
+        wrong += crossed && low > 2.4 && !any;
+    }
+    ok(open > 20 && shut > 20 && wrong == 0,
+       "holes of a cut-out hide nothing: %zu cells at holes, %zu at the rest, %zu wrong", open,
+       shut, wrong);
+    sights_clear(&s);
+    bench_clear(&b);
+}
+
+static void test_kinds(void)
+{
+    test_kind("walls of", add_one_wall, 0.5, 4);
+    test_kind("walls of", add_one_wall, 1, 6);
+    test_kind("walls of", add_one_wall, 2, 7);
+    test_kind("walls that lean by", add_grazing, 0.1, 15);
+    test_kind("slabs of", add_slab, 1e-1, 6);
+    test_kind("slabs of", add_slab, 1e-3, 7);
+    test_kind("slabs of", add_slab, 1e-5, 7);
+    test_kind("balls of", add_ball, 0.1, 5);
+    test_kind("balls of", add_ball, 0.4, 8);
+    test_kind("balls of", add_ball, 1.2, 6);
+}
+
 /* -- what keeps it ---------------------------------------------------------------------------- */
 
 static bool same_place(const struct probe_place *a, const struct probe_place *b)
@@ -485,6 +674,8 @@ int main(void)
     test_threads(&halls);
     test_packed(&halls);
     test_any_sight(&halls);
+    test_kinds();
+    test_cut_out();
     clear_halls(&halls);
     return tap_done();
 }

@@ -3,11 +3,13 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
+#include "leak/aim.h"
 #include "leak/leak.h"
 #include "leak/sight_fit.h"
 #include "leak/stand_in.h"
 #include "leak/stars.h"
 #include "libprobe-query/sight.h"
+#include "trace/enter.h"
 #include "trace/trace.h"
 
 #include <math.h>
@@ -27,8 +29,24 @@ struct job {
     struct stars stars;
     double spot[SPOTS_MOST][3]; /* barycentric, of the facet opposite a corner */
     int spots;
+    bool *entered; /* by cell: a surface comes into it */
     float *sight;
 };
+
+/* -- cells ------------------------------------------------------------------------------------ */
+
+static struct error *look_for_surfaces(void *context, size_t cell, int thread)
+{
+    (void)thread;
+    const struct job *job = context;
+    const int corners = job->mesh->corners;
+    const double *point[4];
+    for (int i = 0; i < corners; i++)
+        point[i] = job->mesh->position +
+                   3 * (size_t)job->mesh->vertex[(size_t)corners * cell + (size_t)i];
+    job->entered[cell] = trace_enter(job->tracer, corners, point, NULL, NULL);
+    return NULL;
+}
 
 /* -- around one probe ------------------------------------------------------------------------- */
 
@@ -42,7 +60,7 @@ struct view {
     double *sight; /* towards each neighbour */
     size_t neighbours;
     struct sight_ray *ray;
-    size_t rays;
+    size_t rays, room;
 };
 
 static const int32_t *cell_of(const struct view *v, size_t i)
@@ -73,8 +91,6 @@ static struct error *view_init(struct view *v, const struct job *job, size_t pro
     struct error *err = array_create(&v->neighbour, most, sizeof *v->neighbour);
     if (!err)
         err = array_create(&v->sight, most, sizeof *v->sight);
-    if (!err)
-        err = array_create(&v->ray, most + v->about * (size_t)job->spots, sizeof *v->ray);
     return err;
 }
 
@@ -85,21 +101,22 @@ static void view_clear(struct view *v)
     free(v->ray);
 }
 
-/* Whether any surface is as near as the farthest neighbour. */
-static bool is_near_surface(const struct view *v)
+/* Whether a surface comes into the i-th cell around; into any. */
+static bool is_entered(const struct view *v, size_t i)
 {
-    double p[3], far = 0;
-    const struct vec3 at = leak_mesh_probe(v->job->mesh, (int32_t)v->probe);
-    for (size_t i = 0; i < v->about; i++)
-        for (int k = 0; k < v->job->mesh->corners; k++)
-            far = fmax(far,
-                       vec3_length(vec3_sub(leak_mesh_probe(v->job->mesh, cell_of(v, i)[k]), at)));
-    vec3_store(p, at);
-    return trace_distance(v->job->tracer, p) <= far;
+    return v->job->entered[v->slot[i] / (size_t)v->job->mesh->corners];
 }
 
-/* The number of a neighbour; looks towards one that is new. */
-static int find_neighbour(struct view *v, int32_t probe)
+static bool has_surfaces(const struct view *v)
+{
+    for (size_t i = 0; i < v->about; i++)
+        if (is_entered(v, i))
+            return true;
+    return false;
+}
+
+/* The number of a neighbour; looks towards one that is new, unless nothing is in the way. */
+static int find_neighbour(struct view *v, int32_t probe, bool clear)
 {
     size_t n = 0;
     while (n < v->neighbours && v->neighbour[n] != probe)
@@ -107,46 +124,84 @@ static int find_neighbour(struct view *v, int32_t probe)
     if (n == v->neighbours) {
         const struct leak_mesh *mesh = v->job->mesh;
         v->neighbour[v->neighbours++] = probe;
-        v->sight[n] = inverse_depth(v->job, leak_mesh_probe(mesh, (int32_t)v->probe),
-                                    leak_mesh_probe(mesh, probe));
+        v->sight[n] = clear ? 0
+                            : inverse_depth(v->job, leak_mesh_probe(mesh, (int32_t)v->probe),
+                                            leak_mesh_probe(mesh, probe));
         v->ray[v->rays++] = (struct sight_ray){
             .neighbour = {(int)n, (int)n, (int)n}, .u = {1, 0, 0}, .inverse = v->sight[n]};
     }
     return (int)n;
 }
 
-/* Looks through a cell. */
-static void look_through(struct view *v, size_t i)
+/* A cell as the probe sees it. */
+struct ahead {
+    int others;               /* corners, without the probe */
+    struct vec3 from, way[3]; /* the probe, and to each */
+    int to[3];                /* their numbers; the first for what there is not */
+    const double *corner[4];  /* the probe first */
+    double space;
+};
+
+static struct ahead look_ahead(struct view *v, size_t i, bool clear)
+{
+    const struct leak_mesh *mesh = v->job->mesh;
+    const int32_t *vertex = cell_of(v, i);
+    struct ahead c = {.from = leak_mesh_probe(mesh, (int32_t)v->probe),
+                      .corner = {mesh->position + 3 * v->probe}};
+    for (int k = 0; k < mesh->corners; k++)
+        if (vertex[k] != (int32_t)v->probe) {
+            c.way[c.others] = vec3_sub(leak_mesh_probe(mesh, vertex[k]), c.from);
+            c.to[c.others++] = find_neighbour(v, vertex[k], clear);
+            c.corner[c.others] = mesh->position + 3 * (size_t)vertex[k];
+        }
+    for (int k = c.others; k < 3; k++)
+        c.to[k] = c.to[0];
+    c.space = c.others == 3   ? fabs(vec3_dot(c.way[0], vec3_cross(c.way[1], c.way[2])))
+              : c.others == 2 ? vec3_length(vec3_cross(c.way[0], c.way[1]))
+                              : vec3_length(c.way[0]);
+    return c;
+}
+
+/* A ray through a spot of the facet. Returns whether it met anything. */
+static bool look_at(struct view *v, const struct ahead *c, const double u[3], double share,
+                    bool clear)
+{
+    struct sight_ray *ray = &v->ray[v->rays++];
+    struct vec3 spot = c->from;
+    *ray = (struct sight_ray){.share = share};
+    for (int k = 0; k < 3; k++) {
+        ray->neighbour[k] = c->to[k];
+        ray->u[k] = u[k];
+        spot = vec3_fma(spot, u[k], c->way[k]);
+    }
+    ray->inverse = clear ? 0 : inverse_depth(v->job, c->from, spot);
+    return ray->inverse > 0;
+}
+
+/* Looks through a cell, and where that meets nothing of what comes into it, at that. */
+static struct error *look_through(struct view *v, size_t i)
 {
     const struct job *job = v->job;
-    const int others = job->mesh->corners - 1;
-    const int32_t *vertex = cell_of(v, i);
-    const struct vec3 p = leak_mesh_probe(job->mesh, (int32_t)v->probe);
-    int to[3] = {0};
-    struct vec3 way[3] = {{0}};
-    for (int k = 0, n = 0; k <= others; k++)
-        if (vertex[k] != (int32_t)v->probe) {
-            way[n] = vec3_sub(leak_mesh_probe(job->mesh, vertex[k]), p);
-            to[n++] = find_neighbour(v, vertex[k]);
-        }
-    const double space = others == 3   ? fabs(vec3_dot(way[0], vec3_cross(way[1], way[2])))
-                         : others == 2 ? vec3_length(vec3_cross(way[0], way[1]))
-                                       : vec3_length(way[0]);
-    const double share = space / SPOTS_MOST;
-    for (int s = 0; s < job->spots; s++) {
-        struct sight_ray *ray = &v->ray[v->rays++];
-        struct vec3 spot = p;
-        *ray = (struct sight_ray){.share = share};
-        for (int k = 0; k < 3; k++) {
-            ray->neighbour[k] = to[k < others ? k : 0];
-            ray->u[k] = job->spot[s][k];
-            spot = vec3_fma(spot, ray->u[k], way[k]);
-        }
-        ray->inverse = inverse_depth(job, p, spot);
-    }
+    const bool clear = !is_entered(v, i);
+    struct error *err = array_reserve(&v->ray, &v->room,
+                                      v->rays + 3 + (size_t)job->spots + AIM_MOST, sizeof *v->ray);
+    if (err)
+        return err;
+    const struct ahead c = look_ahead(v, i, clear);
+    const double share = c.space / SPOTS_MOST;
+    bool met = clear;
+    for (int s = 0; s < job->spots; s++)
+        met = look_at(v, &c, job->spot[s], share, clear) || met;
     for (size_t k = 0; k < v->rays; k++)
-        for (int n = 0; n < others && v->ray[k].u[0] == 1; n++)
-            v->ray[k].share += v->ray[k].neighbour[0] == to[n] ? EDGE_SHARE * share : 0;
+        for (int n = 0; n < c.others && v->ray[k].u[0] == 1; n++)
+            v->ray[k].share += v->ray[k].neighbour[0] == c.to[n] ? EDGE_SHARE * share : 0;
+    if (met || c.others < 3)
+        return NULL;
+    struct aim aim[AIM_MOST];
+    const int aims = aim_find(aim, job->tracer, c.corner);
+    for (int k = 0; k < aims; k++)
+        look_at(v, &c, aim[k].u, aim[k].share * c.space, false);
+    return NULL;
 }
 
 static void store(const struct view *v, size_t i)
@@ -170,13 +225,13 @@ static struct error *look_around(void *context, size_t probe, int thread)
     struct view v;
     bool blocked = false;
     struct error *err = view_init(&v, context, probe);
-    if (!err && v.about && is_near_surface(&v)) {
-        for (size_t i = 0; i < v.about; i++)
-            look_through(&v, i);
+    if (!err && has_surfaces(&v)) {
+        for (size_t i = 0; i < v.about && !err; i++)
+            err = look_through(&v, i);
         for (size_t k = 0; k < v.rays; k++)
             blocked = blocked || v.ray[k].inverse > 0;
     }
-    if (blocked)
+    if (blocked && !err)
         err = sight_fit(v.rays, v.ray, v.neighbours, v.sight);
     for (size_t i = 0; i < v.about && blocked && !err; i++)
         store(&v, i);
@@ -218,6 +273,10 @@ struct error *sight_find(struct sights *sights, const struct tracer *tracer,
         err = array_create(&sights->sight, width * mesh->cell_count, sizeof *sights->sight);
     job.sight = sights->sight;
     if (!err)
+        err = array_create(&job.entered, mesh->cell_count, sizeof *job.entered);
+    if (!err)
+        err = threads_for(threads, mesh->cell_count, look_for_surfaces, &job);
+    if (!err)
         err = threads_for(threads, mesh->probe_count, look_around, &job);
     if (!err)
         err = array_create(&sights->stand_in, mesh->cell_count, sizeof *sights->stand_in);
@@ -230,6 +289,7 @@ struct error *sight_find(struct sights *sights, const struct tracer *tracer,
         sights->walled += walled;
         sights->stood_in += sights->stand_in[cell] >= 0;
     }
+    free(job.entered);
     stars_clear(&job.stars);
     if (err)
         sights_clear(sights);

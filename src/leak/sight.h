@@ -12,6 +12,10 @@
  * between two cells both say the same of its corners, and what is blended by it has no jump there.
  * It is fitted to rays from the probe through each cell (sight_fit.h).
  *
+ * Cells that no surface comes into (trace/enter.h) see all of their corners, and no ray is spent on
+ * them. Where the rays of a probe through one that some surface does come into meet none, more of
+ * them go at that surface (aim.h).
+ *
  * Some points see none of their cell's corners. Then the cell names a stand-in: the probe around
  * that most of these points see, if they see more of it than of the corners.
  */

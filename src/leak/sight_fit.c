@@ -8,8 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 80 };
-static const double LEAK = 2, NEAR = 1e-3;
+/* It ends after STEPS, or where PATIENCE of them have not made the loss less by more than GAIN of
+ * itself. */
+enum { STEPS = 80, PATIENCE = 12 };
+static const double LEAK = 3, NEAR = 1e-3, GAIN = 2e-3;
 
 /* -- loss ------------------------------------------------------------------------------------- */
 
@@ -100,7 +102,8 @@ static void gather(size_t count, const struct sight_ray *ray, size_t n, const do
 
 struct error *sight_fit(size_t count, const struct sight_ray *ray, size_t n, double *sight)
 {
-    double *room = NULL, least = INFINITY;
+    double *room = NULL, least = INFINITY, aim = INFINITY;
+    int last = 0; /* step that reached the aim */
     struct error *err = array_create(&room, n * (n + 2), sizeof *room);
     if (err)
         return err;
@@ -111,7 +114,11 @@ struct error *sight_fit(size_t count, const struct sight_ray *ray, size_t n, dou
             least = now;
             memcpy(best, sight, n * sizeof *best);
         }
-        if (step == STEPS)
+        if (now < aim) {
+            aim = now * (1 - GAIN);
+            last = step;
+        }
+        if (step == STEPS || step == last + PATIENCE)
             break;
         gather(count, ray, n, sight, a, b);
         if (!solve(n, a, b))

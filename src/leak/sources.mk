@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # edges through walls, and their mending
 leak_sources = \
+	%D%/aim.c %D%/aim.h \
 	%D%/cells_make.c %D%/cells_make.h \
 	%D%/dilate.c %D%/dilate.h \
 	%D%/leak.c %D%/leak.h \

@@ -10,10 +10,11 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* POINTS of a cell; candidates stand within RINGS cells of it, LISTED at most, and the ASKED
- * nearest are looked for. */
-enum { POINTS = 64, RINGS = 3, LISTED = 1024, ASKED = 96 };
+ * nearest are looked for from TRIED of the points, the best BEST of them from all. */
+enum { POINTS = 64, RINGS = 3, LISTED = 1024, ASKED = 48, TRIED = 12, BEST = 6 };
 
 struct job {
     const struct tracer *tracer;
@@ -97,39 +98,89 @@ static int compare_candidates(const void *a, const void *b)
     return p->probe < q->probe ? -1 : p->probe > q->probe;
 }
 
-static void list(struct candidate *candidate, size_t *count, int32_t probe)
+/* Probes, each once: a table of their numbers + 1, by multiplicative hashing (Knuth, "The art of
+ * computer programming", vol. 3, sec. 6.4). */
+struct list {
+    struct candidate candidate[LISTED];
+    size_t count;
+    int32_t table[2 * LISTED];
+};
+
+static void list(struct list *list, int32_t probe)
 {
-    for (size_t i = 0; i < *count; i++)
-        if (candidate[i].probe == probe)
-            return;
-    if (*count < LISTED)
-        candidate[(*count)++] = (struct candidate){.probe = probe};
+    size_t at = ((uint32_t)probe * 2654435769u) % (2 * LISTED);
+    while (list->table[at] && list->table[at] != probe + 1)
+        at = (at + 1) % (2 * LISTED);
+    if (list->table[at] || list->count == LISTED)
+        return;
+    list->table[at] = probe + 1;
+    list->candidate[list->count++].probe = probe;
 }
 
 /* The probes of the cell and of those around it, ring by ring, then by their distance from p. */
-static size_t find_candidates(const struct job *job, size_t cell, struct vec3 p,
-                              struct candidate candidate[LISTED])
+static void find_candidates(const struct job *job, size_t cell, struct vec3 p, struct list *found)
 {
     const size_t corners = (size_t)job->mesh->corners;
-    size_t count = 0, begin = 0;
+    size_t begin = 0;
+    found->count = 0;
+    memset(found->table, 0, sizeof found->table);
     for (size_t i = 0; i < corners; i++)
-        list(candidate, &count, job->mesh->vertex[corners * cell + i]);
+        list(found, job->mesh->vertex[corners * cell + i]);
     for (int ring = 0; ring < RINGS; ring++) {
-        const size_t end = count;
+        const size_t end = found->count;
         for (; begin < end; begin++) {
-            const size_t *first = job->stars->first + candidate[begin].probe;
+            const size_t *first = job->stars->first + found->candidate[begin].probe;
             for (size_t s = first[0]; s < first[1]; s++)
                 for (size_t i = 0; i < corners; i++)
-                    list(candidate, &count,
-                         job->mesh->vertex[job->stars->slot[s] / corners * corners + i]);
+                    list(found, job->mesh->vertex[job->stars->slot[s] / corners * corners + i]);
         }
     }
-    for (size_t i = 0; i < count; i++) {
-        const struct vec3 way = vec3_sub(leak_mesh_probe(job->mesh, candidate[i].probe), p);
-        candidate[i].square = vec3_dot(way, way);
+    for (size_t i = 0; i < found->count; i++) {
+        const struct vec3 way = vec3_sub(leak_mesh_probe(job->mesh, found->candidate[i].probe), p);
+        found->candidate[i].square = vec3_dot(way, way);
     }
-    qsort(candidate, count, sizeof *candidate, compare_candidates);
-    return count;
+    qsort(found->candidate, found->count, sizeof *found->candidate, compare_candidates);
+}
+
+/* From how many of the points first .. end - 1 the probe is seen. */
+static int count_seen(const struct job *job, const struct vec3 *point, int first, int end,
+                      int32_t probe)
+{
+    int seen = 0;
+    for (int k = first; k < end; k++)
+        seen += sees(job, point[k], probe);
+    return seen;
+}
+
+/* The candidate that most of the points see, and more than `least`, of several the nearest; -1:
+ * none. The first points are as evenly spread as all are. */
+static int32_t choose(const struct job *job, const struct list *found, int points,
+                      const struct vec3 *point, double least)
+{
+    const int tried = points < TRIED ? points : TRIED;
+    size_t asked = found->count < ASKED ? found->count : ASKED;
+    int seen[ASKED];
+    int32_t chosen = -1;
+    for (size_t i = 0; i < asked; i++) {
+        seen[i] = count_seen(job, point, 0, tried, found->candidate[i].probe);
+        if (seen[i] == tried)
+            asked = i + 1;
+    }
+    for (int turn = 0; turn < BEST && least < points; turn++) {
+        size_t best = 0;
+        for (size_t i = 1; i < asked; i++)
+            best = seen[i] > seen[best] ? i : best;
+        if (seen[best] <= 0)
+            break;
+        const int32_t probe = found->candidate[best].probe;
+        const int all = seen[best] + count_seen(job, point, tried, points, probe);
+        if (all > least) {
+            least = all;
+            chosen = probe;
+        }
+        seen[best] = 0;
+    }
+    return chosen;
 }
 
 static struct error *look_for(void *context, size_t cell, int thread)
@@ -137,7 +188,7 @@ static struct error *look_for(void *context, size_t cell, int thread)
     (void)thread;
     const struct job *job = context;
     struct vec3 point[POINTS], middle = {0};
-    struct candidate candidate[LISTED];
+    struct list found;
     double served;
     job->stand_in[cell] = -1;
     const int points = find_points(job, cell, point, &served);
@@ -145,17 +196,8 @@ static struct error *look_for(void *context, size_t cell, int thread)
         return NULL;
     for (int k = 0; k < points; k++)
         middle = vec3_fma(middle, 1.0 / points, point[k]);
-    const size_t count = find_candidates(job, cell, middle, candidate);
-    int most = (int)ceil(served);
-    for (size_t i = 0; i < count && i < ASKED && most < points; i++) {
-        int seen = 0;
-        for (int k = 0; k < points && seen + points - k > most; k++)
-            seen += sees(job, point[k], candidate[i].probe);
-        if (seen > most) {
-            most = seen;
-            job->stand_in[cell] = candidate[i].probe;
-        }
-    }
+    find_candidates(job, cell, middle, &found);
+    job->stand_in[cell] = choose(job, &found, points, point, served);
     return NULL;
 }
 

@@ -11,10 +11,10 @@ struct stars;
 struct tracer;
 
 /* Finds each cell's from its sight (leak/sight.h): looks from points of each cell that is walled,
- * where little is left of the corners' weight, for the probes of the cells around, nearest first,
- * and takes the one that most of them see; the nearest of those. -1: the corners that little is
- * left of are seen as well from there. stand_in: one a cell, the caller's. The result does not
- * depend on the threads. */
+ * where little is left of the corners' weight, for the nearest probes of the cells around, and
+ * takes the one that most of them see; the nearest of several. Not all are asked from all points:
+ * those that a few see most. -1: the corners that little is left of are seen as well from there.
+ * stand_in: one a cell, the caller's. The result does not depend on the threads. */
 struct error *stand_in_find(int32_t *stand_in, const float *sight, const struct tracer *tracer,
                             const struct leak_mesh *mesh, const struct stars *stars, int threads);
 
