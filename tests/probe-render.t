@@ -57,6 +57,19 @@ check "1 and 2 threads give the same bytes" cmp threads1.png threads2.png
 render seed.png -m truth --seed 1 "$scene" baked.probe
 check "another seed gives another picture" differ seed.png truth.png
 
+# What is lit through the wall by all probes of a cell is not by those that a point sees.
+probe-leakfix -q "$scene" baked.probe >seen.probe
+for visible in kept all rays; do
+    probe-render -q --size 48x32 --samples 4 --eye 6.5,1.5,2.2 --look-at 4,1.2,.8 \
+        --visible $visible --pfm $visible.pfm "$scene" seen.probe
+done
+probe-render --compare rays.pfm kept.pfm | sed -n 's/^rmse //p' >kept.rmse
+probe-render --compare rays.pfm all.pfm | sed -n 's/^rmse //p' >all.rmse
+paste kept.rmse all.rmse >rmse
+check "--visible: what was kept is near what rays say, all probes are not" \
+    every 'NF == 2 && $1 < 0.3 * $2' rmse
+refused 2 "expected one of" render x.png --visible none "$scene" seen.probe
+
 # -- PFM -------------------------------------------------------------------------------------------
 render truth.pfm -m truth "$scene" baked.probe
 head -n 2 truth.pfm | paste -s -d ' ' - >head

@@ -292,6 +292,16 @@ else
         check "picture of $what, of four at once" given 0 diff - "$what.said"
         look "it shows something" picture "$what.png" 320x200
     done
+    probe-cat -q --drop sight,stand_in baked.probe >blind.probe
+    for light in baked blind; do
+        "$picture" --what slice --light $light.probe --exposure 1 --size 320x200 $light.png \
+            rooms.vtu
+    done
+    look "a slice by probe-query shows something" picture baked.png 320x200
+    check "what probe-query sees of walls is in it" differ baked.png blind.png
+    refused 1 "nothing.probe: probe-query answers nothing" \
+        "$picture" --what slice --light nothing.probe x.png rooms.vtu
+    refused 2 "--light is of --what slice" "$picture" --light baked.probe x.png rooms.vtu
     check "picture without light, scene or cells" "$picture" --size 320x200 dark.png dark.vtu
     refused 1 "dark.vtu: there are no tetrahedra" "$picture" --what cells x.png dark.vtu
     refused 1 "nothing.vtu: no such file" "$picture" x.png nothing.vtu

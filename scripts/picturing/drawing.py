@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drawing probes, cells, slices and the scene into a renderer, and saving what it shows."""
 import os
+import subprocess
 import sys
 
 import numpy as np
@@ -142,9 +143,40 @@ def draw_cells(renderer, baked, exposure, behind):
     draw_leaks(renderer, baked, behind)
 
 
+FINENESS = 400  # parts of a slice's longer side
+
+
+def fine(surface, across):
+    """The same in triangles so small that light can end between their corners."""
+    flat = vtk.vtkTriangleFilter()
+    flat.SetInputData(surface)
+    parts = vtk.vtkAdaptiveSubdivisionFilter()
+    parts.SetInputConnection(flat.GetOutputPort())
+    parts.SetMaximumEdgeLength(across / FINENESS)
+    parts.SetMaximumTriangleArea(across ** 2)
+    parts.Update()
+    return parts.GetOutput()
+
+
+def query(points, light):
+    """Mean irradiance at points, by probe-query."""
+    try:
+        asked = subprocess.run(["probe-query", "-q", "--from", "binary", "--to", "binary", light],
+                               input=np.ascontiguousarray(points, "<f8").tobytes(),
+                               stdout=subprocess.PIPE, check=False)
+    except FileNotFoundError:
+        sys.exit("picture: --light needs probe-query on the PATH")
+    sh = np.frombuffer(asked.stdout, "<f4")
+    if asked.returncode or not sh.size:
+        sys.exit(f"picture: {light}: probe-query answers nothing")
+    return np.pi * 0.282095 * sh.reshape(len(points), -1)[:, :3]
+
+
 def draw_slice(renderer, baked, scene, exposure, up, options):
     plane = vtk.vtkPlane()
-    plane.SetOrigin(*baked.middle)
+    height = baked.points @ up
+    origin = baked.middle + up * (height.min() + options.at * np.ptp(height) - baked.middle @ up)
+    plane.SetOrigin(*origin)
     plane.SetNormal(*up)
 
     def cut(data):
@@ -156,9 +188,14 @@ def draw_slice(renderer, baked, scene, exposure, up, options):
 
     surface = cut(baked.grid)
     if not surface.GetNumberOfCells():
-        sys.exit(f"picture: {options.baked}: the middle plane meets no tetrahedron")
+        sys.exit(f"picture: {options.baked}: the plane meets no tetrahedron")
     lines = edges_of(surface)
     light = array(surface.GetPointData(), "irradiance")
+    if options.light:
+        surface = fine(surface, np.ptp(baked.points, axis=0).max())
+        light = query(vtk_to_numpy(surface.GetPoints().GetData()), options.light)
+        if baked.convolved:
+            light /= np.pi
     set_colours(surface.GetPointData(), to_display(exposure * light))
     add(renderer, surface)
     lift = 1e-3 * np.linalg.norm(np.ptp(baked.points, axis=0)) * up
@@ -177,7 +214,7 @@ def draw_slice(renderer, baked, scene, exposure, up, options):
         add(renderer, raised(cut(scene.data)), (0.95, 0.55, 0.1), width=3)
         below = vtk.vtkClipPolyData()
         opposite = vtk.vtkPlane()
-        opposite.SetOrigin(*baked.middle)
+        opposite.SetOrigin(*origin)
         opposite.SetNormal(*-up)
         albedo = array(scene.data.GetCellData(), "albedo")
         shade = 0.25 + 0.2 * np.abs(scene.normal @ up)[:, None]

@@ -24,8 +24,8 @@ struct dilate_count {
 };
 
 /* Probes for which all conditions of `invalid` hold, and that have light, get that of others;
- * column filled says which: 1, else 0. Error: a condition's column is not there, there is no column sh, or
- * no probe is valid. The result does not depend on the threads. */
+ * column filled says which: 1, else 0. Error: a condition's column is not there, there is no column
+ * sh, or no probe is valid. The result does not depend on the threads. */
 struct error *dilate(struct table *probes, const struct stream_selection *invalid,
                      const struct tracer *tracer, int threads, struct dilate_count *count);
 

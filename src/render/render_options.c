@@ -234,9 +234,14 @@ struct error *render_options_parse(struct render_options *o, struct program *pro
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], scene[SCENE_SETTINGS_ROWS],
         shared[COMMON_ROWS];
+    const struct option_row visible[] = {interpolate_visible_row(&o->visible), {0}};
     const struct option_row *const groups[] = {
-        rows, interpolate_options_rows(&o->how, how), scene_settings_rows(&o->scene, scene),
-        common_rows(&o->common, COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared), NULL};
+        rows,
+        interpolate_options_rows(&o->how, how),
+        visible,
+        scene_settings_rows(&o->scene, scene),
+        common_rows(&o->common, COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS, shared),
+        NULL};
     struct error *err = options_parse(program, groups, argc, argv);
     if (err)
         return err;

@@ -29,6 +29,7 @@ struct render_options {
     double draw_probes; /* their radius; NaN: none, 0: automatic */
     bool offset_given, draw_cells, per_pixel;
     struct interpolate_options how;
+    enum interpolate_visible visible;
     struct scene_settings scene;
     struct common common;
 };

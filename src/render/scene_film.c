@@ -10,6 +10,7 @@
 #include "scene/scene_settings.h"
 #include "scene/scene_told.h"
 #include "stream/stream.h"
+#include "trace/seen.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -30,6 +31,14 @@ static void check_scene(const struct scene *scene, const struct stream_header *h
                      "%s: the probes were captured in another scene, or with other light in it "
                      "(its key is %s, theirs %s)",
                      scene->path, key, captured);
+}
+
+/* From here on probes give light to what sees them alone. */
+static struct error *see_by_rays(struct scene_film *film)
+{
+    struct error *err = trace_create(&film->tracer, film->scene);
+    return err ? err
+               : seen_join(&film->seen, film->tracer, film->baked.probe_count, film->baked.in);
 }
 
 static struct error *choose_view(struct scene_film *film, const struct render_options *o)
@@ -76,7 +85,8 @@ static struct error *open_light(struct scene_film *film, const struct render_opt
     film->light = everywhere || (!isnan(o->draw_probes) && table_column(probes, "sh"));
     if (!film->light)
         return NULL;
-    const struct interpolate_settings settings = interpolate_options_settings(&o->how, "sh");
+    struct interpolate_settings settings = interpolate_options_settings(&o->how, "sh");
+    settings.outside |= interpolate_visible_flags(o->visible);
     struct error *err = everywhere ? baked_open(&film->baked, stream, &settings)
                                    : baked_open_probes(&film->baked, stream);
     return err ? err : baked_complete(&film->baked);
@@ -98,6 +108,8 @@ struct error *scene_film_init(struct scene_film *film, const struct render_optio
     free(told);
     if (!err && stream)
         check_scene(film->scene, &stream->header, warnings);
+    if (!err && film->baked.in && options->visible == INTERPOLATE_VISIBLE_RAYS)
+        err = see_by_rays(film);
     if (!err)
         err = aim(film, options);
     return err || !options->truth ? err : picture_read(&film->truth, options->truth);
@@ -150,5 +162,7 @@ void scene_film_clear(struct scene_film *film)
 {
     picture_clear(&film->truth);
     baked_close(&film->baked);
+    seen_destroy(film->seen);
+    trace_destroy(film->tracer);
     scene_destroy(film->scene);
 }

@@ -17,7 +17,9 @@ struct render_options;
 struct scene_film {
     struct scene *scene;
     struct baked baked;
-    bool light;     /* baked is open */
+    bool light;            /* baked is open */
+    struct tracer *tracer; /* of rays that look for the probes; NULL: there are none */
+    struct seen *seen;
     double spacing; /* of the probes */
     struct camera camera;
     bool view_chosen;         /* nobody said where to look: */

@@ -208,6 +208,24 @@ static struct error *add_leaks(struct vtk_probes *vtk, const struct column *occl
     return err;
 }
 
+/* How far the probes of each cell see towards each other: the share of the way that is free where
+ * least is, 1 where nothing stands in the cell (man probe-leakfix). Missing values say nothing. */
+static struct error *add_sight(struct vtk_probes *vtk, const float *sight)
+{
+    const size_t count = vtk->mesh.cell_count,
+                 width = (size_t)(vtk->mesh.corners * (vtk->mesh.corners - 1));
+    float *free_way = NULL;
+    struct error *err =
+        vtk_fields_add_new(&vtk->cells, "free_way", VTK_EXPORT_F32, 1, count, &free_way);
+    for (size_t i = 0; i < count && !err; i++) {
+        float most = 1;
+        for (size_t k = 0; k < width; k++)
+            most = sight[width * i + k] > most ? sight[width * i + k] : most;
+        free_way[i] = 1 / most;
+    }
+    return err;
+}
+
 /* Keys under their names, the command lines as Provenance: a name that no key can have. */
 static struct error *add_texts(struct vtk_probes *vtk, const struct stream_header *header,
                                double exposure)
@@ -278,6 +296,8 @@ static struct error *add_cells(struct vtk_probes *vtk, const struct cells *cells
         err = add_hull(vtk, cells->neighbour);
     if (!err && occlusion && occlusion->type == COLUMN_I32)
         err = add_leaks(vtk, occlusion);
+    if (!err && cells->sight)
+        err = add_sight(vtk, cells->sight);
     return err;
 }
 

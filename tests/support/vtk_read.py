@@ -261,6 +261,10 @@ def check_derived(path):
         occlusion = at_cells["occlusion"]
         for name, marked in (("crossed_edges", occlusion > 0), ("leaking_edges", occlusion == 2)):
             check(np.array_equal(at_cells[name][:, 0], marked.sum(axis=1)), name)
+    if "sight" in at_cells:
+        nearest = np.maximum(at_cells["sight"].max(axis=1), 1)
+        close(at_cells["free_way"][:, 0], 1 / nearest, 1e-6, "free_way")
+        check(nearest.max() > 1, "nothing stands in any cell")
 
 
 def check_gradient(path, vector):
