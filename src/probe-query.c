@@ -130,7 +130,7 @@ static struct error *answer(struct interpolate *in, const struct arguments *a, c
         warnings_add(warnings, "outside", "%zu points are outside the hull of the probes: %s",
                      query_outside(query), light_outside(in, settings.outside));
     if (!err)
-        points_warn_end(points, &warnings);
+        points_warn_end(points, warnings);
     if (!err && !common->quiet)
         warnings_print(warnings, program->name);
     points_close(points);
