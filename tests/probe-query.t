@@ -359,16 +359,6 @@ done
 echo "1 0 0 0 7 0" | probe-query --to stream --column irradiance corner.probe >asked.probe
 check "as a stream of surface probes" says asked.probe \
     '^table probe position:f64:3 normal:f32:3 irradiance:f32:3$'
-probe-tet -q >narrow.probe <<'END'
-#?probe 1
-table probe position:f64:3 normal:f32:3 shade:f32:1
-0 0 0  0 1 0  1
-2 0 0  0 1 0  3
-0 2 0  1 0 0  8
-end
-END
-refused 1 "column shade has 1 values a probe, expected 3" \
-    given "1 0 0 0 1 0" probe-query --column shade narrow.probe
 refused 1 "surface probes are asked with a normal by --interpolate barycentric alone" \
     given "1 0 0 0 1 0" probe-query --interpolate nearest --column irradiance corner.probe
 for points in "1 2 3" "1 2 3 0 1 0"; do

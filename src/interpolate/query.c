@@ -167,8 +167,6 @@ static struct error *check_normals(struct query *q)
     if (q->in->settings.kind != &interpolate_barycentric)
         return error_new("surface probes are asked with a normal by --interpolate barycentric "
                          "alone; x y z alone takes every way");
-    if (q->in->width != 3)
-        return error_new("column irradiance has %zu values a probe, expected 3", q->in->width);
     q->normal = column_f32(normal);
     return NULL;
 }
