@@ -2,6 +2,7 @@
 /* Ways to interpolate: each reproduces the fields that it must, is as smooth as it says, and agrees
  * with its formula summed over all probes. */
 #include "base/error.h"
+#include "interpolate/bound.h"
 #include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "libprobe-query/sh.h"
@@ -261,6 +262,58 @@ static void range_of(const float *sh, double *least, double *most)
     }
 }
 
+static void any_direction(struct random *r, double d[3])
+{
+    double square;
+    do {
+        square = 0;
+        for (int k = 0; k < 3; k++) {
+            d[k] = 2 * random_double(r) - 1;
+            square += d[k] * d[k];
+        }
+    } while (square > 1 || square < 1e-4);
+    for (int k = 0; k < 3; k++)
+        d[k] /= sqrt(square);
+}
+
+/* Beside a small lamp: what is all on one side meets what gradients foretell of the other. Light
+ * that no probe has below 0, from any of 500 directions, stays so, of every order. */
+static void test_sides(int order)
+{
+    enum { TRIES = 300, SIDES = 500 };
+    static struct bound bound;
+    const size_t functions = (size_t)order * (size_t)order;
+    struct random r = random_start(27, (uint64_t)order, 0);
+    double worst = 0;
+    bound_start(&bound, order, false);
+    for (int i = 0; i < TRIES; i++) {
+        double d[2][3], basis[SH_COUNT_MAX], rgb[3];
+        float sh[3 * SH_COUNT_MAX] = {0}, more[3 * SH_COUNT_MAX] = {0}, share[3];
+        for (int k = 0; k < 2; k++) { /* a lamp; less of it than there is, from the side */
+            any_direction(&r, d[k]);
+            sh_basis(order, d[k], basis);
+            for (size_t v = 0; v < 3 * functions; v++)
+                (k ? more : sh)[v] += (k ? -3.0f : 1.0f) * (float)basis[v / 3];
+        }
+        double low = 0;
+        for (int pass = 0; pass < 2; pass++) {
+            struct random sides = random_start(28, (uint64_t)i, 0);
+            bound_shares(&bound, sh, more, share);
+            for (size_t v = 0; v < 3 * functions && pass; v++)
+                sh[v] += share[v % 3] * more[v];
+            for (int side = 0; side < SIDES; side++) {
+                double n[3];
+                any_direction(&sides, n);
+                sh_irradiance(order, sh, false, n, rgb);
+                low = pass ? low : fmin(low, rgb[0]); /* what it is without */
+                worst = pass ? fmin(worst, rgb[0] - low) : worst;
+            }
+        }
+    }
+    ok(4 * worst > -0.008, "order %d: what gradients take away leaves %.3f of the mean at least",
+       order, 4 * worst);
+}
+
 /* Gradients that are a thousand times too large make no light that is negative or brighter than
  * twice that of the probes, and none that jumps; nor do they make other values negative. */
 static void test_bounds(void)
@@ -487,6 +540,8 @@ int main(void)
     test_reproduced();
     test_smooth();
     test_bounds();
+    for (int order = 2; order <= SH_ORDER_MAX; order++)
+        test_sides(order);
     test_scattered();
     test_refused();
     test_table();

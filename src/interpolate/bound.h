@@ -23,11 +23,12 @@
 /* What is foretold beyond what is there, as a share of the mean light of the two probes. */
 #define BOUND_SHARE 1.0f
 
-enum { BOUND_SIDES = 26 };
+enum { BOUND_SIDES = 26, BOUND_ACROSS = 7, BOUND_FINE = 6 * BOUND_ACROSS * BOUND_ACROSS };
 
 struct bound {
     int functions;                         /* of SH */
     float side[BOUND_SIDES][SH_COUNT_MAX]; /* irradiance of each function there */
+    float fine[BOUND_FINE][SH_COUNT_MAX];  /* and between, which counts where it is dim */
     float square[SH_COUNT_MAX];            /* of each, its mean square over all directions */
 };
 
