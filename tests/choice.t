@@ -81,6 +81,7 @@ check "a pattern names several" leaves 40 --exclude 'Crate*'
 check "a name as it stands is none" leaves 52 --exclude 'Crate[1]'
 check "what it would match as one is said" \
     says err "'Crate\[1\]' is a name as it stands.*the 1 names"
+check "but not where it matches nothing more" leaves 52 --exclude 'M?bel' and lacks err 'stands'
 check "as --list prints it, too" leaves 52 --exclude 'Hall/my props/Crate[1]'
 check "which a shell's pattern may match" leaves 40 --exclude 'Hall/my props/Crate*'
 check "nor is one whose pattern is quoted" leaves 52 --exclude 'Crate\[1\]'

@@ -438,7 +438,22 @@ struct choice_flags {
     bool only;                      /* there are --only */
 };
 
-/* Sets the flag (0: none) of what a pattern matches in this manner; how much does. */
+/* How much a pattern matches, but not in this manner. */
+static size_t count_others(const struct scene *scene, const char *pattern, enum manner manner)
+{
+    char name[PATH_MOST];
+    size_t found = 0;
+    for (uint32_t k = 1; k <= scene->part_count; k++)
+        found += matches_part(scene, pattern, k, AS_PATTERN) &&
+                 !matches_part(scene, pattern, k, manner);
+    for (size_t m = 0; m < scene->material_count; m++) {
+        scene_material_name(scene, (int32_t)m, name, sizeof name);
+        found += matches(pattern, name, AS_PATTERN) && !matches(pattern, name, manner);
+    }
+    return found;
+}
+
+/* Sets the flag of what a pattern matches in this manner; how much does. */
 static size_t mark_matches(const struct scene *scene, const char *pattern, enum manner manner,
                            unsigned char flag, struct choice_flags *flags)
 {
@@ -471,7 +486,7 @@ static struct error *find_matches(const struct scene *scene, const struct scene_
             found = mark_matches(scene, p->text, (enum manner)manner, flag, flags);
             if (!found || manner == AS_PATTERN || !strpbrk(p->text, "*?["))
                 continue;
-            const size_t others = mark_matches(scene, p->text, AS_PATTERN, 0, flags);
+            const size_t others = count_others(scene, p->text, (enum manner)manner);
             if (others > 0)
                 warnings_add(warnings, "name and pattern",
                              "--%s '%s' is a name as it stands, and names that alone: the %zu "
