@@ -274,6 +274,12 @@ static void test_ply(void)
                 "8 bytes follow all that the header promises");
     refuse_text("a corner between two vertices", "x.ply", PLY_FACE "3 0 1 1.5\n",
                 "face 1 has a corner that is not");
+    refuse_text(
+        "a coordinate that is no number", "x.ply",
+        PLY_VERTICES
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 nan\n"
+        "1 1 0\n3 0 1 2\n",
+        "face 1 has a corner at 1 0 nan");
     refuse_text("a face of two corners", "x.ply", PLY_FACE "2 0 1\n", "face 1 has 2 corners");
     warnings_clear(&warnings);
     expect_text("a last line without an end", "x.ply", PLY_FACE "3 0 1 2", 1, 2);

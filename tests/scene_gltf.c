@@ -1279,6 +1279,12 @@ static void test_documents(void)
         {"'meshes':[{'primitives':[{'attributes':{},'targets':[{'POSITION':'0'}]}]}]",
          "targets 0: POSITION: expected a whole number"},
         {"'extensionsUsed':'KHR_x'", "extensionsUsed: expected a list of texts, got \"KHR_x\""}};
+    refuse("a mode that glTF has not", "a primitive of mode 9, expected 0 to 6",
+           ACCESSORS ",'meshes':[{'primitives':[{'attributes':{'POSITION':0},'mode':9}]}],"
+                     "'nodes':[{'mesh':0}]");
+    refuse("an alphaMode that glTF has not", "material 'm': alphaMode 'blend', expected OPAQUE",
+           ACCESSORS ",'materials':[{'name':'m','alphaMode':'blend'}],'meshes':[{'primitives':"
+                     "[{'attributes':{'POSITION':0},'material':0}]}],'nodes':[{'mesh':0}]");
     refuse("a sparse count of text", "accessors 0, sparse: count: expected a whole number",
            "'accessors':[{'componentType':5126,'count':3,'type':'VEC3','sparse':{'count':'3'}}]");
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {

@@ -118,7 +118,9 @@ static void test_geometry(void)
                    "f 1 2 5\nf 1 2 6\nf 1 2 7\nf 1 2 8\nf 1 2 9\n",
            1, 0.5, "vertex not understood");
     expect("numbers beyond double", CORNERS "v 1e999 0 0\nf 1 2 3\nf 1 2 5\n", 1, 0.5,
-           "degenerate triangles");
+           "vertex not finite");
+    expect("corners that are no whole numbers", CORNERS "f 1.0 2 3\nf 1/1/1/1 2 3\nf 1 2 3\n", 1,
+           0.5, "index out of range");
     expect("duplicate and non-manifold faces",
            CORNERS "v 0 0 1\nf 1 2 3\nf 1 2 3\nf 3 2 1\nf 1 2 5\n", 4, 2, NULL);
     expect("a T-junction", CORNERS "v .5 0 0\nf 1 2 3\nf 1 3 4\nf 1 5 3\n", 3, 1.25, NULL);
@@ -270,7 +272,7 @@ static void test_albedo(void)
     expect_albedo("a name twice", "newmtl m\nKd .1 .2 .3\nnewmtl m\nKd .4 .5 .6\n", .1, .2, .3,
                   "material defined twice");
     expect_albedo("no such material", "newmtl n\nKd .1 .2 .3\n", .8, .8, .8, "material missing");
-    expect_albedo("an empty file", "", .8, .8, .8, "material missing");
+    expect_albedo("an empty file", "", .8, .8, .8, "material file missing");
     expect_albedo("Kd and map_Kd", "newmtl m\nKd .5 .5 1\nmap_Kd grey.png\n", grey / 2, grey / 2,
                   grey, NULL);
     expect_albedo("map_Kd without Kd", "newmtl m\nmap_Kd grey.png\n", grey, grey, grey, NULL);
@@ -476,9 +478,15 @@ static void test_libraries(void)
     s = read_obj("mtllib none.mtl nor.mtl\n" FACE
                  "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 4\nusemtl a\nf 1 3 4\n");
     ok(warnings.count == 1 && warnings.list[0].count == 1 &&
-           strstr(warnings.list[0].message, "none.mtl, nor.mtl is missing") &&
-           strstr(warnings.list[0].message, " 2 materials are lost"),
+           strstr(warnings.list[0].message, "none.mtl, nor.mtl are missing") &&
+           strstr(warnings.list[0].message, " 2 of them are lost"),
        "once, with how many materials are lost");
+    scene_destroy(s);
+    files_write("page.mtl", "<html>404</html>\n");
+    s = read_obj("mtllib page.mtl\n" FACE "usemtl a\nf 1 2 3\n");
+    ok(warnings.count == 1 &&
+           strstr(warnings.list[0].message, "page.mtl (it holds none) are missing"),
+       "and so is a file without materials");
     scene_destroy(s);
     s = read_obj("mtllib one.mtl\n" FACE
                  "f 1 2 3\nusemtl a\nf 1 2 4\nusemtl b\nf 2 3 4\nusemtl a # again\nf 1 3 4\n");
@@ -530,6 +538,8 @@ static void test_files(void)
         {CORNERS "f 1 2 3\nv 1 0 0\nv 2 0 0\nv 1 1 0", "x.obj: the file is cut off: the last"},
         {CORNERS "f 1 2 3\nv 1 0 0 .5 .5", "x.obj:6: the file is cut off in the colour"},
         {CORNERS "vt\nf 1 2 3\n", "x.obj:5: expected a texture coordinate"},
+        {CORNERS "v 1e999 0 0\nf 1 2 5\n", "x.obj:6: face 1 has a corner at inf 0 0"},
+        {"\xff\xfev", "x.obj: a text in UTF-16"},
         {CORNERS "f 1 2 3\ncall b.obj\n", "x.obj:6: what is in the file b.obj is not read"},
         {"mtllib two.mtl\n" CORNERS "f 1 2 3\n", "two.mtl:2: material 'm': Ke: expected one or"},
         {"mtllib d.mtl\n" CORNERS "f 1 2 3\n", "d.mtl:3: material 'm': d: expected a number"},

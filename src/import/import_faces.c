@@ -3,6 +3,7 @@
 #include "import/import.h"
 #include "import/polygon.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,9 +24,15 @@ static struct error *check_face(struct scene_import *import, const struct scene_
             import, "faces of fewer than 3 corners", polygons->line ? polygons->line[face] : 0,
             "face %zu has %u corners, expected 3 or more", face + 1, (unsigned)size);
     for (size_t k = first; k < first + size; k++) {
-        if (polygons->corner[k] < polygons->vertex_count)
+        const size_t vertex = polygons->corner[k];
+        const double *p = vertex < polygons->vertex_count ? polygons->position + 3 * vertex : NULL;
+        if (p && isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]))
             continue;
         *usable = false;
+        if (p)
+            return scene_import_broken(
+                import, "vertex not finite", polygons->line ? polygons->line[face] : 0,
+                "face %zu has a corner at %g %g %g", face + 1, p[0], p[1], p[2]);
         return scene_import_broken(import, "index out of range",
                                    polygons->line ? polygons->line[face] : 0,
                                    "face %zu has a corner that is not among the %zu vertices",

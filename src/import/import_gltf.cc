@@ -462,6 +462,11 @@ void read_material(importer &g, const tinygltf::Material &from)
         m.emission_map = read_map(g, glow);
     m.two_sided = from.doubleSided;
     m.unlit = extension(from.extensions, "KHR_materials_unlit") != nullptr;
+    if (from.alphaMode != "OPAQUE" && from.alphaMode != "MASK" && from.alphaMode != "BLEND")
+        gltf_check(scene_import_broken(g.import, "alpha mode", 0,
+                                       "material '%.60s': alphaMode '%.40s', expected OPAQUE, MASK "
+                                       "or BLEND",
+                                       from.name.c_str(), from.alphaMode.c_str()));
     if (from.alphaMode == "MASK" || from.alphaMode == "BLEND") {
         m.alpha = from.alphaMode == "MASK" ? SCENE_CUTOUT : SCENE_BLEND;
         m.opacity = static_cast<float>(factor[3]);
@@ -717,6 +722,9 @@ void add_primitive(importer &g, const tinygltf::Primitive &primitive, const pose
     const int mode = primitive.mode;
     if (mode != TINYGLTF_MODE_TRIANGLES && mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
         mode != TINYGLTF_MODE_TRIANGLE_FAN) {
+        if (mode < 0 || mode > TINYGLTF_MODE_TRIANGLE_FAN)
+            return gltf_check(scene_import_broken(g.import, "mode of primitives", 0,
+                                                  "a primitive of mode %d, expected 0 to 6", mode));
         warnings_add(g.import->warnings, "points and lines", "%s: points and lines are left out",
                      g.import->path);
         return;

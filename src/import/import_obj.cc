@@ -123,6 +123,15 @@ std::vector<string_view> take_numbers(string_view &line, size_t most)
     return numbers;
 }
 
+/* What programs of Windows may make of a text. */
+struct error *check_encoding(const char *text, size_t size)
+{
+    const string_view mark = string_view(text, size).substr(0, 2);
+    return mark == "\xff\xfe" || mark == "\xfe\xff"
+               ? error_new("a text in UTF-16, expected ASCII or UTF-8")
+               : nullptr;
+}
+
 /* A text line by line. Lines end with \n, \r or both; a backslash at the end joins the next line,
  * which tinyobjloader takes for a new statement. A byte order mark, which hides the first statement
  * from it, is skipped. */
@@ -339,6 +348,9 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
         error_destroy(unread);
         return err;
     }
+    err = error_wrap(check_encoding(text, size), "%s", path);
+    if (err)
+        return err;
     scene_import_warn_end(import, path, text, size);
     mtl cleaned = {import, path, 0, {}};
     string clean, warning, error;
@@ -359,6 +371,8 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
                          material.c_str());
         all.by_name.insert({string(without_comment(material)), (int)i});
     }
+    if (cleaned.material.empty())
+        all.missing += (all.missing.empty() ? "" : ", ") + name + " (it holds none)";
     all.files.insert(name);
     *found = true;
     return nullptr;
@@ -611,27 +625,46 @@ bool is_known(string_view word)
 /* Some words are enough to show what a file is that is no OBJ. */
 void count_unknown(geometry &g, string_view word)
 {
-    const string name(word.substr(0, 40));
+    string name(word.substr(0, 40));
+    for (char &c : name)
+        c = iscntrl((unsigned char)c) ? '?' : c;
     if (g.unknown.size() < 100 || g.unknown.count(name))
         g.unknown[name]++;
 }
 
-/* A face's line. Indices of more than nine digits, which tinyobjloader wraps round, become 0: no
- * vertex. A slash at the end of a corner goes: tinyobjloader takes the next corner for what should
- * follow it. */
+/* v, v/t, v//n or v/t/n of whole numbers; v/, v/t/ as some write them. */
+bool is_corner(string_view word)
+{
+    size_t slashes = 0, digits = 0;
+    for (size_t i = 0; i < word.size(); i++) {
+        const bool sign = (word[i] == '-' || word[i] == '+') && (i == 0 || word[i - 1] == '/');
+        slashes += word[i] == '/';
+        digits += isdigit((unsigned char)word[i]) != 0;
+        if (!sign && word[i] != '/' && !isdigit((unsigned char)word[i]))
+            return false;
+    }
+    return slashes <= 2 && digits > 0;
+}
+
+/* A face's line. What is no corner, which tinyobjloader reads as far as it goes, and indices of
+ * more than nine digits, which it wraps round, become 0: no vertex. A slash at the end of a corner
+ * goes: tinyobjloader takes the next corner for what should follow it. */
 void clean_face(string &out, string_view line)
 {
-    out += "f ";
-    for (size_t i = 0, digits = 0; i < line.size(); i++) {
-        digits = isdigit((unsigned char)line[i]) ? digits + 1 : 0;
-        while (strchr(blanks, line[i]) && out.back() == '/')
+    out += "f";
+    for (string_view word; !(word = take_word(line)).empty();) {
+        out.push_back(' ');
+        if (!is_corner(word))
+            word = "0";
+        for (size_t i = 0, digits = 0; i < word.size(); i++) {
+            digits = isdigit((unsigned char)word[i]) ? digits + 1 : 0;
+            out.push_back(word[i]);
+            if (digits > 9)
+                out.replace(out.size() - digits, digits, digits, '0');
+        }
+        while (out.back() == '/')
             out.pop_back();
-        out.push_back(line[i]);
-        if (digits > 9)
-            out.replace(out.size() - digits, digits, digits, '0');
     }
-    while (out.back() == '/')
-        out.pop_back();
     out.push_back('\n');
 }
 
@@ -775,10 +808,11 @@ struct error *check_cut_off(const geometry &g)
 void warn_missing(const geometry &g)
 {
     if (!g.all->missing.empty())
-        warnings_add(g.import->warnings, "material file missing",
-                     "%s: material file %s is missing: the colours, pictures and lamps of %zu "
-                     "materials are lost, an albedo of 0.8 is used",
-                     g.import->path, g.all->missing.c_str(), g.undefined.size());
+        warnings_add(
+            g.import->warnings, "material file missing",
+            "%s: the materials of %s are missing: the colours, pictures and lamps of %zu of "
+            "them are lost, an albedo of 0.8 is used",
+            g.import->path, g.all->missing.c_str(), g.undefined.size());
 }
 
 /* Names the statements that OBJ has not. */
@@ -877,8 +911,10 @@ struct error *read(struct scene_import *import)
         size_t size = 0;
         scene_import_content(import, &text, &size);
         const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
+        struct error *err = check_encoding(text, size);
         scene_import_warn_end(import, import->path, text, size);
-        struct error *err = obj_clean(text, size, g, all, clean);
+        if (!err)
+            err = obj_clean(text, size, g, all, clean);
         if (err)
             return err;
         tinyobj::callback_t callbacks;

@@ -38,7 +38,9 @@ static bool is_degenerate(const double *a, const double *b, const double *c)
 {
     struct vec3 e = vec3_sub(vec3_load(b), vec3_load(a)), f = vec3_sub(vec3_load(c), vec3_load(a));
     const double size_e = largest(e), size_f = largest(f);
-    if (!(size_e > 0 && size_f > 0 && size_e < (double)INFINITY && size_f < (double)INFINITY))
+    /* fmax passes over NaN */
+    const bool finite = 0 * e.x + 0 * e.y + 0 * e.z + 0 * f.x + 0 * f.y + 0 * f.z == 0;
+    if (!(finite && size_e > 0 && size_f > 0))
         return true;
     e = (struct vec3){e.x / size_e, e.y / size_e, e.z / size_e};
     f = (struct vec3){f.x / size_f, f.y / size_f, f.z / size_f};
