@@ -75,6 +75,15 @@ struct error *error_usage(const char *format, ...)
     return error_from(EXIT_BAD_USAGE, false, message);
 }
 
+struct error *error_above(const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    char *message = format_new(format, args);
+    va_end(args);
+    return error_from(EXIT_ABOVE, false, message);
+}
+
 struct error *error_system(int number, const char *format, ...)
 {
     va_list args;

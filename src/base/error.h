@@ -26,13 +26,17 @@
 struct error;
 
 /* Exit statuses of every program (man probe-tools(7)). */
-enum { EXIT_DONE = 0, EXIT_BAD_DATA = 1, EXIT_BAD_USAGE = 2 };
+enum { EXIT_DONE = 0, EXIT_BAD_DATA = 1, EXIT_BAD_USAGE = 2, EXIT_ABOVE = 3 };
 
 /* A new error whose message is printf-formatted; its exit status is EXIT_BAD_DATA. */
 struct error *error_new(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* As error_new, for a wrong command line: exit status EXIT_BAD_USAGE. */
 struct error *error_usage(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* As error_new, for work that is done and whole, but above a limit that the command line set: exit
+ * status EXIT_ABOVE. */
+struct error *error_above(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 /* As error_new, with ": " and strerror(number) behind the message. A broken pipe (EPIPE)
  * gives an error that error_exit does not print: a closed pipe is no news. */

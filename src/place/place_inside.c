@@ -11,6 +11,7 @@
 #include "trace/trace.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Where more of the positions than this would go, and hardly anything escapes from them, the sheets
  * look the wrong way. */
@@ -120,11 +121,32 @@ static bool has_open_pieces(const struct place_pieces *pieces)
 
 /* -- judging ---------------------------------------------------------------------------------- */
 
+enum sheets { SHEETS_AS_FILED, SHEETS_UNKNOWN, SHEETS_TURNED };
+
+struct place_judge {
+    const struct tracer *tracer;
+    struct place_inside_settings settings;
+    struct place_pieces pieces;
+    enum sheets sheets;
+};
+
+/* Takes what was seen as sheets turned out to look. */
+static void apply_sheets(enum sheets sheets, struct look *look)
+{
+    int *of = look->count;
+    const int fronts = of[SIGHT_FRONT];
+    if (sheets == SHEETS_AS_FILED)
+        return;
+    look->asked = false; /* by sides that were turned */
+    of[SIGHT_FRONT] = sheets == SHEETS_UNKNOWN ? fronts : of[SIGHT_BEHIND];
+    of[SIGHT_BEHIND] = sheets == SHEETS_UNKNOWN ? 0 : fronts;
+}
+
 /* How the sheets of the scene look, by the positions that are not in solids. */
-static void judge_sheets(const struct look_job *job, struct warnings *warnings)
+static enum sheets judge_sheets(const struct look_job *job, struct warnings *warnings)
 {
     const struct place_inside_settings *settings = job->settings;
-    struct look *look = job->look;
+    const struct look *look = job->look;
     size_t all = 0, mixed = 0, behind = 0, enclosed = 0;
     for (size_t i = 0; i < job->place->count; i++) {
         const enum place_side side = look_side(&look[i], settings);
@@ -138,51 +160,101 @@ static void judge_sheets(const struct look_job *job, struct warnings *warnings)
         enclosed += side == PLACE_BEHIND &&
                     look[i].count[SIGHT_ESCAPED] <= ENCLOSED * settings->rays;
     }
-    if (2 * mixed > all)
+    if (2 * mixed > all) {
         warnings_add(warnings, "orientation",
                      "%zu of %zu probes see about as many backs as fronts: open surfaces are not "
                      "oriented, and closed pieces alone tell inside from outside",
                      mixed, all);
-    else if ((double)enclosed > NEARLY_ALL * (double)all ||
-             (2 * behind > all && job->pieces->upside_down))
+        return SHEETS_UNKNOWN;
+    }
+    if ((double)enclosed > NEARLY_ALL * (double)all ||
+        (2 * behind > all && job->pieces->upside_down)) {
         warnings_add(warnings, "orientation",
                      "%zu of %zu probes see backs on nearly all sides: open surfaces are taken as "
                      "turned inside out",
                      behind, all);
-    else
-        return;
-    for (size_t i = 0; i < job->place->count; i++) {
-        int *of = look[i].count, fronts = of[SIGHT_FRONT];
-        look[i].asked = false; /* by sides that were turned */
-        of[SIGHT_FRONT] = 2 * mixed > all ? of[SIGHT_FRONT] : of[SIGHT_BEHIND];
-        of[SIGHT_BEHIND] = 2 * mixed > all ? 0 : fronts;
+        return SHEETS_TURNED;
     }
+    return SHEETS_AS_FILED;
+}
+
+struct error *place_judge_create(struct place_judge **judge, const struct place *place,
+                                 const struct tracer *tracer,
+                                 const struct place_inside_settings *settings,
+                                 enum place_side *side, struct warnings *warnings)
+{
+    struct place_judge *j = NULL;
+    *judge = NULL;
+    struct error *err = array_create(&j, 1, sizeof *j);
+    if (err)
+        return err;
+    *j = (struct place_judge){.tracer = tracer, .settings = *settings};
+    struct look_job job = {
+        .place = place, .tracer = tracer, .settings = settings, .pieces = &j->pieces};
+    err = place_pieces_find(&j->pieces, tracer, place, warnings);
+    if (!err)
+        err = array_create(&job.look, place->count, sizeof *job.look);
+    if (!err && has_open_pieces(&j->pieces)) {
+        job.count = place->count < SEEN_ASKED ? place->count : SEEN_ASKED;
+        err = threads_for(settings->threads, job.count, look_around, &job);
+        if (!err)
+            err = forget_two_sided(&job, &j->pieces);
+    }
+    job.count = place->count;
+    if (!err)
+        err = threads_for(settings->threads, place->count, look_around, &job);
+    if (!err)
+        j->sheets = judge_sheets(&job, warnings);
+    for (size_t i = 0; i < place->count && !err && side; i++) {
+        apply_sheets(j->sheets, &job.look[i]);
+        side[i] = look_side(&job.look[i], settings);
+    }
+    free(job.look);
+    if (err)
+        place_judge_destroy(j);
+    else
+        *judge = j;
+    return err;
+}
+
+void place_judge_destroy(struct place_judge *judge)
+{
+    if (!judge)
+        return;
+    place_pieces_clear(&judge->pieces);
+    free(judge);
+}
+
+struct error *place_judge_of(struct place_judge **judge, const struct tracer *tracer, size_t count,
+                             const double *position, int threads)
+{
+    struct place place = {.count = count};
+    struct place_inside_settings settings = place_inside_default();
+    settings.threads = threads;
+    if (*judge)
+        return NULL;
+    struct error *err = array_create(&place.position, 3 * count, sizeof *place.position);
+    if (!err) {
+        memcpy(place.position, position, 3 * count * sizeof *place.position);
+        err = place_judge_create(judge, &place, tracer, &settings, NULL, NULL);
+    }
+    place_clear(&place);
+    return err;
+}
+
+enum place_side place_judge_side(const struct place_judge *judge, const double p[3])
+{
+    struct look look = look_at(&judge->pieces, judge->tracer, &judge->settings, p);
+    apply_sheets(judge->sheets, &look);
+    return look_side(&look, &judge->settings);
 }
 
 struct error *place_inside(const struct place *place, const struct tracer *tracer,
                            const struct place_inside_settings *settings, enum place_side *side,
                            struct warnings *warnings)
 {
-    struct place_pieces pieces = {0};
-    struct look_job job = {
-        .place = place, .tracer = tracer, .settings = settings, .pieces = &pieces};
-    struct error *err = place_pieces_find(&pieces, tracer, place, warnings);
-    if (!err)
-        err = array_create(&job.look, place->count, sizeof *job.look);
-    if (!err && has_open_pieces(&pieces)) {
-        job.count = place->count < SEEN_ASKED ? place->count : SEEN_ASKED;
-        err = threads_for(settings->threads, job.count, look_around, &job);
-        if (!err)
-            err = forget_two_sided(&job, &pieces);
-    }
-    job.count = place->count;
-    if (!err)
-        err = threads_for(settings->threads, place->count, look_around, &job);
-    if (!err)
-        judge_sheets(&job, warnings);
-    for (size_t i = 0; i < place->count && !err; i++)
-        side[i] = look_side(&job.look[i], settings);
-    free(job.look);
-    place_pieces_clear(&pieces);
+    struct place_judge *judge = NULL;
+    struct error *err = place_judge_create(&judge, place, tracer, settings, side, warnings);
+    place_judge_destroy(judge);
     return err;
 }

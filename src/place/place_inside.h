@@ -16,12 +16,32 @@
 
 #include "place/place_look.h"
 
+#include <stddef.h>
+
 struct error;
 struct place;
 struct tracer;
 struct warnings;
 
 struct place_inside_settings place_inside_default(void); /* 64 rays, 0.75, 1 thread */
+
+/* What a scene and the probes in it say of its surfaces, for asking of other positions later. */
+struct place_judge;
+
+/* Judges by the positions of place; side: as place_inside sets it, or NULL. The tracer must outlive
+ * the judge. */
+struct error *place_judge_create(struct place_judge **judge, const struct place *place,
+                                 const struct tracer *tracer,
+                                 const struct place_inside_settings *settings,
+                                 enum place_side *side, struct warnings *warnings);
+void place_judge_destroy(struct place_judge *judge); /* NULL is legal */
+
+/* Makes one of so many probes with the settings that are usual, unless *judge is there already. */
+struct error *place_judge_of(struct place_judge **judge, const struct tracer *tracer, size_t count,
+                             const double *position, int threads);
+
+/* Where a position is. Any thread. */
+enum place_side place_judge_side(const struct place_judge *judge, const double p[3]);
 
 /* Sets side[i] for each position. A warning says what was taken to be other than the file has
  * it. */

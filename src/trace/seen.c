@@ -23,7 +23,7 @@ struct seen {
 static bool is_dark(const void *context, size_t probe)
 {
     const struct seen *seen = context;
-    return isnan(seen->light[probe * seen->width]);
+    return seen->light && isnan(seen->light[probe * seen->width]);
 }
 
 struct error *seen_create(struct seen **seen, const struct tracer *tracer, size_t probes,
@@ -53,19 +53,30 @@ void seen_destroy(struct seen *seen)
     free(seen);
 }
 
-void seen_look(const struct tracer *tracer, const double *position, const double p[3],
-               const struct probe_place *place, struct seen_look *look)
+void seen_look_again(const struct tracer *tracer, const double *position, const double p[3],
+                     const struct probe_place *known, const struct seen_look *seen,
+                     const struct probe_place *place, struct seen_look *look)
 {
     *look = (struct seen_look){0};
     for (int i = 0; i < 4; i++) {
+        int k = 0;
         if (!(place->weight[i] > 0))
             continue;
-        look->visible[i] =
-            (double)trace_visibility(tracer, p, position + 3 * (size_t)place->probe[i]);
+        while (seen && k < 4 && !(known->weight[k] > 0 && known->probe[k] == place->probe[i]))
+            k++;
+        look->visible[i] = seen && k < 4 ? seen->visible[k]
+                                         : (double)trace_visibility(
+                                               tracer, p, position + 3 * (size_t)place->probe[i]);
         look->share += place->weight[i] * look->visible[i];
         look->unseen += place->weight[i] * (1 - look->visible[i]);
     }
     look->blind = !(look->share > 1e-9);
+}
+
+void seen_look(const struct tracer *tracer, const double *position, const double p[3],
+               const struct probe_place *place, struct seen_look *look)
+{
+    seen_look_again(tracer, position, p, NULL, NULL, place, look);
 }
 
 /* The search for the nearest probe that a point sees. */
@@ -88,6 +99,16 @@ static void ask(void *context, int32_t probe, double distance)
     s->probe = probe;
 }
 
+int32_t seen_nearest(const struct seen *seen, const double p[3])
+{
+    struct search s = {.seen = seen, .p = p, .nearest = (double)INFINITY, .probe = -1};
+    for (int turn = 1; turn <= RADIUS_MOST && s.probe < 0; turn *= 2) {
+        scatter_within(seen->scatter, p, turn * seen->spacing, ask, &s);
+        s.from = turn * seen->spacing;
+    }
+    return s.probe;
+}
+
 void seen_blend(const struct seen *seen, const double p[3], const struct seen_look *look,
                 struct probe_place *place)
 {
@@ -96,13 +117,9 @@ void seen_blend(const struct seen *seen, const double p[3], const struct seen_lo
             place->weight[i] *= look->visible[i] / look->share;
         return;
     }
-    struct search s = {.seen = seen, .p = p, .nearest = (double)INFINITY, .probe = -1};
-    for (int turn = 1; turn <= RADIUS_MOST && s.probe < 0; turn *= 2) {
-        scatter_within(seen->scatter, p, turn * seen->spacing, ask, &s);
-        s.from = turn * seen->spacing;
-    }
-    for (int i = 0; i < 4 && s.probe >= 0; i++) {
-        place->probe[i] = s.probe;
+    const int32_t probe = seen_nearest(seen, p);
+    for (int i = 0; i < 4 && probe >= 0; i++) {
+        place->probe[i] = probe;
         place->weight[i] = i == 0;
     }
 }

@@ -17,6 +17,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 struct error;
 struct interpolate;
@@ -24,7 +25,8 @@ struct seen;
 struct tracer;
 
 /* position: 3 a probe; light: the first of `width` values a probe, NaN where it has none: such a
- * probe answers for no blind point. Both, and the tracer, are borrowed. Read-only once it is
+ * probe answers for no blind point; NULL: none is known of any, and all may. Both, and the tracer,
+ * are borrowed. Read-only once it is
  * there: threads share it. */
 struct error *seen_create(struct seen **seen, const struct tracer *tracer, size_t probes,
                           const double *position, const float *light, size_t width);
@@ -41,9 +43,18 @@ struct seen_look {
 void seen_look(const struct tracer *tracer, const double *position, const double p[3],
                const struct probe_place *place, struct seen_look *look);
 
+/* The same where `known` was looked from p before: no ray goes to a probe twice. */
+void seen_look_again(const struct tracer *tracer, const double *position, const double p[3],
+                     const struct probe_place *known, const struct seen_look *seen,
+                     const struct probe_place *place, struct seen_look *look);
+
+/* The nearest probe that p sees within four times scatter_spacing, of equals the one with the
+ * lowest number; -1: it sees none there. Any thread. */
+int32_t seen_nearest(const struct seen *seen, const double p[3]);
+
 /* The place with the weights of what is seen. A blind point has all of the weight from the nearest
- * probe that it sees within four times scatter_spacing; where there is none, in matter, the place
- * stays as it is. */
+ * probe that it sees around (seen_nearest); where there is none, in matter, the place stays as it
+ * is. */
 void seen_blend(const struct seen *seen, const double p[3], const struct seen_look *look,
                 struct probe_place *place);
 
