@@ -219,6 +219,18 @@ static void store(const struct view *v, size_t i)
     }
 }
 
+/* Brings the numbers of a probe that all but touches a surface into the range of halves: as if the
+ * surface were that much farther. */
+static void limit(struct view *v)
+{
+    const double most = 60000;
+    double largest = 0;
+    for (size_t n = 0; n < v->neighbours; n++)
+        largest = fmax(largest, fabs(v->sight[n]));
+    for (size_t n = 0; n < v->neighbours && largest > most; n++)
+        v->sight[n] *= most / largest;
+}
+
 static struct error *look_around(void *context, size_t probe, int thread)
 {
     (void)thread;
@@ -233,6 +245,7 @@ static struct error *look_around(void *context, size_t probe, int thread)
     }
     if (blocked && !err)
         err = sight_fit(v.rays, v.ray, v.neighbours, v.sight);
+    limit(&v);
     for (size_t i = 0; i < v.about && blocked && !err; i++)
         store(&v, i);
     view_clear(&v);

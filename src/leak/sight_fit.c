@@ -70,6 +70,31 @@ static bool solve(size_t n, double *a, double *b)
     return true;
 }
 
+/* Adds weight (inverse - target)^2 of a ray. */
+static void add_square(const struct sight_ray *ray, double weight, double target, size_t n,
+                       double *a, double *b)
+{
+    for (int i = 0; i < 3; i++) {
+        const size_t row = (size_t)ray->neighbour[i];
+        for (int j = 0; j < 3; j++)
+            a[row * n + (size_t)ray->neighbour[j]] += weight * ray->u[i] * ray->u[j];
+        b[row] += weight * ray->u[i] * target;
+    }
+}
+
+/* What no ray speaks of stays as it is. */
+static void hold(size_t n, double share, const double *sight, double *a, double *b)
+{
+    double most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, a[i * n + i]);
+    for (size_t i = 0; i < n; i++) {
+        const double by = share * a[i * n + i] + 1e-9 * most;
+        a[i * n + i] += by;
+        b[i] += by * sight[i];
+    }
+}
+
 /* The normal equations about `sight`. A ray that meets nothing asks for no more than 1. */
 static void gather(size_t count, const struct sight_ray *ray, size_t n, const double *sight,
                    double *a, double *b)
@@ -82,22 +107,23 @@ static void gather(size_t count, const struct sight_ray *ray, size_t n, const do
             continue;
         const double off = fmax(fabs(inverse - target), NEAR * target),
                      weight = fmax(loss_of(&ray[k], inverse), 1e-9 * ray[k].share) / (off * off);
-        for (int i = 0; i < 3; i++) {
-            const size_t row = (size_t)ray[k].neighbour[i];
-            for (int j = 0; j < 3; j++)
-                a[row * n + (size_t)ray[k].neighbour[j]] += weight * ray[k].u[i] * ray[k].u[j];
-            b[row] += weight * ray[k].u[i] * target;
-        }
+        add_square(&ray[k], weight, target, n, a, b);
     }
-    /* what no ray speaks of stays as it is */
-    double most = 0;
-    for (size_t i = 0; i < n; i++)
-        most = fmax(most, a[i * n + i]);
-    for (size_t i = 0; i < n; i++) {
-        const double hold = 3e-4 * a[i * n + i] + 1e-9 * most;
-        a[i * n + i] += hold;
-        b[i] += hold * sight[i];
-    }
+    hold(n, 3e-4, sight, a, b);
+}
+
+/* Those of what rays met alone, each off by as little of itself as may be: all of a plane, however
+ * near to the probe it is, where F says no more how near. */
+static void gather_met(size_t count, const struct sight_ray *ray, size_t n, const double *sight,
+                       double *a, double *b)
+{
+    memset(a, 0, n * n * sizeof *a);
+    memset(b, 0, n * sizeof *b);
+    for (size_t k = 0; k < count; k++)
+        if (ray[k].inverse > 0)
+            add_square(&ray[k], ray[k].share / (ray[k].inverse * ray[k].inverse), ray[k].inverse, n,
+                       a, b);
+    hold(n, 1e-12, sight, a, b);
 }
 
 struct error *sight_fit(size_t count, const struct sight_ray *ray, size_t n, double *sight)
@@ -108,6 +134,9 @@ struct error *sight_fit(size_t count, const struct sight_ray *ray, size_t n, dou
     if (err)
         return err;
     double *a = room, *b = a + n * n, *best = b + n;
+    gather_met(count, ray, n, sight, a, b);
+    if (solve(n, a, b) && sight_fit_loss(count, ray, b) < sight_fit_loss(count, ray, sight))
+        memcpy(sight, b, n * sizeof *sight);
     for (int step = 0; least > 0; step++) {
         const double now = sight_fit_loss(count, ray, sight);
         if (now < least) {

@@ -8,7 +8,9 @@
  * F(r) = r^3 (4 - 3 r), of 1. The fit makes the sum over rays of |F(r) - F(true r)| small, weight
  * that leaks counted LEAK times: by least squares, each ray weighted anew in every step such that
  * its square is its loss (iteratively reweighted least squares; Holland and Welsch, "Robust
- * regression using iteratively reweighted least-squares", 1977).
+ * regression using iteratively reweighted least-squares", 1977). It begins with the plane, or what
+ * is nearest to one, that all rays that met anything met, where that is better than where it was to
+ * begin.
  */
 #ifndef SIGHT_FIT_H
 #define SIGHT_FIT_H

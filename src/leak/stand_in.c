@@ -16,6 +16,10 @@
  * nearest are looked for from TRIED of the points, the best BEST of them from all. */
 enum { POINTS = 64, RINGS = 3, LISTED = 1024, ASKED = 48, TRIED = 12, BEST = 6 };
 
+/* A stand-in is seen from more points than what is left of the corners, by more than one: from
+ * both sides of a wall a few points see little, and one may be on either. */
+static const double GAIN = 1;
+
 struct job {
     const struct tracer *tracer;
     const struct leak_mesh *mesh;
@@ -192,12 +196,12 @@ static struct error *look_for(void *context, size_t cell, int thread)
     double served;
     job->stand_in[cell] = -1;
     const int points = find_points(job, cell, point, &served);
-    if (!points || served >= points)
+    if (!points || served + GAIN >= points)
         return NULL;
     for (int k = 0; k < points; k++)
         middle = vec3_fma(middle, 1.0 / points, point[k]);
     find_candidates(job, cell, middle, &found);
-    job->stand_in[cell] = choose(job, &found, points, point, served);
+    job->stand_in[cell] = choose(job, &found, points, point, served + GAIN);
     return NULL;
 }
 
