@@ -142,6 +142,7 @@ check_PROGRAMS += \
 	tests/bench/bench_bases \
 	tests/bench/bench_cold \
 	tests/bench/bench_query \
+	tests/bench/bench_visibility \
 	tests/bench/bench_tetgen
 endif
 tests_bench_bench_rays_LINK = $(LINK) -Wl,--wrap=rtcIntersect1,--wrap=rtcOccluded1
