@@ -45,9 +45,15 @@ check "another place of a wall drops it, and says so" \
 probe-query moved.probe point.txt 2>said >light
 check "that is not said again" empty said and test -s light
 probe-tet -q places.probe | probe-leakfix -q "$rooms" >dark.probe
-probe-capture --rays 8 --bounces 1 moved.obj dark.probe 2>said | probe-cat --text >text
+probe-capture --rays 8 --bounces 1 moved.obj dark.probe 2>said | probe-cat --text >dark.text
+check "what probe-error marked goes as well" \
+    into marked.probe probe-error -q -n 4 --truth-rays 8 --paths 0 -o - "$rooms" seen.probe and \
+    into text probe-cat --text marked.probe and says text 'sight:f32:12.* leak:f32' and \
+    into again.probe capture --again moved.obj marked.probe and \
+    into text probe-cat --text again.probe and lacks text ' leak[_:]' and says text '^table tet'
 check "so it does of probes that had no light" \
-    says text '^table tet' and lacks text 'sight:f32' and says said 'of other surfaces: left out'
+    says dark.text '^table tet' and lacks dark.text 'sight:f32' \
+    and says said 'of other surfaces: left out'
 
 # -- probes and cells ------------------------------------------------------------------------------
 # Who writes the text can change all of it: a place, the corners of a cell.

@@ -78,9 +78,9 @@ struct error *sight_drop_stale(struct stream *stream, struct warnings *warnings)
     if (!strcmp(stated, text))
         return NULL;
     sight_key_remove(&stream->header);
-    table_remove_column(cells.table, "sight");
-    table_remove_column(cells.table, "stand_in");
-    table_remove_column(cells.table, "occlusion");
+    char list[] = SIGHT_COLUMNS, *rest = list;
+    for (char *name = strsep(&rest, ","); name; name = strsep(&rest, ","))
+        table_remove_column(cells.table, name);
     warnings_add(warnings, "sight",
                  "what cells keep of what their points see is of other probes or cells: left out "
                  "(probe-leakfix looks anew)");

@@ -36,6 +36,6 @@ bool sight_key_other_scene(const struct stream_header *header, uint64_t surfaces
 struct error *sight_drop_stale(struct stream *stream, struct warnings *warnings);
 
 /* The columns of cells that speak of surfaces: of other ones, they go together. */
-#define SIGHT_COLUMNS "sight,stand_in,occlusion"
+#define SIGHT_COLUMNS "sight,stand_in,occlusion,leak,leak_light,leak_free"
 
 #endif
