@@ -66,6 +66,13 @@ check "once more changes nothing" same_stream filled.probe twice.probe
 probe-leakfix -q --dilate 'validity < 0.5' --dilate 'position[0] > 4' rooms.obj rooms.probe |
     column_of filled - | paste -s -d ' ' - >filled
 check "of two conditions both must hold" says filled '^0 0 0 1 0 0$'
+# shellcheck disable=SC2086
+probe-place grid -q --inside mark --count 80 --bounds 1,.5,.5,7,2.5,3.5 rooms.obj |
+    probe-capture -q --rays 16 --bounces 1 $lamp rooms.obj | probe-tet -q >marked.probe
+probe-leakfix -q --dilate 'inside > 0' rooms.obj marked.probe | column_of filled - >filled
+probe-leakfix -q --dilate 'validity < 0.5' rooms.obj marked.probe | column_of filled - >wanted
+check "what probe-place marked as in a solid is what validity says" \
+    cmp filled wanted and says filled 1 0
 for threads in 1 3; do
     probe-leakfix -q --threads $threads --dilate 'validity < 0.5' rooms.obj rooms.probe \
         >threads$threads.probe
