@@ -11,6 +11,8 @@
 #include "measure/bootstrap.h"
 #include "measure/measure.h"
 #include "measure/report.h"
+#include "measure/ruler.h"
+#include "measure/ruler.h"
 #include "measure/sphere.h"
 #include "measure/truth.h"
 #include "measure/unseen.h"
@@ -726,7 +728,7 @@ static void test_relative(void)
     hand_end(&h);
     hand_start(&h, unit_cell, weak);
     r = measured(&h, &t.truth);
-    ok(fabs(got(&r, "error", "dark") - 0.3 / (MEASURE_FLOOR * 3 / 0.7)) < 1e-6 &&
+    ok(fabs(got(&r, "error", "dark") - 0.3 / (RULER_FLOOR * 3 / 0.7)) < 1e-6 &&
            fabs(got(&r, "error", "lit") - 0.9) < 1e-6,
        "little of it as a share of the floor (%.4f); too dark is too dark",
        got(&r, "error", "dark"));

@@ -3,10 +3,10 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
-#include "image/display.h"
 #include "interpolate/baked.h"
 #include "math/sort.h"
 #include "math/vec.h"
+#include "measure/ruler.h"
 #include "measure/sphere.h"
 #include "measure/truth.h"
 #include "stream/stream.h"
@@ -71,25 +71,10 @@ static struct error *stream_light(const struct baked *baked, const struct sphere
     return place_light(baked, basis, p, place, rgb);
 }
 
-/* The error that a player sees (measure.h): truth and its noise y along the set. What the probes
- * say below 0 is shown as black. */
-static double relative_error(const double *light, const double *truth, const double *y,
-                             double floor_light)
-{
-    double square[SPHERE_COUNT];
-    for (int d = 0; d < SPHERE_COUNT; d++) {
-        const double s = fmax(light[d], 0), below = fmax(truth[d], floor_light), x = s - truth[d];
-        square[d] = below > 0 ? (x * x - y[d] * y[d]) / (below * below) : s > 0;
-        square[d] = fmin(fmax(square[d], -1), 1);
-    }
-    const double mean = sphere_mean(square);
-    return copysign(sqrt(fabs(mean)), mean);
-}
-
 /* Which of its probes the point sees, and what those alone would say. */
 static struct error *measure_seen(const struct job *job, const double p[3],
                                   const struct probe_place *blend, const double *truth,
-                                  const double *y, struct point *point)
+                                  const double *noise, struct point *point)
 {
     const struct baked *baked = job->baked;
     double rgb[TRUTH_WIDTH], light[SPHERE_COUNT];
@@ -112,7 +97,7 @@ static struct error *measure_seen(const struct job *job, const double p[3],
     if (err)
         return err;
     sphere_luminance(rgb, light);
-    point->relative_seen = relative_error(light, truth, y, job->floor);
+    point->relative_seen = ruler_error(light, truth, noise, job->floor);
     return NULL;
 }
 
@@ -177,8 +162,8 @@ static struct error *measure_point(void *context, size_t i, int thread)
         bright[d] = x > tolerance;
         dark[d] = x < -tolerance;
     }
-    point->relative = relative_error(light, truth, y, job->floor);
-    err = measure_seen(job, p, &place, truth, y, point);
+    point->relative = ruler_error(light, truth, noise, job->floor);
+    err = measure_seen(job, p, &place, truth, noise, point);
     if (err)
         return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
     point->inside = place.inside;
@@ -212,20 +197,15 @@ static double scene_mean(const struct truth *t)
     return sum / (double)t->points;
 }
 
-/* The light that the scene's exposure shows as white: as pictures are exposed (display.h). 0: there
- * is no light. */
+/* The truth's white (ruler.h). */
 static struct error *scene_white(const struct truth *t, double *white)
 {
     float *mean = NULL;
-    double exposure = 1, most = 0;
     struct error *err = array_create(&mean, t->points, sizeof *mean);
-    for (size_t i = 0; i < t->points && !err; i++) {
+    for (size_t i = 0; i < t->points && !err; i++)
         mean[i] = (float)point_mean(t, i);
-        most = fmax(most, (double)mean[i]);
-    }
     if (!err)
-        err = display_exposure(t->points, mean, &exposure);
-    *white = most > 0 ? 1 / exposure : 0;
+        err = ruler_white(t->points, mean, white);
     free(mean);
     return err;
 }
@@ -558,7 +538,7 @@ struct error *measure_error(struct report *report, const struct truth *truth,
     struct error *err = array_create(&job.point, truth->points, sizeof *job.point);
     if (!err)
         err = scene_white(truth, &white);
-    job.floor = MEASURE_FLOOR * white;
+    job.floor = RULER_FLOOR * white;
     if (!err && baked_blends(baked))
         err = seen_create(&job.seen, tracer, baked->probe_count, baked->position, baked->sh,
                           baked->width);

@@ -1,18 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* measure: how far the light of a baked stream is from the truth, and how it changes along the way.
  *
- * The error that a player sees is relative, because eyes are, and no point counts more than 1. Of a
- * point it is the root of the mean over directions (sphere.h) of
- *
- *     min(((s - T) / max(T, floor))^2, 1),    s the stream's irradiance, not below 0, T the truth
- *
- * with a floor of MEASURE_FLOOR times white, the light that the exposure of pictures (display.h)
- * shows as white where it is found from the mean irradiances of the truth's points. Its square is
- * taken as (s - T1)(s - T2), T1 and T2 the truth's halves (truth.h), down to -1, and a mean below 0
- * has the root of its size with the sign -: where the stream is right that is as often above 0 as
- * below, and where it is far off the noise is small beside it, so that the mean over points holds
- * little of the truth's noise. The floor was chosen so that bakes are ranked as by the lightness of
- * a lit sphere (scripts/ruler; man probe-trades).
+ * The error that a player sees is the ruler's (ruler.h), with white of the truth's points. Its
+ * square is taken as (s - T1)(s - T2), T1 and T2 the truth's halves (truth.h): without noise.
  *
  * At each of the truth's points the error of irradiance is e(n) = E_stream(n) - E_truth(n),
  * luminance, in the 32 directions of sphere.h. With T1 and T2 the truth's halves, (s - T1)(s - T2)
@@ -41,8 +31,6 @@ struct baked;
 struct table;
 struct tracer;
 struct truth;
-
-#define MEASURE_FLOOR 0.1 /* of white: light below counts as if it were this */
 
 struct measure_settings {
     double tolerance; /* of the mean irradiance: what is off by more is too bright, or too dark */

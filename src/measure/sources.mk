@@ -5,6 +5,7 @@ measure_sources = \
 	%D%/bootstrap.c %D%/bootstrap.h \
 	%D%/measure.c %D%/measure.h \
 	%D%/report.c %D%/report.h \
+	%D%/ruler.c %D%/ruler.h \
 	%D%/sphere.c %D%/sphere.h \
 	%D%/truth.c %D%/truth.h \
 	%D%/unseen.c %D%/unseen.h
