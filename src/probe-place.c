@@ -29,6 +29,7 @@ struct arguments {
     int inside_rays;
     double backface_share;
     bool list;
+    bool light_given; /* the scene's light or the seed */
 };
 
 /* Recognises where the positions are; `side` is a row for each, or NULL where nobody asks. */
@@ -77,7 +78,7 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
                           struct warnings *warnings)
 {
     struct table *probes = NULL;
-    struct column *position = NULL, *normal = NULL, *mark = NULL;
+    struct column *position = NULL, *normal = NULL, *mark = NULL, *origin = NULL;
     struct error *err = stream_add_table(stream, "probe", &probes);
     if (!err)
         err = table_resize(probes, place->count);
@@ -86,8 +87,12 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
     if (!err)
         err = table_add_column(probes, "position", COLUMN_F64, 3, NULL);
     if (!err && place->normal)
-        err = table_add_column(probes, "normal", COLUMN_F32, 3, &normal);
+        err = table_add_column(probes, "normal", COLUMN_F32, 3, NULL);
+    if (!err && place->origin)
+        err = table_add_column(probes, "origin", COLUMN_I32, 1, NULL);
     position = err ? NULL : table_column(probes, "position");
+    normal = err ? NULL : table_column(probes, "normal");
+    origin = err ? NULL : table_column(probes, "origin");
     mark = err ? NULL : table_column(probes, "inside");
     size_t kept = 0, of[PLACE_VOID + 1] = {0};
     for (size_t i = 0; i < place->count && !err; i++) {
@@ -97,6 +102,8 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
         memcpy(column_f64(position) + 3 * kept, place->position + 3 * i, 3 * sizeof(double));
         if (normal)
             memcpy(column_f32(normal) + 3 * kept, place->normal + 3 * i, 3 * sizeof(float));
+        if (origin)
+            column_i32(origin)[kept] = place->origin[i];
         if (mark)
             column_i32(mark)[kept] = (int32_t)side[i];
         kept++;
@@ -119,6 +126,24 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
     return err;
 }
 
+/* Options that do not go with the method. */
+static struct error *check_given(const struct arguments *a, const struct scene_settings *settings,
+                                 const struct place_method *method, bool scene)
+{
+    if (a->inside_given && !scene)
+        return error_usage("--inside needs a SCENE");
+    if (a->inside_given && method->sees_light && a->inside != INSIDE_DROP)
+        return error_usage("%s places no probes where there is no air: --inside goes with others",
+                           method->name);
+    if (settings->choice.count && !scene)
+        return error_usage("--exclude and --only need a SCENE");
+    if (a->light_given && !method->sees_light)
+        return error_usage("%s does not look at light: neither --seed nor options of the scene's "
+                           "light go with it",
+                           method->name);
+    return NULL;
+}
+
 static struct error *place_probes(struct arguments *a, struct program *program,
                                   const struct scene_settings *settings,
                                   const struct common *common, struct warnings *warnings)
@@ -128,16 +153,21 @@ static struct error *place_probes(struct arguments *a, struct program *program,
     struct place place = {0};
     enum place_side *side = NULL;
     const struct place_method *method = NULL;
-    struct place_world world = {.most = a->max_probes, .warnings = warnings};
+    struct place_world world = {.most = a->max_probes,
+                                .warnings = warnings,
+                                .inside = {.rays = a->inside_rays,
+                                           .backface_share = a->backface_share,
+                                           .threads = common->threads},
+                                .seed = (uint64_t)common->seed,
+                                .program = common->quiet ? NULL : program->name,
+                                .progress = common->progress && !common->quiet};
     const char *scene_path = NULL;
     struct error *err = place_operands(program->operand_count, program->operands, &method,
                                        &world.file, &scene_path);
     if (!err)
         err = place_options_check(&a->options, method, scene_path != NULL);
-    if (!err && a->inside_given && !scene_path)
-        err = error_usage("--inside needs a SCENE");
-    if (!err && settings->choice.count && !scene_path)
-        err = error_usage("--exclude and --only need a SCENE");
+    if (!err)
+        err = check_given(a, settings, method, scene_path != NULL);
     for (int i = 0; i < program->operand_count && !err; i++)
         err = options_record(program, program->operands[i]);
     if (!err && scene_path)
@@ -148,6 +178,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
     if (!err)
         err = method->place(&place, &a->options, &world);
     if (!err && place.normal && !a->inside_given) /* at a surface half of the rays may be inside */
+        a->inside = INSIDE_KEEP;
+    if (!err && method->sees_light)
         a->inside = INSIDE_KEEP;
     if (!err)
         err = find_inside(a, scene, &place, common->threads, &side, warnings);
@@ -163,6 +195,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = header_add_provenance(&stream->header, program->recorded);
     if (!err)
         err = stream_write(stream, common->output, common->encoding);
+    if (!err && world.interrupted)
+        err = error_new("interrupted: the %zu probes until then are written", place.count);
     free(side);
     place_clear(&place);
     stream_destroy(stream);
@@ -235,10 +269,17 @@ int main(int argc, char **argv)
         {0}};
     struct common common = common_default();
     common.encoding = STREAM_BINARY;
-    struct option_row of_methods[PLACE_OPTION_ROWS], of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
+    struct option_row of_methods[PLACE_OPTION_ROWS], of_file[SCENE_FILE_ROWS],
+        of_scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
-        place_option_rows(&a.options, of_methods), of_all, scene_file_rows(&settings, of_file),
-        common_rows(&common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
+        place_option_rows(&a.options, of_methods), of_all, scene_settings_rows(&settings, of_scene),
+        common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS,
+                    shared),
+        NULL};
+    scene_file_rows(&settings, of_file);
+    for (struct option_row *row = of_scene; row->name; row++)
+        row->given = option_row(of_file, row->name) ? row->given : &a.light_given;
+    option_row(shared, "seed")->given = &a.light_given;
     char usage[256];
     struct program program = {
         .name = "probe-place",
@@ -246,8 +287,9 @@ int main(int argc, char **argv)
         .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or "
                    "x y z nx ny nz), "
                    "along the\n"
-                   "path through them, or at its vertices. Probes inside solids, under the ground "
-                   "or\noutside of a closed level are dropped.",
+                   "path through them, at its vertices, or adaptive: where they lower the error "
+                   "most that a player\nsees. Probes inside solids, under the ground "
+                   "or outside of a closed level are dropped.",
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};

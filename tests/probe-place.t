@@ -479,7 +479,8 @@ refused 1 "all 8 probes are inside solids" \
 refused 1 "1000000000 probes" probe-place grid --spacing .001 --bounds 0,0,0,1,1,1
 check "unless --max-probes says so" into /dev/null \
     probe-place grid --spacing .01 --bounds 0,0,0,1,1,1.1 --max-probes 1200000
-refused 2 "expected a method grid, points, path or vertices, got 'net'" probe-place net "$rooms"
+refused 2 "expected a method grid, points, path, vertices or adaptive, got 'net'" \
+    probe-place net "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid --spacing 1 --count 3 "$rooms"
 refused 2 "expected a SCENE or --bounds" probe-place grid --spacing 1

@@ -63,6 +63,7 @@ PROGRAM_TESTS = \
 	tests/extreme-numbers.t \
 	tests/bench.t \
 	tests/probe-place.t \
+	tests/probe-adaptive.t \
 	tests/probe-capture.t \
 	tests/libprobe-query.t \
 	tests/layers.t \

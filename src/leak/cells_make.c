@@ -20,7 +20,8 @@ extern char **environ;
  * the PATH. */
 static void find_program(char path[PATH_MAX])
 {
-    static const char mine[] = "leakfix", wanted[] = "tet", plain[] = "probe-tet";
+    static const char *const mine[] = {"leakfix", "place"}; /* who makes cells */
+    static const char wanted[] = "tet", plain[] = "probe-tet";
     char self[PATH_MAX];
     const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
     char *name = NULL;
@@ -30,12 +31,14 @@ static void find_program(char path[PATH_MAX])
     }
     if (name) {
         *name++ = 0;
-        const char *at = strstr(name, mine);
-        if (at &&
-            snprintf(path, PATH_MAX, "%s/%.*s%s%s", self, (int)(at - name), name, wanted,
-                     at + strlen(mine)) < PATH_MAX &&
-            !access(path, X_OK))
-            return;
+        for (size_t i = 0; i < sizeof mine / sizeof *mine; i++) {
+            const char *at = strstr(name, mine[i]);
+            if (at &&
+                snprintf(path, PATH_MAX, "%s/%.*s%s%s", self, (int)(at - name), name, wanted,
+                         at + strlen(mine[i])) < PATH_MAX &&
+                !access(path, X_OK))
+                return;
+        }
         if (snprintf(path, PATH_MAX, "%s/%s", self, plain) < PATH_MAX && !access(path, X_OK))
             return;
     }

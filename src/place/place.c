@@ -10,6 +10,7 @@ void place_clear(struct place *place)
 {
     free(place->position);
     free(place->normal);
+    free(place->origin);
     *place = (struct place){0};
 }
 

@@ -19,6 +19,7 @@ struct place {
     double *position;
     /* of the surfaces that they are at, unit: 3 * count, owned; NULL: they are at none */
     float *normal;
+    int *origin; /* numbers of the methods that placed them, owned; NULL: not told */
     size_t count, capacity;
 };
 void place_clear(struct place *place);

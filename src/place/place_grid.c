@@ -118,7 +118,7 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
                                  .value = o->bounds,
                                  .given = &o->bounds_given,
                                  .help = "grid: fill this box (default: the scene's, with\n"
-                                         "some air above an open ground)"};
+                                         "some air above an open ground); adaptive: stay in it"};
     return row;
 }
 
@@ -128,23 +128,6 @@ static struct error *check(const struct place_options *o, bool scene)
         return error_usage("grid: expected either --spacing or --count");
     if (!scene && !o->bounds_given)
         return error_usage("grid: expected a SCENE or --bounds");
-    return NULL;
-}
-
-static struct error *find_box(const struct place_options *o, const struct scene *scene,
-                              double min[3], double max[3])
-{
-    if (!o->bounds_given) {
-        vec3_store(min, scene->box_min);
-        vec3_store(max, scene->box_max);
-        return NULL;
-    }
-    memcpy(min, o->bounds, 3 * sizeof *min);
-    memcpy(max, o->bounds + 3, 3 * sizeof *max);
-    for (int k = 0; k < 3; k++)
-        if (min[k] > max[k])
-            return error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
-                               min[k], max[k]);
     return NULL;
 }
 
@@ -246,10 +229,10 @@ static struct error *fit_scene(struct place_grid *grid, const struct place_optio
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *o,
-                                      const struct place_world *world)
+                                      struct place_world *world)
 {
     struct place_grid grid = {.spacing = {o->spacing[0], o->spacing[1], o->spacing[2]}};
-    struct error *err = find_box(o, world->scene, grid.min, grid.max);
+    struct error *err = place_box(o, world->scene, grid.min, grid.max);
     if (!err && o->count_given) {
         grid.spacing[0] = place_grid_spacing(grid.min, grid.max, o->count);
         if (!(grid.spacing[0] > 0))
@@ -262,4 +245,4 @@ static struct error *place_by_options(struct place *place, const struct place_op
 }
 
 const struct place_method place_method_grid = {
-    .name = "grid", .rows = rows, .check = check, .place = place_by_options};
+    .name = "grid", .origin = 1, .rows = rows, .check = check, .place = place_by_options};

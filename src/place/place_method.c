@@ -3,18 +3,12 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
+#include "math/vec.h"
+#include "scene/scene.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-const struct place_method *const place_methods[] = {
-    &place_method_grid,
-    &place_method_points,
-    &place_method_path,
-    &place_method_vertices,
-    NULL, /* a row a line */
-};
 
 struct place_options place_options_default(void)
 {
@@ -23,7 +17,8 @@ struct place_options place_options_default(void)
                                   .bounds = {NAN},
                                   .step = NAN,
                                   .offset = NAN,
-                                  .crease = 60};
+                                  .crease = 60,
+                                  .adaptive = {.order = 3, .rays = 512, .bounces = 64}};
 }
 
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)
@@ -55,6 +50,23 @@ void place_usage(char *text, size_t size)
     }
     const size_t used = strlen(text);
     snprintf(text + used, size - used, " [OPTION]... [SCENE]");
+}
+
+struct error *place_box(const struct place_options *o, const struct scene *scene, double low[3],
+                        double high[3])
+{
+    if (!o->bounds_given) {
+        vec3_store(low, scene->box_min);
+        vec3_store(high, scene->box_max);
+        return NULL;
+    }
+    memcpy(low, o->bounds, 3 * sizeof *low);
+    memcpy(high, o->bounds + 3, 3 * sizeof *high);
+    for (int k = 0; k < 3; k++)
+        if (low[k] > high[k])
+            return error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
+                               low[k], high[k]);
+    return NULL;
 }
 
 /* -- what was given --------------------------------------------------------------------------- */
@@ -91,16 +103,25 @@ struct error *place_operands(int count, const char *const *operands,
     return *file && *scene ? file_inputs_differ(*scene, "the scene", *file, "the positions") : NULL;
 }
 
-/* Error: an option of a method was given, which is not the one that places. */
+static bool has_share(const struct place_method *method, const char *name)
+{
+    for (int i = 0; method->shares && method->shares[i]; i++)
+        if (!strcmp(method->shares[i], name))
+            return true;
+    return false;
+}
+
+/* Error: an option of a method was given, which is not `used`, the one that places. */
 static struct error *check_not_given(struct place_options *options,
-                                     const struct place_method *method)
+                                     const struct place_method *method,
+                                     const struct place_method *used)
 {
     struct option_row rows[PLACE_OPTION_ROWS];
-    char names[256] = "";
+    char names[512] = "";
     bool given = false;
     const int count = method->rows ? (int)(method->rows(options, rows) - rows) : 0;
     for (int i = 0; i < count; i++) {
-        given = given || *rows[i].given;
+        given = given || (*rows[i].given && !has_share(used, rows[i].name));
         join(names, sizeof names, i, count, " and ", "--", rows[i].name);
     }
     return given ? error_usage("%s %s with the method %s", names, count > 1 ? "go" : "goes",
@@ -114,7 +135,7 @@ struct error *place_options_check(struct place_options *options, const struct pl
     struct error *err = NULL;
     for (int i = 0; place_methods[i] && !err; i++)
         if (place_methods[i] != method)
-            err = check_not_given(options, place_methods[i]);
+            err = check_not_given(options, place_methods[i], method);
     if (!err && method->needs_scene && !scene)
         err = error_usage("%s: expected a SCENE", method->name);
     if (!err && method->check)

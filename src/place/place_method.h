@@ -16,9 +16,11 @@
 #define PLACE_METHOD_H
 
 #include "place/place.h"
+#include "place/place_inside.h"
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 struct option_row;
 struct warnings;
@@ -34,22 +36,42 @@ struct place_options {
     /* vertices; crease: degrees */
     double offset, crease;
     bool offset_given, crease_given;
+    /* adaptive; shares and numbers, 0: none */
+    struct {
+        double error, gain;
+        int probes, order, rays, bounces;
+        int64_t bytes;
+        int light; /* enum capture_light */
+        const char *keep, *curve;
+        bool error_given, gain_given, probes_given, order_given, rays_given, bounces_given,
+            bytes_given, light_given, keep_given, curve_given;
+    } adaptive;
 };
 
 struct place_options place_options_default(void);
 
 /* What a method gets beside its options. */
 struct place_world {
-    const struct scene *scene; /* NULL: none was given */
+    const struct scene *scene; /* NULL: none was given; with its light, for who looks at it */
     const char *file;          /* of a method that has one; "-": standard input */
     double most;               /* probes */
     struct warnings *warnings;
+    /* For a method that looks at light: */
+    struct place_inside_settings inside; /* and the threads */
+    uint64_t seed;
+    const char *program; /* says on standard error how it goes; NULL: nobody does */
+    bool progress;       /* and how far it is */
+    bool interrupted;    /* out: a signal came, and less was done than was asked for */
 };
 
 struct place_method {
     const char *name;    /* the first operand */
     const char *file_of; /* the second is a FILE of these; NULL: it has none */
     bool needs_scene;    /* the last; else it may be left out */
+    bool sees_light;     /* and where there is air: all of its positions are in it */
+    int origin;          /* its number in column origin (man probe.5) */
+    /* Names of other methods' options that it takes as well, NULL after the last; NULL: none. */
+    const char *const *shares;
     /* Writes the options that go with this method alone, each with `given`, and returns what
      * follows them. NULL: there are none. */
     struct option_row *(*rows)(struct place_options *options, struct option_row *row);
@@ -57,14 +79,16 @@ struct place_method {
     struct error *(*check)(const struct place_options *options, bool scene);
     /* Appends at least one position, world->most at most, or says why it cannot. */
     struct error *(*place)(struct place *place, const struct place_options *options,
-                           const struct place_world *world);
+                           struct place_world *world);
 };
 
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
-    place_method_vertices;
-extern const struct place_method *const place_methods[]; /* all of them; NULL after the last */
+    place_method_vertices, place_method_adaptive;
+/* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
+ * adapt/place_methods.c. */
+extern const struct place_method *const place_methods[];
 
-enum { PLACE_OPTION_ROWS = 32 }; /* room for those of all methods and the end */
+enum { PLACE_OPTION_ROWS = 48 }; /* room for those of all methods and the end */
 
 /* Fills rows with the options of all methods, and returns them. */
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows);
@@ -78,6 +102,10 @@ struct error *place_operands(int count, const char *const *operands,
 /* Error: options of another method, no scene where one is needed, and what the method checks. */
 struct error *place_options_check(struct place_options *options, const struct place_method *method,
                                   bool scene);
+
+/* The box that --bounds says, or the scene's. Error: it is inside out. */
+struct error *place_box(const struct place_options *options, const struct scene *scene,
+                        double low[3], double high[3]);
 
 /* "grid|points FILE|... [OPTION]... [SCENE]" */
 void place_usage(char *text, size_t size);

@@ -51,12 +51,13 @@ static struct error *check(const struct place_options *o, bool scene)
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *o,
-                                      const struct place_world *world)
+                                      struct place_world *world)
 {
     return place_path(place, world->file, o->step, world->most, world->warnings);
 }
 
 const struct place_method place_method_path = {.name = "path",
+                                               .origin = 3,
                                                .file_of = "positions",
                                                .rows = rows,
                                                .check = check,

@@ -63,11 +63,11 @@ struct error *place_surface_points(struct place *place, const char *path, double
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *options,
-                                      const struct place_world *world)
+                                      struct place_world *world)
 {
     (void)options;
     return place_surface_points(place, world->file, world->most, world->warnings);
 }
 
 const struct place_method place_method_points = {
-    .name = "points", .file_of = "positions", .place = place_by_options};
+    .name = "points", .origin = 2, .file_of = "positions", .place = place_by_options};

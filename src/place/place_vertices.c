@@ -60,7 +60,7 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *o,
-                                      const struct place_world *world)
+                                      struct place_world *world)
 {
     const struct vec3 size = vec3_sub(world->scene->box_max, world->scene->box_min);
     const double offset = o->offset_given ? o->offset : OFFSET_SHARE * vec3_length(size);
@@ -68,4 +68,4 @@ static struct error *place_by_options(struct place *place, const struct place_op
 }
 
 const struct place_method place_method_vertices = {
-    .name = "vertices", .needs_scene = true, .rows = rows, .place = place_by_options};
+    .name = "vertices", .origin = 4, .needs_scene = true, .rows = rows, .place = place_by_options};

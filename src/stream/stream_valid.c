@@ -38,6 +38,7 @@ static const struct known {
     {"probe", "ahd", COLUMN_F32, 9, 0},
     {"probe", "merged", COLUMN_I32, 1, 0},
     {"probe", "filled", COLUMN_I32, 1, 0},
+    {"probe", "origin", COLUMN_I32, 1, 0},
     {"tet", "vertex", COLUMN_I32, 4, 0},
     {"tet", "neighbour", COLUMN_I32, 4, 0},
     {"tet", "occlusion", COLUMN_I32, 6, 0},

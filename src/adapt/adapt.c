@@ -1,0 +1,476 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "adapt/adapt.h"
+#include "adapt/choice.h"
+#include "adapt/insert.h"
+#include "adapt/thin_out.h"
+#include "base/array.h"
+#include "base/clock.h"
+#include "base/error.h"
+#include "base/interrupt.h"
+#include "base/progress.h"
+#include "capture/capture.h"
+#include "math/vec.h"
+#include "trace/path.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIRST = 4, START = 20 }; /* probes that are far apart: of the first choice, of the second */
+enum { SPACE_OF_PROBE = 5 };    /* candidates of space for each probe that is wanted */
+enum { WANTED_LEAST = 300 };    /* probes that there are candidates for, at the least */
+enum { TURNS = 8 };
+
+static const double ROUND_SHARE = 0.2; /* probes that come in a round, of those there are */
+static const double TURN_SHARE = 0.08; /* and that go in a turn */
+static const double GAIN_SHARE = 0.1;  /* of the largest gain of a round, that a probe must have */
+static const double FLAT = 0.003;      /* turns end where the error falls by less than this share */
+
+/* A run: what was chosen so far. */
+struct run {
+    const struct adapt_job *job;
+    struct adapt_result *result;
+    struct candidates candidates;
+    struct choice_world world;
+    struct choice now;
+    uint32_t *start; /* the first probes, after the given ones; owned */
+    size_t starts;
+    double began;
+    size_t told; /* probes of the row that was printed last */
+    bool full;   /* the last round would have made too many bytes */
+};
+
+/* -- the start -------------------------------------------------------------------------------- */
+
+static double square_distance(const struct candidates *c, uint32_t a, uint32_t b)
+{
+    const struct vec3 d =
+        vec3_sub(vec3_load(c->position + 3 * (size_t)a), vec3_load(c->position + 3 * (size_t)b));
+    return vec3_dot(d, d);
+}
+
+/* How far a candidate is off what the first `count` (1 to 3) of the start span, squared. */
+static double square_off(const struct candidates *c, const uint32_t *start, size_t count,
+                         uint32_t x)
+{
+    const struct vec3 o = vec3_load(c->position + 3 * (size_t)start[0]);
+    struct vec3 d = vec3_sub(vec3_load(c->position + 3 * (size_t)x), o), axis[2];
+    for (size_t k = 1; k < count; k++) {
+        struct vec3 *a = &axis[k - 1];
+        *a = vec3_sub(vec3_load(c->position + 3 * (size_t)start[k]), o);
+        if (k == 2)
+            *a = vec3_fma(*a, -vec3_dot(*a, axis[0]), axis[0]);
+        *a = vec3_normalize(*a);
+        d = vec3_fma(d, -vec3_dot(d, *a), *a);
+    }
+    return vec3_dot(d, d);
+}
+
+static bool can_start(const struct candidates *c, uint32_t x)
+{
+    return c->kind[x] == CANDIDATE_SPACE || c->kind[x] == CANDIDATE_SURFACE;
+}
+
+/* Four that span the free space, then always the farthest from all: of given ones too. */
+static struct error *find_start(struct run *run)
+{
+    const struct candidates *c = &run->candidates;
+    const size_t given = run->job->given;
+    double *nearest = NULL;
+    struct error *err = array_create(&nearest, c->count, sizeof *nearest);
+    if (!err)
+        err = array_create(&run->start, START, sizeof *run->start);
+    for (uint32_t x = 0; x < c->count && !err; x++) {
+        nearest[x] = (double)INFINITY;
+        for (uint32_t g = 0; g < given; g++)
+            nearest[x] = fmin(nearest[x], square_distance(c, x, g));
+    }
+    while (!err && run->starts < START) {
+        double most = 0;
+        uint32_t best = 0;
+        for (uint32_t x = 0; x < c->count; x++) {
+            double value = nearest[x];
+            const double *p = c->position + 3 * (size_t)x, *low = run->job->candidates.low;
+            if (!can_start(c, x) || !(value > 0))
+                continue;
+            if (!run->starts)
+                value = 1 / (1e-30 + (p[0] - low[0]) + (p[1] - low[1]) + (p[2] - low[2]));
+            else if (run->starts < FIRST)
+                value = square_off(c, run->start, run->starts, x);
+            if (value > most) {
+                most = value;
+                best = x;
+            }
+        }
+        if (!(most > 0))
+            break;
+        run->start[run->starts++] = best;
+        for (uint32_t x = 0; x < c->count; x++)
+            nearest[x] = fmin(nearest[x], square_distance(c, x, best));
+    }
+    free(nearest);
+    if (!err && run->starts < FIRST)
+        err = error_new("the free space has no room for 4 probes that are apart");
+    return err;
+}
+
+/* -- rounds ----------------------------------------------------------------------------------- */
+
+static struct error *record(struct run *run)
+{
+    struct adapt_result *r = run->result;
+    struct error *err = array_reserve(&r->row, &r->room, r->rows + 1, sizeof *r->row);
+    if (err)
+        return err;
+    r->row[r->rows++] =
+        (struct adapt_row){.probes = run->now.count,
+                           .bytes = choice_bytes(&run->now, run->job->candidates.settings->order),
+                           .space = run->now.error_of_space,
+                           .judges = run->now.error_of_judges,
+                           .doubt = run->now.judges_doubt,
+                           .seconds = clock_seconds() - run->began};
+    return NULL;
+}
+
+/* Prints the last row. */
+static void tell(struct run *run)
+{
+    const struct adapt_row *row = &run->result->row[run->result->rows - 1];
+    run->told = row->probes;
+    if (run->job->program)
+        fprintf(stderr, "%s: %zu probes: error %.2f %% (held out %.2f, %.2f to %.2f), %.1f s\n",
+                run->job->program, row->probes, 100 * row->space, 100 * row->judges,
+                100 * (row->judges - 1.96 * row->doubt), 100 * (row->judges + 1.96 * row->doubt),
+                row->seconds);
+}
+
+/* Makes a choice, whatever it was made for, the one that there is. */
+static struct error *put(struct run *run, struct choice *choice)
+{
+    choice_clear(&run->now);
+    run->now = *choice;
+    *choice = (struct choice){0};
+    return record(run);
+}
+
+/* The probes of a choice and others. */
+static struct error *join(const struct choice *choice, const uint32_t *more, size_t count,
+                          uint32_t **all)
+{
+    struct error *err = array_create(all, choice->count + count, sizeof **all);
+    if (err)
+        return err;
+    memcpy(*all, choice->probe, choice->count * sizeof **all);
+    memcpy(*all + choice->count, more, count * sizeof **all);
+    return NULL;
+}
+
+/* Makes of a choice one with at most `most` probes more; *found: how many came. */
+static struct error *insert(struct run *run, const struct choice *from, size_t most,
+                            struct choice *to, size_t *found)
+{
+    uint32_t *more = NULL, *all = NULL;
+    double gain = 0;
+    *found = 0;
+    struct error *err = array_create(&more, most, sizeof *more);
+    if (!err)
+        err = insert_find(from, most, GAIN_SHARE, more, found, &gain);
+    if (!err && *found)
+        err = join(from, more, *found, &all);
+    if (!err && *found)
+        err = choice_init(to, &run->world, from->count + *found, all);
+    free(more);
+    free(all);
+    return err;
+}
+
+/* How many may come, by the limits. */
+static size_t room_for(const struct run *run)
+{
+    const struct adapt_limits *limits = &run->job->limits;
+    const size_t n = run->now.count, probes = run->job->probes_most;
+    size_t most = limits->probes && limits->probes < probes ? limits->probes : probes;
+    most = most > n ? most - n : 0;
+    if (limits->bytes) {
+        const double bytes = (double)run->result->row[run->result->rows - 1].bytes,
+                     left = (double)limits->bytes - bytes, one = 1.02 * bytes / (double)n;
+        const size_t fit = left > one ? (size_t)(left / one) : 0;
+        most = most < fit ? most : fit;
+    }
+    return most;
+}
+
+/* Whether the last doubling of the number of probes took too little off the error. */
+static bool gains_little(const struct run *run)
+{
+    const struct adapt_result *r = run->result;
+    const struct adapt_row *last = &r->row[r->rows - 1];
+    for (size_t i = r->rows; i-- > 0;)
+        if (2 * r->row[i].probes <= last->probes && r->row[i].probes >= START)
+            return 1 - last->space / r->row[i].space < run->job->limits.gain;
+    return false;
+}
+
+/* Makes more candidates where there are few for the number of probes. */
+static struct error *grow(struct run *run, size_t wanted)
+{
+    struct candidates *c = &run->candidates;
+    const struct candidates_job *job = &run->job->candidates;
+    struct candidates_job traced = *job;
+    if (wanted * SPACE_OF_PROBE <= c->space)
+        return NULL;
+    struct error *err = candidates_spread(c, job, wanted * SPACE_OF_PROBE);
+    traced.progress =
+        progress_start(run->job->progress, run->job->program, "candidates", c->count - c->captured);
+    if (!err)
+        err = candidates_capture(c, &traced);
+    progress_end(traced.progress);
+    return err;
+}
+
+static struct error *start(struct run *run)
+{
+    const struct adapt_job *job = run->job;
+    const size_t probes = job->limits.probes;
+    struct error *err = NULL;
+    run->began = clock_seconds();
+    for (size_t i = 0; i < job->given && !err; i++)
+        err = candidates_give(&run->candidates, job->position + 3 * i);
+    if (!err)
+        err = grow(run, probes > WANTED_LEAST ? probes : WANTED_LEAST);
+    if (!err && interrupt_came())
+        return error_new("interrupted before there was anything to keep");
+    if (!err && !(run->candidates.floor > 0))
+        return error_new("there is no light: --sky, --sun, --point and --spot add light");
+    run->world = (struct choice_world){&run->candidates, &job->candidates};
+    if (!err)
+        err = find_start(run);
+    return err;
+}
+
+/* The given probes and so many of the start. */
+static struct error *choose_start(struct run *run, size_t starts)
+{
+    uint32_t *all = NULL;
+    struct choice next = {0};
+    const size_t given = run->job->given;
+    struct error *err = array_create(&all, given + starts, sizeof *all);
+    for (size_t i = 0; i < given && !err; i++)
+        all[i] = (uint32_t)i;
+    for (size_t i = 0; i < starts && !err; i++)
+        all[given + i] = run->start[i];
+    if (!err)
+        err = choice_init(&next, &run->world, given + starts, all);
+    free(all);
+    return err ? err : put(run, &next);
+}
+
+/* Makes more candidates where there are few for the number of probes, and judges by them. */
+static struct error *grow_with(struct run *run)
+{
+    const size_t before = run->candidates.count, n = run->now.count;
+    struct choice next = {0};
+    struct error *err = grow(run, n + n / 8);
+    if (err || run->candidates.count == before)
+        return err;
+    err = grow(run, 2 * n);
+    if (!err)
+        err = choice_init(&next, &run->world, n, run->now.probe);
+    return err ? err : put(run, &next);
+}
+
+static bool is_too_large(const struct run *run, const struct choice *choice)
+{
+    const size_t most = run->job->limits.bytes;
+    return most && choice_bytes(choice, run->job->candidates.settings->order) > most;
+}
+
+/* One round; *found: the probes that it brought. */
+static struct error *go_round(struct run *run, size_t *found)
+{
+    const size_t n = run->now.count, room = room_for(run), starts = run->starts - FIRST;
+    struct choice next = {0};
+    if (n == run->job->given + FIRST && starts)
+        return choose_start(run, FIRST + (room < starts ? room : starts));
+    struct error *err = grow_with(run);
+    const size_t most = (size_t)(ROUND_SHARE * (double)n) + FIRST;
+    if (!err && !interrupt_came())
+        err = insert(run, &run->now, most < room ? most : room, &next, found);
+    run->full = !err && next.count && is_too_large(run, &next);
+    if (!err && next.count && !run->full)
+        return put(run, &next);
+    choice_clear(&next);
+    return err;
+}
+
+static bool is_reached(const struct run *run, const struct choice *choice)
+{
+    return choice->error_of_judges <= run->job->limits.error;
+}
+
+static enum adapt_end find_end(const struct run *run, size_t found)
+{
+    const struct adapt_limits *limits = &run->job->limits;
+    const size_t n = run->now.count;
+    if (limits->error > 0 && is_reached(run, &run->now))
+        return ADAPT_ERROR;
+    if (limits->gain > 0 && gains_little(run))
+        return ADAPT_GAIN;
+    if (run->full || !room_for(run))
+        return limits->probes && n >= limits->probes ? ADAPT_PROBES
+               : n >= run->job->probes_most          ? ADAPT_MOST
+                                                     : ADAPT_BYTES;
+    if (interrupt_came())
+        return ADAPT_INTERRUPT;
+    return found ? ADAPT_NONE : ADAPT_FLAT;
+}
+
+static struct error *go_rounds(struct run *run)
+{
+    size_t found = 1;
+    struct error *err = choose_start(run, FIRST);
+    while (!err && !(run->result->end = find_end(run, found))) {
+        err = go_round(run, &found);
+        if (!err && 3 * run->now.count >= 4 * run->told)
+            tell(run);
+    }
+    return err;
+}
+
+/* -- turns ------------------------------------------------------------------------------------ */
+
+/* What there is without those that are missed least, about so many. */
+static struct error *without(const struct run *run, size_t most, struct choice *less)
+{
+    const struct choice *now = &run->now;
+    uint32_t *gone = NULL, *left = NULL;
+    bool *goes = NULL;
+    size_t count = 0, kept = 0;
+    struct error *err = array_create(&gone, most, sizeof *gone);
+    if (!err)
+        err = array_create(&goes, now->count, sizeof *goes);
+    if (!err)
+        err = array_create(&left, now->count, sizeof *left);
+    if (!err)
+        err = thin_out_find(now, most, gone, &count);
+    for (size_t i = 0; i < count && !err; i++)
+        goes[gone[i]] = true;
+    for (size_t i = 0; i < now->count && !err; i++)
+        if (!goes[i])
+            left[kept++] = now->probe[i];
+    if (!err && count && kept >= FIRST)
+        err = choice_init(less, &run->world, kept, left);
+    free(gone);
+    free(goes);
+    free(left);
+    return err;
+}
+
+/* Some go, as many others come; *better: the error of space fell by how much of it. */
+static struct error *turn(struct run *run, size_t most, double *better)
+{
+    struct choice turned = {0}, next = {0};
+    const double before = run->now.error_of_space;
+    size_t found = 1;
+    *better = 0;
+    struct error *err = without(run, most, &turned);
+    while (!err && turned.count && turned.count < run->now.count && found && !interrupt_came()) {
+        err = insert(run, &turned, run->now.count - turned.count, &next, &found);
+        if (!err && found) {
+            choice_clear(&turned);
+            turned = next;
+            next = (struct choice){0};
+        }
+    }
+    if (!err && turned.count == run->now.count && turned.error_of_space < before &&
+        !is_too_large(run, &turned)) {
+        *better = 1 - turned.error_of_space / before;
+        return put(run, &turned);
+    }
+    choice_clear(&turned);
+    return err;
+}
+
+static struct error *go_turns(struct run *run)
+{
+    const size_t most = (size_t)(TURN_SHARE * (double)run->now.count) + 1;
+    double better = 1;
+    struct error *err = NULL;
+    for (int i = 0; i < TURNS && better > FLAT && !interrupt_came() && !err; i++)
+        err = turn(run, most, &better);
+    return err;
+}
+
+/* Fewer probes for the same error. */
+static struct error *shed(struct run *run)
+{
+    size_t most = (size_t)(TURN_SHARE * (double)run->now.count);
+    struct error *err = go_turns(run);
+    while (!err && most && !interrupt_came()) {
+        struct choice less = {0};
+        err = without(run, most, &less);
+        if (!err && less.count && is_reached(run, &less))
+            err = put(run, &less);
+        else
+            most /= 2;
+        choice_clear(&less);
+    }
+    return err;
+}
+
+/* -- all -------------------------------------------------------------------------------------- */
+
+static int compare(const void *a, const void *b)
+{
+    const uint32_t *x = a, *y = b;
+    return *x < *y ? -1 : *x > *y;
+}
+
+static struct error *take_over(struct run *run)
+{
+    struct adapt_result *result = run->result;
+    struct error *err =
+        array_create(&result->position, 3 * run->now.count, sizeof *result->position);
+    if (err)
+        return err;
+    qsort(run->now.probe, run->now.count, sizeof *run->now.probe, compare);
+    result->count = run->now.count;
+    result->candidates = run->candidates.count;
+    for (size_t i = 0; i < result->count; i++)
+        memcpy(result->position + 3 * i, run->candidates.position + 3 * (size_t)run->now.probe[i],
+               3 * sizeof *result->position);
+    return NULL;
+}
+
+struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
+{
+    struct run run = {.job = job, .result = result};
+    struct error *err = start(&run);
+    if (!err)
+        err = go_rounds(&run);
+    if (!err && result->end == ADAPT_ERROR)
+        err = shed(&run);
+    else if (!err && result->end != ADAPT_INTERRUPT)
+        err = go_turns(&run);
+    if (interrupt_came() && run.now.count) { /* which may have ended probe-tet as well */
+        error_destroy(err);
+        err = NULL;
+        result->end = ADAPT_INTERRUPT;
+    }
+    if (!err && result->rows)
+        tell(&run);
+    if (!err)
+        err = take_over(&run);
+    choice_clear(&run.now);
+    candidates_clear(&run.candidates);
+    free(run.start);
+    return err;
+}
+
+void adapt_clear(struct adapt_result *result)
+{
+    free(result->position);
+    free(result->row);
+    *result = (struct adapt_result){0};
+}

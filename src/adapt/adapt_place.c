@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The method `adaptive` of probe-place: its options, and adapt.h. */
+#include "adapt/adapt.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/interrupt.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "capture/capture.h"
+#include "libprobe-query/sh.h"
+#include "place/place_method.h"
+#include "scene/scene.h"
+#include "stream/stream.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -- options ---------------------------------------------------------------------------------- */
+
+/* "10%" or "0.1": above 0 and below 1. */
+static struct error *parse_share(void *value, const char *text)
+{
+    char number[64];
+    double *share = value;
+    const size_t length = strlen(text);
+    const bool percent = length && length < sizeof number && text[length - 1] == '%';
+    snprintf(number, sizeof number, "%.*s", (int)(length - percent), text);
+    struct error *err = options_real("share", number, share);
+    *share /= percent ? 100 : 1;
+    if (!err && *share > 0 && *share < 1)
+        return NULL;
+    error_destroy(err);
+    return error_usage("expected a share between 0 and 1, or a percentage as in 10%%, got '%s'",
+                       text);
+}
+
+static struct option_row *rows(struct place_options *options, struct option_row *row)
+{
+    static const char *const lights[] = {
+        [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
+    const struct option_row all[] = {
+        {.name = "max-error",
+         .argument = "SHARE",
+         .kind = OPTION_CALL,
+         .parse = parse_share,
+         .value = &options->adaptive.error,
+         .given = &options->adaptive.error_given,
+         .shown = "none",
+         .help = "adaptive: as few probes as make the error that a player sees\n"
+                 "at most this (10% or 0.1) at points that took no part"},
+        {.name = "probes",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->adaptive.probes,
+         .given = &options->adaptive.probes_given,
+         .least = 4,
+         .most = INT32_MAX,
+         .shown = "no limit",
+         .help = "adaptive: at most N probes, those of --keep too"},
+        {.name = "bytes",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &options->adaptive.bytes,
+         .given = &options->adaptive.bytes_given,
+         .least = 1,
+         .most = 1LL << 52,
+         .shown = "no limit",
+         .help = "adaptive: at most N bytes of probe-query --pack float"},
+        {.name = "gain",
+         .argument = "SHARE",
+         .kind = OPTION_CALL,
+         .parse = parse_share,
+         .value = &options->adaptive.gain,
+         .given = &options->adaptive.gain_given,
+         .shown = "none",
+         .help = "adaptive: stop where twice the probes took less than this share\n"
+                 "off the error"},
+        {.name = "keep",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &options->adaptive.keep,
+         .given = &options->adaptive.keep_given,
+         .shown = "none",
+         .help = "adaptive: a stream of probes that stay"},
+        {.name = "curve",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &options->adaptive.curve,
+         .given = &options->adaptive.curve_given,
+         .shown = "none",
+         .unrecorded = true,
+         .help = "adaptive: write probes, bytes, errors and seconds of each round\n"
+                 "to FILE"},
+        {.name = "rays",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->adaptive.rays,
+         .given = &options->adaptive.rays_given,
+         .least = 16,
+         .most = CAPTURE_RAYS_MOST,
+         .help = "adaptive: rays a probe, as it will be captured: points that could\n"
+                 "be one get half, those that are chosen or judge four times as many"},
+        {.name = "bounces",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->adaptive.bounces,
+         .given = &options->adaptive.bounces_given,
+         .most = CAPTURE_BOUNCES_MOST,
+         .help = "adaptive: how often light may scatter on its way"},
+        {.name = "light",
+         .argument = "WHICH",
+         .kind = OPTION_CHOICE,
+         .choices = lights,
+         .value = OPTION_ENUM(options->adaptive.light),
+         .given = &options->adaptive.light_given,
+         .help = "adaptive: probes for all light, direct or indirect alone"},
+        {.name = "order",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->adaptive.order,
+         .given = &options->adaptive.order_given,
+         .least = 1,
+         .most = SH_ORDER_MAX,
+         .help = "adaptive: SH order that the probes will have"}};
+    memcpy(row, all, sizeof all);
+    return row + sizeof all / sizeof *all;
+}
+
+static struct error *check(const struct place_options *o, bool scene)
+{
+    (void)scene;
+    if (!o->adaptive.error_given && !o->adaptive.probes_given && !o->adaptive.bytes_given &&
+        !o->adaptive.gain_given)
+        return error_usage("adaptive: expected --max-error, --probes, --bytes or --gain");
+    return NULL;
+}
+
+/* -- what is kept ----------------------------------------------------------------------------- */
+
+/* Borrows from *stream. */
+static struct error *read_kept(const char *file, struct stream **stream, struct adapt_job *job)
+{
+    struct column *position = NULL;
+    struct error *err = stream_read(stream, file);
+    const struct table *probes = err ? NULL : stream_table(*stream, "probe");
+    if (err)
+        return err;
+    if (!probes)
+        return error_new("%s: there is no table probe", file);
+    if (table_column(probes, "normal"))
+        return error_new("%s: expected probes in space, got probes with normals", file);
+    err = table_require(probes, "position", COLUMN_F64, 3, &position);
+    if (!err) {
+        job->given = probes->rows;
+        job->position = column_f64(position);
+    }
+    return error_wrap(err, "%s", file);
+}
+
+static struct error *give(struct place *place, const struct adapt_result *result,
+                          const struct stream *kept)
+{
+    const struct table *probes = kept ? stream_table(kept, "probe") : NULL;
+    const struct column *origin = probes ? table_column(probes, "origin") : NULL;
+    struct error *err = array_create(&place->origin, result->count, sizeof *place->origin);
+    for (size_t i = 0; i < result->count && !err; i++) {
+        place->origin[i] = place_method_adaptive.origin;
+        if (probes && i < probes->rows)
+            place->origin[i] = origin ? column_i32(origin)[i] : -1;
+        err = place_append(place, result->position + 3 * i);
+    }
+    return err;
+}
+
+/* -- what is told ----------------------------------------------------------------------------- */
+
+static struct error *write_curve(const struct adapt_result *result, const char *file)
+{
+    struct file_output out;
+    char line[256];
+    struct error *err = file_output_open(&out, file, false);
+    if (err)
+        return err;
+    static const char head[] =
+        "probes\tbytes\terror\theld_out\theld_out_low\theld_out_high\tseconds\n";
+    err = file_output_write(&out, head, sizeof head - 1);
+    for (size_t i = 0; i < result->rows && !err; i++) {
+        const struct adapt_row *row = &result->row[i];
+        const int length = snprintf(line, sizeof line, "%zu\t%zu\t%.6g\t%.6g\t%.6g\t%.6g\t%.3f\n",
+                                    row->probes, row->bytes, row->space, row->judges,
+                                    row->judges - 1.96 * row->doubt,
+                                    row->judges + 1.96 * row->doubt, row->seconds);
+        err = file_output_write(&out, line, (size_t)length);
+    }
+    if (!err)
+        return file_output_finish(&out);
+    file_output_abandon(&out);
+    return err;
+}
+
+static void tell_end(const struct adapt_result *result, const struct adapt_limits *limits,
+                     const struct place_world *world)
+{
+    static const char *const ends[] = {[ADAPT_ERROR] = "the error is as asked for",
+                                       [ADAPT_PROBES] = "there are as many as --probes allows",
+                                       [ADAPT_BYTES] = "there are as many as --bytes allows",
+                                       [ADAPT_GAIN] = "twice the probes gained less than --gain",
+                                       [ADAPT_MOST] = "there are as many as --max-probes allows",
+                                       [ADAPT_FLAT] = "no other probe lowers the error",
+                                       [ADAPT_INTERRUPT] = "interrupted"};
+    const double reached = result->row[result->rows - 1].judges;
+    if (limits->error > 0 && result->end != ADAPT_ERROR && result->end != ADAPT_INTERRUPT)
+        warnings_add(world->warnings, "max-error",
+                     "the error is %.2f %%, not %.2f %% or less: the best of %zu probes (%s)",
+                     100 * reached, 100 * limits->error, result->count, ends[result->end]);
+    if (world->program)
+        fprintf(stderr, "%s: %zu probes of %zu points: %s\n", world->program, result->count,
+                result->candidates, ends[result->end]);
+}
+
+/* -- the method ------------------------------------------------------------------------------- */
+
+static struct error *place_by_options(struct place *place, const struct place_options *o,
+                                      struct place_world *world)
+{
+    struct capture_settings settings = capture_settings_default();
+    struct tracer *tracer = NULL;
+    struct path_tracer path = {0};
+    struct stream *kept = NULL;
+    struct adapt_result result = {0};
+    settings.order = o->adaptive.order;
+    settings.rays = o->adaptive.rays;
+    settings.bounces = o->adaptive.bounces;
+    settings.light = (enum capture_light)o->adaptive.light;
+    settings.seed = world->seed;
+    struct adapt_job job = {.candidates = {.path = &path,
+                                           .settings = &settings,
+                                           .threads = world->inside.threads,
+                                           .inside_rays = world->inside.rays,
+                                           .backface_share = world->inside.backface_share,
+                                           .warnings = world->warnings},
+                            .limits = {.error = o->adaptive.error,
+                                       .gain = o->adaptive.gain,
+                                       .probes = (size_t)o->adaptive.probes,
+                                       .bytes = (size_t)o->adaptive.bytes},
+                            .probes_most = (size_t)world->most,
+                            .program = world->program,
+                            .progress = world->progress};
+    struct error *err = place_box(o, world->scene, job.candidates.low, job.candidates.high);
+    if (!err && o->adaptive.keep)
+        err = read_kept(o->adaptive.keep, &kept, &job);
+    if (!err)
+        err = trace_create(&tracer, world->scene);
+    if (!err)
+        err = path_init(&path, tracer, settings.bounces);
+    if (!err) {
+        interrupt_catch(); /* from here on there is something to lose */
+        err = adapt(&result, &job);
+    }
+    if (!err)
+        err = give(place, &result, kept);
+    if (!err)
+        tell_end(&result, &job.limits, world);
+    if (!err && o->adaptive.curve)
+        err = write_curve(&result, o->adaptive.curve);
+    world->interrupted = !err && result.end == ADAPT_INTERRUPT;
+    adapt_clear(&result);
+    stream_destroy(kept);
+    path_clear(&path);
+    trace_destroy(tracer);
+    return err;
+}
+
+static const char *const shared[] = {"bounds", NULL};
+
+const struct place_method place_method_adaptive = {.name = "adaptive",
+                                                   .origin = 5,
+                                                   .needs_scene = true,
+                                                   .sees_light = true,
+                                                   .shares = shared,
+                                                   .rows = rows,
+                                                   .check = check,
+                                                   .place = place_by_options};

@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "adapt/candidates.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/interrupt.h"
+#include "base/progress.h"
+#include "base/threads.h"
+#include "capture/capture.h"
+#include "math/angle.h"
+#include "math/luminance.h"
+#include "math/random.h"
+#include "math/vec.h"
+#include "measure/ruler.h"
+#include "place/place.h"
+#include "place/place_inside.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TRIES = 64 };        /* points of the box for each free one that is wanted, at the most */
+enum { JUDGE_EVERY = 3 };   /* of space for each judge */
+enum { SURFACE_EVERY = 3 }; /* of space for each near a surface */
+enum { TRUTH_ORDER = 5 };   /* of SH that hold irradiance but for a thousandth */
+enum { FOR_JUDGE = 0x61, FOR_SURFACE }; /* what random numbers are for: part of their name */
+
+/* Rays of each, as shares of those that a probe will be captured with. Chosen ones have as many as
+ * judges: what noise they have is in the errors of all around them. */
+static const double JUDGE_RAYS = 4, CHOICE_RAYS = 0.5, PROBE_RAYS = 4;
+
+/* Those near surfaces are this far off, as shares of the box's mean side. */
+static const double OFF_LEAST = 0.004, OFF_MOST = 0.06;
+
+/* -- the lists -------------------------------------------------------------------------------- */
+
+static struct error *append(struct candidates *c, const double p[3], enum candidate_kind kind)
+{
+    struct error *err =
+        array_reserve(&c->position, &c->room[0], c->count + 1, 3 * sizeof *c->position);
+    if (!err)
+        err = array_reserve(&c->kind, &c->room[1], c->count + 1, sizeof *c->kind);
+    if (!err)
+        err = array_reserve(&c->refined, &c->room[3], c->count + 1, sizeof *c->refined);
+    if (err)
+        return err;
+    c->refined[c->count] = false;
+    memcpy(c->position + 3 * c->count, p, 3 * sizeof *p);
+    c->kind[c->count++] = (unsigned char)kind;
+    c->space += kind == CANDIDATE_SPACE;
+    c->judges += kind == CANDIDATE_JUDGE;
+    return NULL;
+}
+
+struct error *candidates_give(struct candidates *c, const double position[3])
+{
+    return append(c, position, CANDIDATE_GIVEN);
+}
+
+void candidates_clear(struct candidates *c)
+{
+    free(c->position);
+    free(c->kind);
+    free(c->refined);
+    free(c->light);
+    *c = (struct candidates){0};
+}
+
+/* -- in space --------------------------------------------------------------------------------- */
+
+/* The i-th point of the even sequence, or of the random one. */
+static void point_of(const struct candidates_job *job, enum candidate_kind kind, size_t i,
+                     double p[3])
+{
+    /* 1 / g, 1 / g^2, 1 / g^3 of g^4 = g + 1 */
+    static const double step[3] = {0.8191725133961644, 0.6710436067037892, 0.5497004779019702};
+    struct random r =
+        random_start(job->settings->seed, FOR_JUDGE, kind == CANDIDATE_JUDGE ? (uint32_t)i + 1 : 0);
+    for (int k = 0; k < 3; k++) {
+        double x = random_double(&r);
+        if (kind == CANDIDATE_SPACE)
+            x += (double)i * step[k];
+        p[k] = job->low[k] + (job->high[k] - job->low[k]) * (x - floor(x));
+    }
+}
+
+/* Adds so many of a kind, in the air; *tried: those of the sequence that were looked at. */
+static struct error *spread(struct candidates *c, const struct candidates_job *job,
+                            enum candidate_kind kind, size_t wanted, size_t *tried)
+{
+    const struct place_inside_settings settings = {
+        .rays = job->inside_rays, .backface_share = job->backface_share, .threads = job->threads};
+    const size_t most = TRIES * (wanted + 64);
+    size_t found = 0, looked = 0;
+    struct error *err = NULL;
+    while (!err && found < wanted && looked < most && !interrupt_came()) {
+        const size_t turn = wanted + 64;
+        struct place place = {.count = turn};
+        enum place_side *side = NULL;
+        err = array_create(&place.position, 3 * turn, sizeof *place.position);
+        if (!err)
+            err = array_create(&side, turn, sizeof *side);
+        for (size_t i = 0; i < turn && !err; i++)
+            point_of(job, kind, *tried + i, place.position + 3 * i);
+        if (!err)
+            err = place_inside(&place, job->path->tracer, &settings, side, job->warnings);
+        size_t i = 0;
+        for (; i < turn && found < wanted && !err; i++)
+            if (side[i] == PLACE_AIR) {
+                err = append(c, place.position + 3 * i, kind);
+                found++;
+            }
+        *tried += i;
+        looked += i;
+        free(side);
+        place_clear(&place);
+    }
+    if (!err && found < wanted && !interrupt_came())
+        err = error_new("%zu of %zu points of the box are in free space: --bounds says where it is",
+                        found, looked);
+    return err;
+}
+
+/* -- near surfaces ---------------------------------------------------------------------------- */
+
+/* Goes from p along d to a surface, and back to `off` before it or half of the way. Returns whether
+ * there is one. */
+static bool go(const struct tracer *tracer, double p[3], struct vec3 d, double off,
+               struct vec3 *normal)
+{
+    double direction[3];
+    vec3_store(direction, d);
+    const struct trace_hit hit = trace_nearest(tracer, p, direction, (double)INFINITY);
+    if (!hit.hit)
+        return false;
+    *normal = hit.front ? hit.normal : vec3_scale(-1, hit.normal);
+    const double slope = fmax(-vec3_dot(*normal, d), 0.1);
+    const double back = fmin(off / slope, hit.distance / 2);
+    vec3_store(p, vec3_fma(vec3_load(p), hit.distance - back, d));
+    return true;
+}
+
+/* From a point of space to a wall; of those, every second on along it to an edge; of those, every
+ * second to a corner. */
+static struct error *add_near_surface(struct candidates *c, const struct candidates_job *job,
+                                      size_t from, size_t number)
+{
+    const double side = cbrt((job->high[0] - job->low[0]) * (job->high[1] - job->low[1]) *
+                             (job->high[2] - job->low[2]));
+    struct random r = random_start(job->settings->seed, FOR_SURFACE, (uint32_t)number);
+    const double z = 2 * random_double(&r) - 1, turn = 2 * ANGLE_PI * random_double(&r),
+                 width = sqrt(1 - z * z), u = random_double(&r),
+                 off = side * OFF_LEAST * exp2(u * u * log2(OFF_MOST / OFF_LEAST));
+    const struct vec3 d = {width * angle_cos(turn), width * angle_sin(turn), z};
+    struct vec3 wall, next;
+    double p[3];
+    memcpy(p, c->position + 3 * from, sizeof p);
+    if (!go(job->path->tracer, p, d, off, &wall))
+        return NULL;
+    const struct vec3 along =
+        vec3_normalize(vec3_fma(d, -vec3_dot(d, wall), wall)); /* in the wall's plane */
+    if (number % 2 && vec3_length(along) > 0.5 && go(job->path->tracer, p, along, off, &next)) {
+        struct vec3 edge = vec3_cross(wall, next);
+        const bool corner = number % 4 == 3 && vec3_length(edge) > 0.1;
+        edge = vec3_normalize(number % 8 > 3 ? edge : vec3_scale(-1, edge));
+        if (corner)
+            go(job->path->tracer, p, edge, off, &next);
+    }
+    for (int k = 0; k < 3; k++)
+        if (!(p[k] >= job->low[k] && p[k] <= job->high[k]))
+            return NULL;
+    return append(c, p, CANDIDATE_SURFACE);
+}
+
+struct error *candidates_spread(struct candidates *c, const struct candidates_job *job,
+                                size_t space)
+{
+    const size_t before = c->count, first = c->space;
+    if (space <= first)
+        return NULL;
+    struct error *err = spread(c, job, CANDIDATE_SPACE, space - first, &c->space_tried);
+    const size_t end = c->count;
+    if (!err)
+        err = spread(c, job, CANDIDATE_JUDGE, space / JUDGE_EVERY - c->judges, &c->judges_tried);
+    for (size_t i = before, number = first; i < end && !err; i++, number++)
+        if (number % SURFACE_EVERY == 0)
+            err = add_near_surface(c, job, i, number / SURFACE_EVERY);
+    return err;
+}
+
+/* -- light ------------------------------------------------------------------------------------ */
+
+struct tracing {
+    const struct candidates *c;
+    const struct candidates_job *job;
+    struct capture_settings settings; /* order: of the truth */
+    struct sphere_basis probe, truth;
+    const uint32_t *list; /* of candidates; NULL: those from `first` on */
+    size_t first;
+    unsigned char *done;
+};
+
+static struct tracing tracing_of(const struct candidates *c, const struct candidates_job *job)
+{
+    const int order = job->settings->order;
+    struct tracing t = {
+        .c = c,
+        .job = job,
+        .settings = *job->settings,
+        .first = c->captured,
+        .probe = sphere_basis_make(order, false),
+        .truth = sphere_basis_make(order > TRUTH_ORDER ? order : TRUTH_ORDER, false)};
+    t.settings.order = t.truth.order;
+    t.settings.columns = 0;
+    t.settings.convolved = false;
+    return t;
+}
+
+/* Of each half. */
+static int rays_of(const struct tracing *t, enum candidate_kind kind)
+{
+    const double rays = t->job->settings->rays / 2.0,
+                 share = t->list || kind == CANDIDATE_GIVEN ? PROBE_RAYS
+                         : kind == CANDIDATE_JUDGE          ? JUDGE_RAYS
+                                                            : CHOICE_RAYS;
+    return (int)fmin(fmax(ceil(share * rays), 8), CAPTURE_RAYS_MOST);
+}
+
+/* Luminance of irradiance along the directions. */
+static struct error *look(const struct sphere_basis *basis, const struct capture_probe *light,
+                          float *value)
+{
+    double c[SH_COUNT_MAX], e[SPHERE_COUNT];
+    for (int i = 0; i < basis->order * basis->order; i++)
+        c[i] = luminance_f32(light->sh + 3 * i);
+    sphere_irradiance(basis, c, 1, e);
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        value[d] = (float)e[d];
+        if (!isfinite(value[d]))
+            return error_new("light is beyond what 32 bits can hold: --light-scale brings it down");
+    }
+    return NULL;
+}
+
+static struct error *trace_one(void *context, size_t index, int thread)
+{
+    (void)thread;
+    struct tracing *t = context;
+    const size_t i = t->list ? t->list[index] : t->first + index;
+    const double *p = t->c->position + 3 * i;
+    struct capture_settings settings = t->settings;
+    struct error *err = NULL;
+    if (interrupt_came())
+        return NULL;
+    for (int half = 0; half < 2 && !err; half++) {
+        struct capture_probe light;
+        /* no --seed of a capture is as large, nor those of truths (truth.c) */
+        settings.seed = t->settings.seed | (uint64_t)(half + 2) << 60;
+        settings.rays = rays_of(t, (enum candidate_kind)t->c->kind[i]);
+        err = capture_probe(t->job->path, &settings, p, NULL, &light);
+        if (!err)
+            err = look(&t->probe, &light, t->c->light[i].probe[half]);
+        if (!err)
+            err = look(&t->truth, &light, t->c->light[i].truth[half]);
+    }
+    if (err)
+        return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
+    t->done[index] = 1;
+    progress_add(t->job->progress, 1);
+    return NULL;
+}
+
+/* Takes out those that got no light; the first `kept` stay as they are. */
+static void drop(struct candidates *c, const unsigned char *done)
+{
+    size_t to = c->captured;
+    c->space = c->judges = 0;
+    for (size_t i = 0; i < c->count; i++) {
+        if (i >= c->captured && !done[i - c->captured])
+            continue;
+        if (i >= c->captured) {
+            memmove(c->position + 3 * to, c->position + 3 * i, 3 * sizeof *c->position);
+            c->kind[to] = c->kind[i];
+            c->light[to++] = c->light[i];
+        }
+        c->space += c->kind[i] == CANDIDATE_SPACE;
+        c->judges += c->kind[i] == CANDIDATE_JUDGE;
+    }
+    c->count = to;
+}
+
+static struct error *find_floor(struct candidates *c)
+{
+    float *mean = NULL;
+    size_t n = 0;
+    double white = 0;
+    struct error *err = array_create(&mean, c->count, sizeof *mean);
+    for (size_t i = 0; i < c->count && !err; i++) {
+        double truth[SPHERE_COUNT];
+        if (c->kind[i] != CANDIDATE_SPACE && c->kind[i] != CANDIDATE_JUDGE)
+            continue;
+        for (int d = 0; d < SPHERE_COUNT; d++)
+            truth[d] = ((double)c->light[i].truth[0][d] + (double)c->light[i].truth[1][d]) / 2;
+        mean[n++] = (float)fmax(sphere_mean(truth), 0);
+    }
+    if (!err)
+        err = ruler_white(n, mean, &white);
+    c->floor = RULER_FLOOR * white;
+    free(mean);
+    return err;
+}
+
+struct error *candidates_capture(struct candidates *c, const struct candidates_job *job)
+{
+    const size_t count = c->count - c->captured;
+    struct tracing t = tracing_of(c, job);
+    struct error *err = array_reserve(&c->light, &c->room[2], c->count, sizeof *c->light);
+    if (!err)
+        err = array_create(&t.done, count, sizeof *t.done);
+    if (!err)
+        err = threads_for(job->threads, count, trace_one, &t);
+    if (!err && interrupt_came())
+        drop(c, t.done);
+    if (!err)
+        c->captured = c->count;
+    if (!err)
+        err = find_floor(c);
+    free(t.done);
+    return err;
+}
+
+struct error *candidates_refine(struct candidates *c, const struct candidates_job *job,
+                                size_t count, const uint32_t *probe)
+{
+    struct tracing t = tracing_of(c, job);
+    uint32_t *list = NULL;
+    size_t due = 0;
+    struct error *err = array_create(&list, count, sizeof *list);
+    if (!err)
+        err = array_create(&t.done, count, sizeof *t.done);
+    for (size_t i = 0; i < count && !err; i++)
+        if (!c->refined[probe[i]] && c->kind[probe[i]] != CANDIDATE_GIVEN)
+            list[due++] = probe[i];
+    t.list = list;
+    if (!err)
+        err = threads_for(job->threads, due, trace_one, &t);
+    for (size_t i = 0; i < due && !err; i++)
+        c->refined[list[i]] = t.done[i];
+    free(list);
+    free(t.done);
+    return err;
+}

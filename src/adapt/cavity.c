@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "adapt/cavity.h"
+#include "base/array.h"
+#include "libprobe-query/sight.h"
+#include "math/vec.h"
+#include "trace/path.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* A face of the cavity, or of the hull, joined to the point. */
+struct cavity_face {
+    uint32_t corner[3]; /* candidates */
+    double row[3][4];   /* weight of each corner at x: row . (x, 1); the point has the rest */
+};
+
+/* Weights below this are no weights: who has them needs not be seen. */
+static const double LEAST = 1e-3;
+
+/* Standard errors of a gain, as if all of it were by chance, that it has to exceed. */
+static const double DOUBT = 0.5;
+
+/* -- cells ------------------------------------------------------------------------------------ */
+
+static struct vec3 corner_of(const struct choice *choice, int32_t cell, int k)
+{
+    return leak_mesh_probe(&choice->mesh, choice->mesh.vertex[4 * (size_t)cell + (size_t)k]);
+}
+
+/* Whether p is in the circumsphere of a cell, which is right-handed. */
+static bool in_sphere(const struct choice *choice, int32_t cell, struct vec3 p)
+{
+    const struct vec3 a = vec3_sub(corner_of(choice, cell, 0), p),
+                      b = vec3_sub(corner_of(choice, cell, 1), p),
+                      c = vec3_sub(corner_of(choice, cell, 2), p),
+                      d = vec3_sub(corner_of(choice, cell, 3), p);
+    const double volume = vec3_dot(vec3_sub(b, a), vec3_cross(vec3_sub(c, a), vec3_sub(d, a)));
+    const double det = -vec3_dot(a, a) * vec3_dot(b, vec3_cross(c, d)) +
+                       vec3_dot(b, b) * vec3_dot(a, vec3_cross(c, d)) -
+                       vec3_dot(c, c) * vec3_dot(a, vec3_cross(b, d)) +
+                       vec3_dot(d, d) * vec3_dot(a, vec3_cross(b, c));
+    return volume > 0 ? det < 0 : det > 0;
+}
+
+static bool has(const struct cavity *cavity, int32_t cell)
+{
+    for (size_t i = 0; i < cavity->cells; i++)
+        if (cavity->cell[i] == cell)
+            return true;
+    return false;
+}
+
+bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
+{
+    const struct vec3 p = vec3_load(choice->world.candidates->position + 3 * (size_t)candidate);
+    cavity->cells = 0;
+    cavity->cell[cavity->cells++] = choice->place[candidate].cell;
+    for (size_t i = 0; i < cavity->cells; i++)
+        for (int k = 0; k < 4; k++) {
+            const int32_t next = choice->cells.neighbour[4 * (size_t)cavity->cell[i] + (size_t)k];
+            if (next < 0 || has(cavity, next) || !in_sphere(choice, next, p))
+                continue;
+            if (cavity->cells == CAVITY_CELLS)
+                return false;
+            cavity->cell[cavity->cells++] = next;
+        }
+    return true;
+}
+
+/* -- faces ------------------------------------------------------------------------------------ */
+
+/* Joins p to the face opposite a corner of a cell, on this side of which it is (1: the cell's; -1:
+ * the other), unless it is not. */
+static struct error *join(struct cavity *cavity, const struct choice *choice, int32_t cell, int k,
+                          double way, struct vec3 p)
+{
+    static const int of[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
+    struct vec3 q[3];
+    struct error *err =
+        array_reserve(&cavity->face, &cavity->room, cavity->faces + 1, sizeof *cavity->face);
+    if (err)
+        return err;
+    struct cavity_face *face = &cavity->face[cavity->faces];
+    for (int i = 0; i < 3; i++) {
+        face->corner[i] = choice->probe[choice->mesh.vertex[4 * (size_t)cell + (size_t)of[k][i]]];
+        q[i] = vec3_sub(corner_of(choice, cell, of[k][i]), p);
+    }
+    const struct vec3 own = vec3_sub(corner_of(choice, cell, k), p),
+                      normal = vec3_cross(vec3_sub(q[1], q[0]), vec3_sub(q[2], q[0]));
+    const double volume = vec3_dot(q[0], vec3_cross(q[1], q[2])),
+                 height = vec3_dot(normal, vec3_sub(own, q[0])), /* of the corner above the face */
+        mine = -vec3_dot(normal, q[0]);                          /* of p */
+    const double size = vec3_length(normal) * vec3_length(q[0]);
+    if (!(mine * height * way > 0) || !(fabs(volume) > 1e-9 * size))
+        return NULL;
+    for (int i = 0; i < 3; i++) {
+        const struct vec3 n = vec3_scale(1 / volume, vec3_cross(q[(i + 1) % 3], q[(i + 2) % 3]));
+        face->row[i][0] = n.x;
+        face->row[i][1] = n.y;
+        face->row[i][2] = n.z;
+        face->row[i][3] = -vec3_dot(n, p);
+    }
+    cavity->faces++;
+    return NULL;
+}
+
+static struct error *find_faces(struct cavity *cavity, const struct choice *choice, bool inside,
+                                struct vec3 p)
+{
+    struct error *err = NULL;
+    cavity->faces = 0;
+    for (size_t i = 0; i < cavity->cells; i++)
+        for (int k = 0; k < 4 && !err; k++) {
+            const int32_t cell = cavity->cell[i],
+                          next = choice->cells.neighbour[4 * (size_t)cell + (size_t)k];
+            if (next < 0 || !has(cavity, next))
+                err = join(cavity, choice, cell, k, 1, p);
+        }
+    for (size_t i = 0; i < 4 * choice->mesh.cell_count && !inside && !err; i++)
+        if (choice->cells.neighbour[i] < 0 && !has(cavity, (int32_t)(i / 4)))
+            err = join(cavity, choice, (int32_t)(i / 4), (int)(i % 4), -1, p);
+    return err;
+}
+
+/* -- candidates ------------------------------------------------------------------------------- */
+
+/* Of all faces that around which the weights of x are most positive; NULL: it is in none. */
+static const struct cavity_face *find_face(const struct cavity *cavity, const double x[3],
+                                           double weight[4])
+{
+    const struct cavity_face *found = NULL;
+    double most = -1e-6;
+    for (size_t i = 0; i < cavity->faces; i++) {
+        const struct cavity_face *face = &cavity->face[i];
+        double w[4], least = 1;
+        w[3] = 1;
+        for (int k = 0; k < 3; k++) {
+            w[k] = face->row[k][0] * x[0] + face->row[k][1] * x[1] + face->row[k][2] * x[2] +
+                   face->row[k][3];
+            w[3] -= w[k];
+            least = fmin(least, w[k]);
+        }
+        least = fmin(least, w[3]);
+        if (least <= most)
+            continue;
+        most = least;
+        found = face;
+        for (int k = 0; k < 4; k++)
+            weight[k] = fmax(w[k], 0);
+    }
+    return found;
+}
+
+/* Whether anything stands in the cavity's cells. */
+static bool is_walled(const struct cavity *cavity, const struct choice *choice)
+{
+    for (size_t i = 0; i < cavity->cells; i++)
+        for (size_t k = 0; k < 12; k++)
+            if (choice->sights.sight[12 * (size_t)cavity->cell[i] + k] > 0)
+                return true;
+    return false;
+}
+
+/* What the error at x falls by. */
+static double gain_at(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                      bool walled, uint32_t x)
+{
+    const struct candidates *c = choice->world.candidates;
+    double weight[4], light[2][SPHERE_COUNT], sum = 0;
+    const struct cavity_face *face = find_face(cavity, c->position + 3 * (size_t)x, weight);
+    if (!face)
+        return 0;
+    const uint32_t from[4] = {face->corner[0], face->corner[1], face->corner[2], candidate};
+    for (int k = 0; k < 4; k++) {
+        if (weight[k] < LEAST)
+            weight[k] = 0;
+        else if (walled)
+            weight[k] *= (double)trace_visibility(choice->world.job->path->tracer,
+                                                  c->position + 3 * (size_t)x,
+                                                  c->position + 3 * (size_t)from[k]);
+        sum += weight[k];
+    }
+    if (sum < SIGHT_ENOUGH)
+        return 0; /* a stand-in answers, as before, more or less */
+    for (int k = 0; k < 4; k++)
+        weight[k] /= sum;
+    choice_blend(c, 4, from, weight, light);
+    return (double)choice->weight[x] *
+           (choice_square((double)choice->error[x]) - choice_square(choice_error_of(c, x, light)));
+}
+
+/* Adds what the errors of candidates fall by, and the squares of that. */
+static void add_gains(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                      bool walled, size_t count, const uint32_t *at, double sum[2])
+{
+    const bool inside = choice->place[candidate].inside;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t x = at ? at[i] : (uint32_t)i;
+        if (x == candidate || !choice_counts(choice, x) ||
+            (at ? !inside && !choice->place[x].inside : (bool)choice->place[x].inside))
+            continue;
+        const double gain = gain_at(cavity, choice, candidate, walled, x);
+        sum[0] += gain;
+        sum[1] += gain * gain;
+    }
+}
+
+double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                   struct error **err)
+{
+    const struct candidates *c = choice->world.candidates;
+    const bool inside = choice->place[candidate].inside;
+    double sum[2] = {0};
+    if (!cavity_dig(cavity, choice, candidate))
+        return 0;
+    *err = find_faces(cavity, choice, inside, vec3_load(c->position + 3 * (size_t)candidate));
+    if (*err)
+        return 0;
+    const bool walled = !inside || is_walled(cavity, choice);
+    for (size_t i = 0; i < cavity->cells; i++) {
+        const int32_t cell = cavity->cell[i];
+        add_gains(cavity, choice, candidate, walled, choice->first[cell + 1] - choice->first[cell],
+                  choice->at + choice->first[cell], sum);
+    }
+    if (!inside)
+        add_gains(cavity, choice, candidate, walled, c->count, NULL, sum);
+    return sum[0] > DOUBT * sqrt(sum[1]) ? sum[0] : 0;
+}
+
+void cavity_clear(struct cavity *cavity)
+{
+    free(cavity->face);
+    *cavity = (struct cavity){0};
+}

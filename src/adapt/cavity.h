@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* cavity: what one probe more would change, without making the cells anew.
+ *
+ * A Delaunay tetrahedralisation gives way where a point comes in: the cells whose circumsphere
+ * holds it go, and the new ones join the point to the faces of the cavity that is left (Bowyer,
+ * "Computing Dirichlet tessellations"; Watson, "Computing the n-dimensional Delaunay tessellation",
+ * The Computer Journal 24, 1981). So the candidates in the cavity are blended anew of the point and
+ * one of these faces each, those of the four that a candidate sees in the scene itself, and what
+ * their errors fall by in all is what the probe is worth. The rest of the cells do not change, so
+ * probes whose cavities share no cell do not get in each other's way.
+ *
+ * In double, and of cells that probe-tet has made, which need not be Delaunay to the last: it is an
+ * estimate, and the cells are made anew before anything is said about errors.
+ */
+#ifndef CAVITY_H
+#define CAVITY_H
+
+#include "adapt/choice.h"
+
+enum { CAVITY_CELLS = 192 };
+
+/* Room for one thread's work. Starts as {0}. */
+struct cavity {
+    int32_t cell[CAVITY_CELLS];
+    size_t cells;
+    struct cavity_face *face; /* owned */
+    size_t faces, room;
+};
+
+/* Finds the cells of a candidate's cavity; false where they are more than there is room for. */
+bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate);
+
+/* Finds the cavity of a candidate, and returns the sum of what the errors of the other candidates
+ * of space would fall by; 0 where that may well be by chance, or the cavity is larger than it may
+ * be. */
+double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                   struct error **err);
+
+void cavity_clear(struct cavity *cavity);
+
+#endif

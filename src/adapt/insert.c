@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "adapt/insert.h"
+#include "adapt/cavity.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/threads.h"
+
+#include <stdlib.h>
+
+enum { OF_A_CELL = 12 };         /* candidates of one that are looked at */
+enum { FOR_EACH = 8, AND = 64 }; /* candidates that are looked at for each one wanted, and more */
+
+/* What is sorted: the largest first, and of equals that of the lowest number. */
+struct rank {
+    double value;
+    uint32_t number;
+};
+
+static int compare(const void *a, const void *b)
+{
+    const struct rank *x = a, *y = b;
+    if (x->value != y->value)
+        return x->value > y->value ? -1 : 1;
+    return x->number < y->number ? -1 : x->number > y->number;
+}
+
+static bool can_be_chosen(const struct choice *choice, uint32_t x)
+{
+    const enum candidate_kind kind = choice->world.candidates->kind[x];
+    return (kind == CANDIDATE_SPACE || kind == CANDIDATE_SURFACE) && !choice->chosen[x];
+}
+
+/* The cells by their errors. */
+static struct error *rank_cells(const struct choice *choice, struct rank **cell)
+{
+    const size_t cells = choice->mesh.cell_count;
+    struct error *err = array_create(cell, cells, sizeof **cell);
+    for (size_t i = 0; i < cells && !err; i++) {
+        struct rank *rank = &(*cell)[i];
+        rank->number = (uint32_t)i;
+        for (uint32_t k = choice->first[i]; k < choice->first[i + 1]; k++) {
+            const uint32_t x = choice->at[k];
+            if (choice_counts(choice, x))
+                rank->value += (double)choice->weight[x] * choice_square((double)choice->error[x]);
+        }
+    }
+    if (!err)
+        qsort(*cell, cells, sizeof **cell, compare);
+    return err;
+}
+
+/* Candidates of a cell, spread over those of large and small errors. */
+static size_t pick(const struct choice *choice, uint32_t cell, struct rank *all,
+                   struct rank *picked)
+{
+    size_t count = 0;
+    for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++)
+        if (can_be_chosen(choice, choice->at[k]))
+            all[count++] = (struct rank){(double)choice->error[choice->at[k]], choice->at[k]};
+    qsort(all, count, sizeof *all, compare);
+    const size_t take = count < OF_A_CELL ? count : OF_A_CELL;
+    for (size_t i = 0; i < take; i++)
+        picked[i] = all[i * count / take];
+    return take;
+}
+
+static struct error *pick_all(const struct choice *choice, size_t most, struct rank *picked,
+                              size_t *count)
+{
+    struct rank *cell = NULL, *all = NULL;
+    struct error *err = rank_cells(choice, &cell);
+    if (!err)
+        err = array_create(&all, choice->world.candidates->count, sizeof *all);
+    *count = 0;
+    for (size_t i = 0; i < choice->mesh.cell_count && *count + OF_A_CELL <= most && !err; i++)
+        *count += pick(choice, cell[i].number, all, picked + *count);
+    free(cell);
+    free(all);
+    return err;
+}
+
+struct gaining {
+    const struct choice *choice;
+    struct rank *picked;
+    struct cavity *cavity; /* of each thread */
+};
+
+static struct error *find_gain(void *context, size_t i, int thread)
+{
+    struct gaining *g = context;
+    struct error *err = NULL;
+    g->picked[i].value = cavity_gain(&g->cavity[thread], g->choice, g->picked[i].number, &err);
+    return err;
+}
+
+/* Takes the candidates whose cavities are apart. */
+static struct error *take(const struct choice *choice, const struct rank *picked, size_t count,
+                          double least, struct cavity *cavity, size_t most, uint32_t *candidate,
+                          size_t *found, double *gain)
+{
+    bool *taken = NULL;
+    struct error *err = array_create(&taken, choice->mesh.cell_count, sizeof *taken);
+    *found = 0;
+    *gain = 0;
+    for (size_t i = 0; i < count && *found < most && !err; i++) {
+        bool free_of_others = picked[i].value > 0 && picked[i].value >= least &&
+                              cavity_dig(cavity, choice, picked[i].number);
+        for (size_t k = 0; k < cavity->cells && free_of_others; k++)
+            free_of_others = !taken[cavity->cell[k]];
+        if (!free_of_others)
+            continue;
+        for (size_t k = 0; k < cavity->cells; k++)
+            taken[cavity->cell[k]] = true;
+        candidate[(*found)++] = picked[i].number;
+        *gain += picked[i].value;
+    }
+    free(taken);
+    return err;
+}
+
+struct error *insert_find(const struct choice *choice, size_t most, double share,
+                          uint32_t *candidate, size_t *found, double *gain)
+{
+    const size_t room = FOR_EACH * most + AND + choice->count;
+    const int threads = choice->world.job->threads;
+    struct gaining g = {.choice = choice};
+    size_t count = 0;
+    *found = 0;
+    struct error *err = array_create(&g.picked, room, sizeof *g.picked);
+    if (!err)
+        err = array_create(&g.cavity, (size_t)threads, sizeof *g.cavity);
+    if (!err)
+        err = pick_all(choice, room, g.picked, &count);
+    if (!err)
+        err = threads_for(threads, count, find_gain, &g);
+    if (!err && count) {
+        qsort(g.picked, count, sizeof *g.picked, compare);
+        err = take(choice, g.picked, count, share * g.picked[0].value, g.cavity, most, candidate,
+                   found, gain);
+    }
+    for (int i = 0; i < threads && g.cavity; i++)
+        cavity_clear(&g.cavity[i]);
+    free(g.cavity);
+    free(g.picked);
+    return err;
+}

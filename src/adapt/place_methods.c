@@ -1,0 +1,8 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* All methods of placing (place_method.h). */
+#include "place/place_method.h"
+
+const struct place_method *const place_methods[] = {
+    &place_method_grid,     &place_method_points,   &place_method_path,
+    &place_method_vertices, &place_method_adaptive, NULL,
+};

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
+# probes where they lower the error, by light
+adapt_sources = \
+	%D%/adapt.c %D%/adapt.h \
+	%D%/adapt_place.c \
+	%D%/candidates.c %D%/candidates.h \
+	%D%/cavity.c %D%/cavity.h \
+	%D%/choice.c %D%/choice.h \
+	%D%/insert.c %D%/insert.h \
+	%D%/place_methods.c \
+	%D%/thin_out.c %D%/thin_out.h

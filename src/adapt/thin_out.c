@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "adapt/thin_out.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/threads.h"
+#include "math/vec.h"
+#include "trace/path.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NEIGHBOURS = 64 };
+
+struct rank {
+    double value;
+    uint32_t number;
+};
+
+/* The smallest first, and of equals the lowest number. */
+static int compare(const void *a, const void *b)
+{
+    const struct rank *x = a, *y = b;
+    if (x->value != y->value)
+        return x->value < y->value ? -1 : 1;
+    return x->number < y->number ? -1 : x->number > y->number;
+}
+
+/* The probes in the cells around one, as candidates. */
+static int find_neighbours(const struct choice *choice, size_t probe, uint32_t *neighbour)
+{
+    int count = 0;
+    for (size_t s = choice->stars.first[probe]; s < choice->stars.first[probe + 1]; s++)
+        for (size_t k = 0; k < 4; k++) {
+            const int32_t vertex = choice->mesh.vertex[choice->stars.slot[s] / 4 * 4 + k];
+            const uint32_t candidate = choice->probe[vertex];
+            int i = 0;
+            while (i < count && neighbour[i] != candidate)
+                i++;
+            if (i == count && count < NEIGHBOURS && (size_t)vertex != probe)
+                neighbour[count++] = candidate;
+        }
+    return count;
+}
+
+/* Solves a x = b for a symmetric positive matrix, in place; returns whether it could. */
+static bool solve(double a[4][4], double b[4])
+{
+    for (int i = 0; i < 4; i++) {
+        if (!(a[i][i] > 1e-12))
+            return false;
+        for (int k = i + 1; k < 4; k++) {
+            const double f = a[k][i] / a[i][i];
+            for (int j = i; j < 4; j++)
+                a[k][j] -= f * a[i][j];
+            b[k] -= f * b[i];
+        }
+    }
+    for (int i = 3; i >= 0; i--) {
+        for (int k = i + 1; k < 4; k++)
+            b[i] -= a[i][k] * b[k];
+        b[i] /= a[i][i];
+    }
+    return true;
+}
+
+/* Weights of neighbours for the light at p: of the linear function that fits it best there; or,
+ * where they do not tell one, of its mean. */
+static void fit(const struct candidates *c, const double p[3], int count, const uint32_t *neighbour,
+                double *weight)
+{
+    double a[4][4] = {{0}}, b[4] = {1, 0, 0, 0}, row[NEIGHBOURS][4], near = (double)INFINITY,
+           sum = 0;
+    for (int i = 0; i < count; i++) {
+        const struct vec3 d =
+            vec3_sub(vec3_load(c->position + 3 * (size_t)neighbour[i]), vec3_load(p));
+        row[i][0] = 1;
+        vec3_store(row[i] + 1, d);
+        near = fmin(near, vec3_length(d));
+    }
+    for (int i = 0; i < count; i++) {
+        for (int k = 1; k < 4; k++)
+            row[i][k] /= near;
+        const double square = row[i][1] * row[i][1] + row[i][2] * row[i][2] + row[i][3] * row[i][3];
+        weight[i] = 1 / square;
+        sum += weight[i];
+        for (int k = 0; k < 4; k++)
+            for (int j = 0; j < 4; j++)
+                a[k][j] += row[i][k] * row[i][j] / square;
+    }
+    const bool linear = count > 4 && solve(a, b);
+    for (int i = 0; i < count; i++)
+        weight[i] *= linear
+                         ? b[0] * row[i][0] + b[1] * row[i][1] + b[2] * row[i][2] + b[3] * row[i][3]
+                         : 1 / sum;
+}
+
+/* By how much the errors around a probe grow without it. */
+static double loss_of(const struct choice *choice, size_t probe)
+{
+    const struct candidates *c = choice->world.candidates;
+    const double *p = c->position + 3 * (size_t)choice->probe[probe];
+    uint32_t neighbour[NEIGHBOURS], from[NEIGHBOURS + 4];
+    double weight[NEIGHBOURS], all[NEIGHBOURS + 4], light[2][SPHERE_COUNT], loss = 0;
+    int count = find_neighbours(choice, probe, neighbour), seen = 0;
+    for (int i = 0; i < count; i++)
+        if (trace_visibility(choice->world.job->path->tracer, p,
+                             c->position + 3 * (size_t)neighbour[i]) > 0.5F)
+            neighbour[seen++] = neighbour[i];
+    count = seen;
+    if (!count)
+        return (double)INFINITY;
+    fit(c, p, count, neighbour, weight);
+    for (size_t s = choice->stars.first[probe]; s < choice->stars.first[probe + 1]; s++) {
+        const size_t cell = choice->stars.slot[s] / 4;
+        for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++) {
+            const uint32_t x = choice->at[k];
+            const struct probe_place *place = &choice->place[x];
+            double mine = 0;
+            int n = 0;
+            for (int i = 0; i < 4; i++)
+                if ((size_t)place->probe[i] == probe) {
+                    mine += place->weight[i];
+                } else {
+                    from[n] = choice->probe[place->probe[i]];
+                    all[n++] = place->weight[i];
+                }
+            if (!(mine > 0) || !choice_counts(choice, x))
+                continue;
+            for (int j = 0; j < count; j++) {
+                from[n] = neighbour[j];
+                all[n++] = weight[j] * mine;
+            }
+            choice_blend(c, n, from, all, light);
+            loss += (double)choice->weight[x] * (choice_square(choice_error_of(c, x, light)) -
+                                                 choice_square((double)choice->error[x]));
+        }
+    }
+    return loss;
+}
+
+struct losing {
+    const struct choice *choice;
+    struct rank *rank;
+};
+
+static struct error *find_loss(void *context, size_t i, int thread)
+{
+    (void)thread;
+    struct losing *l = context;
+    const bool given = l->choice->world.candidates->kind[l->choice->probe[i]] == CANDIDATE_GIVEN;
+    l->rank[i] = (struct rank){given ? (double)INFINITY : loss_of(l->choice, i), (uint32_t)i};
+    return NULL;
+}
+
+struct error *thin_out_find(const struct choice *choice, size_t most, uint32_t *probe,
+                            size_t *found)
+{
+    struct losing l = {.choice = choice};
+    bool *taken = NULL;
+    *found = 0;
+    struct error *err = array_create(&l.rank, choice->count, sizeof *l.rank);
+    if (!err)
+        err = array_create(&taken, choice->mesh.cell_count, sizeof *taken);
+    if (!err)
+        err = threads_for(choice->world.job->threads, choice->count, find_loss, &l);
+    if (!err)
+        qsort(l.rank, choice->count, sizeof *l.rank, compare);
+    for (size_t i = 0; i < choice->count && *found < most && !err; i++) {
+        const uint32_t number = l.rank[i].number;
+        const size_t first = choice->stars.first[number], end = choice->stars.first[number + 1];
+        bool alone = l.rank[i].value < (double)INFINITY;
+        for (size_t s = first; s < end; s++)
+            alone = alone && !taken[choice->stars.slot[s] / 4];
+        for (size_t s = first; s < end && alone; s++)
+            taken[choice->stars.slot[s] / 4] = true;
+        if (alone)
+            probe[(*found)++] = number;
+    }
+    free(taken);
+    free(l.rank);
+    return err;
+}

@@ -1,0 +1,134 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# probe-place adaptive: as few probes as the light needs, where it needs them; each rule ends it and
+# says so; nothing depends on threads, on the order of triangles, or on noise.
+. "${SRC:?}/tests/support/setup.sh"
+
+# room X0 X1 MATERIAL: a closed room, seen from within, of which v0 vertices came before
+room() {
+    printf 'v %s 0 0\nv %s 0 0\nv %s 2 0\nv %s 2 0\nv %s 0 2\nv %s 0 2\nv %s 2 2\nv %s 2 2\n' \
+        "$1" "$2" "$2" "$1" "$1" "$2" "$2" "$1"
+    printf 'usemtl %s\n' "$3"
+    for face in '-8 -7 -6' '-8 -6 -5' '-4 -1 -2' '-4 -2 -3' '-8 -4 -3' '-8 -3 -7' '-5 -6 -2' \
+        '-5 -2 -1' '-8 -5 -1' '-8 -1 -4' '-7 -3 -2' '-7 -2 -6'; do
+        echo "f $face"
+    done
+}
+cat >light.mtl <<'MTL'
+newmtl one
+Kd 0 0 0
+Ke 1 1 1
+newmtl four
+Kd 0 0 0
+Ke 4 4 4
+newmtl wall
+Kd .6 .5 .4
+newmtl lamp
+Kd 0 0 0
+Ke 40 40 40
+MTL
+{ echo 'mtllib light.mtl' && room 0 2 one; } >even.obj
+{ echo 'mtllib light.mtl' && room 0 1.99 one && room 2.01 4 four; } >halves.obj
+{
+    echo 'mtllib light.mtl' && room 0 3 wall
+    printf '%s\n' 'v .1 .2 1.9' 'v .4 .2 1.9' 'v .1 .5 1.9' 'usemtl lamp' 'f -3 -1 -2'
+} >lamp.obj
+
+# probes OBJ OPTION...: places adaptive probes of it, into placed.probe and said
+probes() {
+    probes_of=$1
+    shift
+    probe-place adaptive --text "$@" "$probes_of" >placed.probe 2>said
+}
+placed() { row_count probe placed.probe; }
+
+# -- as few as the light needs ---------------------------------------------------------------------
+check "light that is the same everywhere needs 4 probes" probes even.obj --max-error 1% --rays 16 \
+    and says said ': 4 probes of .*: the error is as asked for'
+check "they are a stream of positions and of what placed them" says placed.probe \
+    '^table probe position:f64:3 origin:i32:1$' ' 5$' and [ "$(placed)" -eq 4 ]
+probes halves.obj --max-error 1% --rays 64
+check "two rooms of constant light need few in each ($(placed))" [ "$(placed)" -ge 8 ] \
+    and [ "$(placed)" -le 24 ]
+probe-cat --text placed.probe | numbers |
+    awk '{ side[$1 < 2]++ } END { exit !(side[0] > 1 && side[1] > 1) }'
+check "on both sides of the wall" [ $? -eq 0 ]
+probe-capture -q --rays 256 halves.obj placed.probe | probe-tet -q | probe-leakfix -q halves.obj |
+    probe-error -q --tsv --points 400 --paths 0 --truth-rays 64 --leak-samples 0 halves.obj >report
+check "and probe-error finds that error" \
+    every '$1 != "error" || $2 != "all" || $3 < .015' report and says report '^error.all'
+
+# -- what ends it ----------------------------------------------------------------------------------
+probes lamp.obj --probes 37 --rays 64
+check "--probes" [ "$(placed)" -eq 37 ] \
+    and says said ': 37 probes of .*: there are as many as --probes allows'
+cp placed.probe of-37
+check "is the same with one thread" probes lamp.obj --probes 37 --rays 64 --threads 1 \
+    and same_stream placed.probe of-37
+check "and another with another seed" probes lamp.obj --probes 37 --rays 64 --seed 1 \
+    and not same_stream placed.probe of-37
+{
+    grep -v '^f\|^usemtl' lamp.obj
+    echo usemtl lamp
+    echo f 9 11 10
+    echo usemtl wall
+    grep '^f' lamp.obj | head -n 12 | tac | awk '{ print "f", $3 + 9, $4 + 9, $2 + 9 }'
+} >turned.obj
+check "whatever the order of triangles" probes turned.obj --probes 37 --rays 64
+probe-cat --text of-37 | numbers >a
+probe-cat --text placed.probe | numbers >b
+check "it is the same to rounding" near 1e-6 a b
+check "--bytes" probes lamp.obj --bytes 20000 --rays 64 and says said 'as --bytes allows'
+probe-capture -q --rays 16 lamp.obj placed.probe | probe-tet -q | probe-leakfix -q lamp.obj |
+    probe-query --pack float - >packed
+bytes=$(wc -c <packed)
+check "is that of the packed file" [ "$bytes" -le 20000 ] and [ "$bytes" -ge 16000 ]
+check "--gain" probes lamp.obj --gain 60% --rays 64 and says said 'gained less than --gain'
+probes lamp.obj --max-error .1% --max-probes 30 --rays 64
+check "--max-probes" [ "$(placed)" -eq 30 ] \
+    and says said 'warning: the error is .* %, not 0.10 % or less: the best'
+check "--curve has a line a round" probes lamp.obj --probes 60 --rays 64 --curve curve.tsv \
+    and says curve.tsv '^4	' '^60	' \
+    '^probes.bytes.error.held_out.held_out_low.held_out_high.seconds$'
+tail -n +2 curve.tsv >rows
+check "numbers grow, and the interval holds the error" \
+    every 'NF == 7 && $5 <= $4 && $4 <= $6 && $1 >= last * .9 && (last = $1)' rows
+
+# -- noise is not chased ---------------------------------------------------------------------------
+probes lamp.obj --max-error 8% --rays 512
+many=$(placed)
+probes lamp.obj --max-error 8% --rays 32
+check "with 32 rays no more probes than half again what 512 rays need ($(placed), $many)" \
+    [ "$(placed)" -le $((many * 3 / 2 + 4)) ]
+
+# -- what stays ------------------------------------------------------------------------------------
+printf '%s\n' '.5 .5 .5' '2.5 1.5 1' | probe-place points - >kept.probe
+probes lamp.obj --probes 20 --rays 64 --keep kept.probe
+check "--keep" [ "$(placed)" -eq 20 ]
+probe-cat --text placed.probe | numbers | head -n 2 >rows
+check "has them first, and does not say what placed them" \
+    says rows '^0.5 0.5 0.5 -1$' '^2.5 1.5 1 -1$'
+cp placed.probe kept.probe
+check "and of streams that do, what they say" \
+    probes lamp.obj --probes 30 --rays 64 --keep kept.probe
+probe-cat --text placed.probe | numbers | awk '$4 == 5' >rows
+check "of all but two" has_lines 28 rows
+
+# -- what cannot be --------------------------------------------------------------------------------
+refused 2 'expected --max-error, --probes, --bytes or --gain' probe-place adaptive lamp.obj
+refused 2 '--probes: expected a number at least 4' probe-place adaptive --probes 3 lamp.obj
+refused 2 "expected a share between 0 and 1, or a percentage as in 10%, got '0'" \
+    probe-place adaptive --max-error 0 lamp.obj
+refused 2 'does not look at light' probe-place grid --count 9 --sky 1,1,1 lamp.obj
+refused 2 'places no probes where there is no air' \
+    probe-place adaptive --probes 9 --inside keep lamp.obj
+grep -v usemtl lamp.obj >dark.obj
+refused 1 'there is no light: --sky' probe-place adaptive --probes 9 --rays 16 dark.obj
+check "a sky is one" probes dark.obj --probes 9 --rays 16 --point 1,1,1,1,1,1
+refused 1 'are in free space: --bounds' \
+    probe-place adaptive --probes 9 --bounds 8,8,8,9,9,9 lamp.obj
+refused 1 'flat' probe-place adaptive --probes 9 --bounds 0,1,0,3,1,2 lamp.obj
+probe-place vertices lamp.obj >surface.probe
+refused 1 'probes with normals' probe-place adaptive --probes 90 --keep surface.probe lamp.obj
+
+tap_done
