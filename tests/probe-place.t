@@ -362,10 +362,31 @@ awk 'BEGIN { # crossed quads, of which every other is seen from behind
     }
 }' >trees.obj
 { ground 0; cat trees.obj; } >wood.obj
-check "nor does a dense wood hide the ground below it" sh -c "
-    probe-place grid -q --inside mark --text --count 2000 --bounds -10,-2,-10,10,5,10 wood.obj |
-        awk '/^[0-9-]/ { all += \$3 < 0; kept += \$3 < 0 && !\$1; lost += \$3 > .1 && \$1 }
-            END { exit kept > .1 * all || lost > .02 * all || !all }'"
+cat >in_wood.sh <<'SH'
+probe-place grid -q --inside mark --text --count 2000 --bounds -10,-2,-10,10,5,10 "$1" |
+    awk '/^[0-9-]/ { all += $3 < 0; kept += $3 < 0 && !$1; lost += $3 > .1 && $1 }
+        END { exit kept > .01 * all || lost > .01 * all || !all }'
+SH
+check "nor does a dense wood hide the ground below it" sh in_wood.sh wood.obj
+{ ground 0; awk '/^v/ { print $1, $2, $3 - .3, $4; next } { print }' trees.obj; } >rooted.obj
+check "where its trees go into the ground as well" sh in_wood.sh rooted.obj
+
+# A lake, flat, that goes on inside the hills around it.
+hills='1.5 * sin(.5 * x) * cos(.4 * z) + .4 * sin(1.3 * x + z)'
+{
+    ground "$hills"
+    printf 'v -10 -.3 -10\nv -10 -.3 10\nv 10 -.3 10\nv 10 -.3 -10\nf -4 -3 -2 -1\n'
+} >lake.obj
+check "a lake says nothing, its bed and its hills do" told lake.obj \
+    "y < $hills - .4 || y < $hills + .4 && \$1" --bounds -9.3,-3,-9.3,9.3,4,9.3
+
+# Houses of walls without thickness that look outward, on a ground: with gates air is in them, and
+# without they stand for matter.
+{ ground 0; box -3 0 -3 3.01 3 3 | awk '!/^f/ || ++n > 3'; } >paper.obj
+check "in a house of paper is air" told paper.obj 'y < 0' --bounds -8,-1.9,-8,8,5,8
+{ ground 0; box -3 0 -3 3.01 3 3 | awk '!/^f/ || ++n != 3'; } >shut.obj
+check "but not where it is shut" told shut.obj \
+    'y < 0 || x > -3 && x < 3.01 && y < 3 && z > -3 && z < 3' --bounds -8,-1.9,-8,8,5,8
 
 # A walled yard of thick matter; what is built in it has its floor within that of the yard.
 yard='j < 1 || i < 1 || i > 10 || k < 1 || k > 10'
@@ -430,10 +451,23 @@ check "nor is it under furniture" told placed.obj \
 awk '/^f/ { print $1, $5, $4, $3, $2; next } { print }' furnished.obj >inverted.obj
 check "a house that is turned inside out, with its furniture" told inverted.obj "$house || $table"
 check "which is told" grep -q 'whole surface is taken as turned inside out' told.err
+voxels 1 "$walls" .5 >bare.obj
+check "and with nothing in it" told bare.obj "$house"
 { ground -.05; cat house.obj; } | awk '/^f/ { print $1, $5, $4, $3, $2; next } { print }' \
     >overturned.obj
 check "or on a ground that is" told overturned.obj "$house || y < -.05 && \$1" \
     --bounds -9.9,-1,-9.9,9.9,6,9.9
+awk '/^v/ { print $1, $2, -$4, $3; next } { print }' overturned.obj >upright.obj
+house_z=$(echo "$house" | sed 's/y/w/g; s/z/(-y)/g; s/w/z/g')
+check "where Z is up, too" told upright.obj "$house_z || z < -.05 && \$1" \
+    --bounds -9.9,-9.9,-1,9.9,9.9,6
+# Of many positions, those between others of the same side are not asked.
+check "many are told as few are" told furnished.obj "$house || $table" --count 30000
+for threads in 1 3; do
+    probe-place grid -q --inside mark --count 30000 --threads $threads furnished.obj \
+        >many$threads.probe
+done
+check "by any number of threads" cmp many1.probe many3.probe and test -s many1.probe
 
 # -- open grounds -------------------------------------------------------------------------------
 ground 0 >flat.obj

@@ -48,44 +48,115 @@ static struct error *look_around(void *context, size_t index, int thread)
     return NULL;
 }
 
+/* -- looking at many -------------------------------------------------------------------------- */
+
+/* Of many positions, every fourth is looked at first. */
+enum { MANY = 10000, STEP = 4 };
+
+/* Whether b is seen from a, not far away. */
+static bool is_seen(const struct look_job *job, const double a[3], const double b[3])
+{
+    return trace_visibility(job->tracer, a, b) >= 1;
+}
+
+/* Whether p is between a and b, which are near one another, and sees both. */
+static bool is_between(const struct look_job *job, const double p[3], const double a[3],
+                       const double b[3])
+{
+    const struct scene *scene = trace_scene(job->tracer);
+    const double size = vec3_length(vec3_sub(scene->box_max, scene->box_min)),
+                 to_a = vec3_length(vec3_sub(vec3_load(p), vec3_load(a))),
+                 to_b = vec3_length(vec3_sub(vec3_load(p), vec3_load(b))),
+                 all = vec3_length(vec3_sub(vec3_load(a), vec3_load(b)));
+    return all < size / 16 && to_a + to_b < 1.1 * all && is_seen(job, p, a) && is_seen(job, p, b);
+}
+
+static struct error *look_first(void *context, size_t index, int thread)
+{
+    return look_around(context, STEP * index, thread);
+}
+
+/* Looks from the positions between two that were looked at first. Where these are of the same side,
+ * who is between them and sees both is of that side, too: in the same air, or the same matter. */
+static struct error *look_between(void *context, size_t index, int thread)
+{
+    const struct look_job *job = context;
+    const size_t first = STEP * index, last = first + STEP;
+    const struct look *a = &job->look[first], *b = &job->look[last];
+    const bool same = last < job->count &&
+                      look_side(a, job->settings) == look_side(b, job->settings);
+    struct error *err = NULL;
+    for (size_t i = first + 1; i < last && i < job->count && !err; i++)
+        if (same && is_between(job, look_position(job, i), look_position(job, first),
+                               look_position(job, last)))
+            job->look[i] = *a;
+        else
+            err = look_around(context, i, thread);
+    return err;
+}
+
+static struct error *look_all(struct look_job *job)
+{
+    const int threads = job->settings->threads;
+    job->count = job->place->count;
+    if (job->count < MANY)
+        return threads_for(threads, job->count, look_around, job);
+    const size_t first = (job->count + STEP - 1) / STEP;
+    struct error *err = threads_for(threads, first, look_first, job);
+    return err ? err : threads_for(threads, first, look_between, job);
+}
+
 /* -- surfaces that are seen from both sides ---------------------------------------------------- */
 
 struct seen {
-    size_t fronts, backs;
+    double fronts, backs;
+    size_t material; /* of a piece: the first of its faces that was seen */
 };
 
-enum { SEEN_ASKED = 4096, SEEN_LEAST = 16 };
+/* Probes that are asked; how many looks what is seen of a material counts in what is seen of one
+ * of its pieces, and how many what is seen of a piece counts in its material, at most. */
+enum { SEEN_ASKED = 4096, SEEN_OF_MATERIAL = 256, SEEN_OF_PIECE = 32 };
 
-static bool is_of_both(const struct seen *s)
+static void add_seen(struct seen *sum, const struct seen *s, double most)
 {
-    return s->fronts + s->backs >= SEEN_LEAST && 4 * s->backs >= s->fronts + s->backs;
+    const double all = s->fronts + s->backs, weight = all > most ? most / all : 1;
+    sum->fronts += weight * s->fronts;
+    sum->backs += weight * s->backs;
 }
 
-/* Counts what the positions in the air see of open pieces, by piece and by material. */
-static void count_sides(const struct look_job *job, struct seen *of_piece, struct seen *of_material)
+/* Whether a piece is seen from both sides. In a thicket each leaf is seen from few places; what is
+ * seen of its material helps. */
+static bool is_of_both(const struct seen *piece, const struct seen *material)
+{
+    struct seen s = *piece;
+    add_seen(&s, material, SEEN_OF_MATERIAL);
+    return s.backs > 0 && s.backs >= .25 * (s.backs + s.fronts);
+}
+
+/* Counts what the positions in the air see of open pieces. */
+static void count_sides(const struct look_job *job, struct seen *of_piece)
 {
     const struct place_pieces *pieces = job->pieces;
     for (size_t i = 0; i < job->count; i++) {
         if (look_side(&job->look[i], job->settings) != PLACE_AIR ||
             look_back_share(&job->look[i]) > .5)
             continue;
-        for (int k = 0; k < job->settings->rays; k++) {
-            const struct place_sight s =
-                place_sight(pieces, look_position(job, i), direction_even(k, job->settings->rays));
+        for (int k = 0; k < PLACE_WAYS; k++) {
+            const struct place_sight s = place_sight(pieces, look_position(job, i), pieces->way[k]);
             if (!s.hit.hit || s.what == SIGHT_UNKNOWN || pieces->solids.closed[s.piece])
                 continue;
+            struct seen *piece = &of_piece[s.piece];
             const bool back = s.what == SIGHT_BEHIND || s.what == SIGHT_VOID;
-            of_piece[s.piece].backs += back;
-            of_piece[s.piece].fronts += !back;
-            of_material[s.material].backs += back;
-            of_material[s.material].fronts += !back;
+            if (piece->fronts + piece->backs == 0)
+                piece->material = s.material;
+            piece->backs += back;
+            piece->fronts += !back;
         }
     }
 }
 
 /* Forgets the sides of open pieces that positions in the air see from behind about as often as from
- * before, such as leaves and paper walls. Those that are hardly seen are as others of their
- * material. */
+ * before, such as leaves and paper walls. */
 static struct error *forget_two_sided(const struct look_job *job, struct place_pieces *pieces)
 {
     const struct scene *scene = trace_scene(job->tracer);
@@ -94,15 +165,16 @@ static struct error *forget_two_sided(const struct look_job *job, struct place_p
     if (!err)
         err = array_create(&of_material, scene->material_count, sizeof *of_material);
     if (!err)
-        count_sides(job, of_piece, of_material);
+        count_sides(job, of_piece);
+    for (size_t i = 0; i < pieces->solids.count && !err; i++)
+        if (of_piece[i].fronts + of_piece[i].backs > 0)
+            add_seen(&of_material[of_piece[i].material], &of_piece[i], SEEN_OF_PIECE);
     for (size_t i = 0; i < scene->instance_count && !err; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         for (size_t t = 0; t < mesh->triangle_count; t++) {
             const size_t piece = pieces->solids.piece_of[pieces->solids.offset[i] + t];
-            const struct seen *s = &of_piece[piece];
             if (!pieces->solids.closed[piece] &&
-                is_of_both(s->fronts + s->backs >= SEEN_LEAST ? s
-                                                              : &of_material[mesh->material[t]]))
+                is_of_both(&of_piece[piece], &of_material[mesh->material[t]]))
                 pieces->kind[piece] = PIECE_UNKNOWN;
         }
     }
@@ -121,44 +193,24 @@ static bool has_open_pieces(const struct place_pieces *pieces)
 
 /* -- judging ---------------------------------------------------------------------------------- */
 
-enum sheets { SHEETS_AS_FILED, SHEETS_UNKNOWN, SHEETS_TURNED };
-
-struct place_judge {
-    const struct tracer *tracer;
-    struct place_inside_settings settings;
-    struct place_pieces pieces;
-    enum sheets sheets;
-};
-
-/* Takes what was seen as sheets turned out to look. */
-static void apply_sheets(enum sheets sheets, struct look *look)
-{
-    int *of = look->count;
-    const int fronts = of[SIGHT_FRONT];
-    if (sheets == SHEETS_AS_FILED)
-        return;
-    look->asked = false; /* by sides that were turned */
-    of[SIGHT_FRONT] = sheets == SHEETS_UNKNOWN ? fronts : of[SIGHT_BEHIND];
-    of[SIGHT_BEHIND] = sheets == SHEETS_UNKNOWN ? 0 : fronts;
-}
+enum sheets { SHEETS_RIGHT, SHEETS_TURNED, SHEETS_UNKNOWN };
 
 /* How the sheets of the scene look, by the positions that are not in solids. */
 static enum sheets judge_sheets(const struct look_job *job, struct warnings *warnings)
 {
     const struct place_inside_settings *settings = job->settings;
-    const struct look *look = job->look;
-    size_t all = 0, mixed = 0, behind = 0, enclosed = 0;
+    size_t all = 0, mixed = 0, behind = 0, none = 0, enclosed = 0;
     for (size_t i = 0; i < job->place->count; i++) {
-        const enum place_side side = look_side(&look[i], settings);
-        const double share = look_back_share(&look[i]);
+        const struct look *look = &job->look[i];
+        const enum place_side side = look_side(look, settings);
+        const double share = look_back_share(look);
         if (side == PLACE_SOLID)
             continue;
         all++;
         behind += side == PLACE_BEHIND;
-        mixed += look[i].count[SIGHT_BEHIND] >= LOOK_LEAST * settings->rays && share > .25 &&
-                 share < .75;
-        enclosed += side == PLACE_BEHIND &&
-                    look[i].count[SIGHT_ESCAPED] <= ENCLOSED * settings->rays;
+        none += side != PLACE_AIR;
+        mixed += look->count[SIGHT_BEHIND] >= LOOK_LEAST * look->rays && share > .25 && share < .75;
+        enclosed += side == PLACE_BEHIND && look->count[SIGHT_ESCAPED] <= ENCLOSED * look->rays;
     }
     if (2 * mixed > all) {
         warnings_add(warnings, "orientation",
@@ -167,16 +219,34 @@ static enum sheets judge_sheets(const struct look_job *job, struct warnings *war
                      mixed, all);
         return SHEETS_UNKNOWN;
     }
-    if ((double)enclosed > NEARLY_ALL * (double)all ||
-        (2 * behind > all && job->pieces->upside_down)) {
-        warnings_add(warnings, "orientation",
-                     "%zu of %zu probes see backs on nearly all sides: open surfaces are taken as "
-                     "turned inside out",
-                     behind, all);
-        return SHEETS_TURNED;
-    }
-    return SHEETS_AS_FILED;
+    if ((double)enclosed <= NEARLY_ALL * (double)all &&
+        (2 * none <= all || !behind || !job->pieces->upside_down))
+        return SHEETS_RIGHT;
+    warnings_add(warnings, "orientation",
+                 "%zu of %zu probes see backs on nearly all sides: open surfaces are taken as "
+                 "turned inside out",
+                 none, all);
+    return SHEETS_TURNED;
 }
+
+/* Turns all open pieces, or forgets their sides. */
+static void change_sheets(struct place_pieces *pieces, enum sheets sheets)
+{
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        if (pieces->solids.closed[i] || pieces->kind[i] == PIECE_UNKNOWN)
+            continue;
+        pieces->turned[i] = !pieces->turned[i];
+        pieces->kind[i] = sheets == SHEETS_TURNED ? PIECE_SHEET : PIECE_UNKNOWN;
+    }
+    if (sheets == SHEETS_TURNED && pieces->upside_down)
+        pieces->up = vec3_scale(-1, pieces->up);
+}
+
+struct place_judge {
+    const struct tracer *tracer;
+    struct place_inside_settings settings;
+    struct place_pieces pieces;
+};
 
 struct error *place_judge_create(struct place_judge **judge, const struct place *place,
                                  const struct tracer *tracer,
@@ -200,15 +270,15 @@ struct error *place_judge_create(struct place_judge **judge, const struct place 
         if (!err)
             err = forget_two_sided(&job, &j->pieces);
     }
-    job.count = place->count;
     if (!err)
-        err = threads_for(settings->threads, place->count, look_around, &job);
-    if (!err)
-        j->sheets = judge_sheets(&job, warnings);
-    for (size_t i = 0; i < place->count && !err && side; i++) {
-        apply_sheets(j->sheets, &job.look[i]);
-        side[i] = look_side(&job.look[i], settings);
+        err = look_all(&job);
+    const enum sheets sheets = err ? SHEETS_RIGHT : judge_sheets(&job, warnings);
+    if (sheets != SHEETS_RIGHT) {
+        change_sheets(&j->pieces, sheets);
+        err = side ? look_all(&job) : NULL;
     }
+    for (size_t i = 0; i < place->count && !err && side; i++)
+        side[i] = look_side(&job.look[i], settings);
     free(job.look);
     if (err)
         place_judge_destroy(j);
@@ -244,8 +314,7 @@ struct error *place_judge_of(struct place_judge **judge, const struct tracer *tr
 
 enum place_side place_judge_side(const struct place_judge *judge, const double p[3])
 {
-    struct look look = look_at(&judge->pieces, judge->tracer, &judge->settings, p);
-    apply_sheets(judge->sheets, &look);
+    const struct look look = look_at(&judge->pieces, judge->tracer, &judge->settings, p);
     return look_side(&look, &judge->settings);
 }
 

@@ -6,6 +6,9 @@
  * matter. Where nearly all that is met are backs of sheets and rooms, it is under the ground or
  * outside of the level, however much escapes; but not where a lamp shines on it (place_look.h).
  *
+ * Of many positions every fourth is looked at first; who stands between two of the same side, near
+ * by, and sees both, is of that side.
+ *
  * Open pieces that positions in the air see from both sides alike, leaves and paper walls, say
  * nothing. Faces that were never oriented are told by what comes of it: when most of the positions
  * meet as many backs as fronts, sheets say nothing; when nearly all would go and the backs are all

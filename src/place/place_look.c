@@ -14,6 +14,11 @@
 #define DOUBTFUL .25
 #define CERTAIN .97
 
+static bool is_front(enum sight what)
+{
+    return what == SIGHT_HULL || what == SIGHT_FRONT;
+}
+
 int look_backs(const struct look *look)
 {
     return look->count[SIGHT_BEHIND] + look->count[SIGHT_VOID];
@@ -35,7 +40,7 @@ double look_back_share(const struct look *look)
 
 enum place_side look_side(const struct look *look, const struct place_inside_settings *s)
 {
-    const double least = LOOK_LEAST * s->rays;
+    const double least = LOOK_LEAST * look->rays;
     if (look->count[SIGHT_SOLID] >= least)
         return PLACE_SOLID;
     if (look->count[SIGHT_LAMP])
@@ -49,6 +54,33 @@ enum place_side look_side(const struct look *look, const struct place_inside_set
     return look_backs(look) >= least ? PLACE_BEHIND : PLACE_AIR;
 }
 
+/* -- views ------------------------------------------------------------------------------------ */
+
+/* What is seen from a position along the first ways. */
+struct view {
+    int count;
+    struct place_sight sight[PLACE_WAYS];
+};
+
+/* Looks along more of the ways, and counts what is met there. */
+static void look_on(const struct place_pieces *pieces, const double p[3], int count,
+                    struct view *view, struct look *look)
+{
+    for (; view->count < count; view->count++) {
+        struct place_sight *s = &view->sight[view->count];
+        *s = place_sight(pieces, p, pieces->way[view->count]);
+        look->count[s->through]++;
+        look->rays++;
+    }
+}
+
+/* A point a little before the surface that a ray met, and the side of its normal where it is. */
+static double before_surface(const struct place_sight *sight, struct vec3 direction, double p[3])
+{
+    vec3_store(p, vec3_fma(sight->hit.position, -1e-3 * sight->hit.distance, direction));
+    return vec3_dot(sight->hit.normal, direction) < 0 ? 1 : -1;
+}
+
 /* -- fronts that are buried ------------------------------------------------------------------- */
 
 /* Whether a front of an open surface is behind a sheet itself: nearly all that it looks at, but
@@ -56,38 +88,35 @@ enum place_side look_side(const struct look *look, const struct place_inside_set
 static bool is_buried(const struct place_pieces *pieces, const struct place_sight *front,
                       struct vec3 direction)
 {
-    enum { RAYS = 64 };
-    const struct trace_hit *hit = &front->hit;
-    const double facing = vec3_dot(hit->normal, direction) < 0 ? 1 : -1;
-    struct look look = {0};
-    int asked = 0;
-    double p[3]; /* a little before the surface */
-    vec3_store(p, vec3_fma(hit->position, -1e-3 * hit->distance, direction));
-    for (int i = 0; i < RAYS; i++) {
-        const struct vec3 d = direction_even(i, RAYS);
-        if (vec3_dot(d, hit->normal) * facing < .5)
+    int asked = 0, others = 0;
+    double p[3];
+    const double side = before_surface(front, direction, p);
+    for (int i = 0; i < PLACE_WAYS; i++)
+        asked += vec3_dot(pieces->way[i], front->hit.normal) * side >= .5;
+    for (int i = 0; i < PLACE_WAYS && others <= .1 * asked; i++) {
+        if (vec3_dot(pieces->way[i], front->hit.normal) * side < .5)
             continue;
-        look.count[place_sight(pieces, p, d).what]++;
-        asked++;
+        const enum sight what = place_sight(pieces, p, pieces->way[i]).through;
+        if (what == SIGHT_LAMP)
+            return false;
+        others += what != SIGHT_BEHIND && what != SIGHT_VOID;
     }
-    return !look.count[SIGHT_LAMP] && look_backs(&look) >= .9 * asked;
+    return others <= .1 * asked;
 }
 
 /* Takes away the share of the fronts which are buried; every fourth is asked. */
-static void leave_out_buried(const struct place_pieces *pieces, int rays, const double p[3],
+static void leave_out_buried(const struct place_pieces *pieces, const struct view *view,
                              struct look *look)
 {
     int asked = 0, buried = 0, fronts = 0;
-    for (int i = 0; i < rays; i++) {
-        const struct vec3 d = direction_even(i, rays);
-        const struct place_sight s = place_sight(pieces, p, d);
-        if (s.what != SIGHT_FRONT || fronts++ % 4)
+    for (int i = 0; i < view->count; i++) {
+        if (view->sight[i].what != SIGHT_FRONT || fronts++ % 4)
             continue;
         asked++;
-        buried += is_buried(pieces, &s, d);
+        buried += is_buried(pieces, &view->sight[i], pieces->way[i]);
     }
     if (asked)
-        look->count[SIGHT_FRONT] -= fronts * buried / asked;
+        look->count[SIGHT_FRONT] -= look->count[SIGHT_FRONT] * buried / asked;
 }
 
 /* -- the surroundings ------------------------------------------------------------------------- */
@@ -114,19 +143,26 @@ static double exit_distance(const struct tracer *tracer, const double p[3], stru
 enum { PLACES = 32, PLACE_RAYS = 32 };
 
 /* What a place tells clearly, by open surfaces and rooms: AIR, BEHIND or VOID; SOLID: nothing.
- * Where much escapes, solids say nothing either way. */
+ * Where much escapes, solids say nothing either way. The first rays are enough where they all say
+ * the same. */
 static enum place_side clear_side(const struct place_pieces *pieces, const double q[3],
                                   const struct place_inside_settings *settings)
 {
+    struct view view = {0};
     struct look look = {0};
-    for (int k = 0; k < PLACE_RAYS; k++)
-        look.count[place_sight(pieces, q, direction_even(k, PLACE_RAYS)).what]++;
-    const double least = LOOK_LEAST * PLACE_RAYS,
-                 share = share_of(&look, look.count[SIGHT_ESCAPED] < PLACE_RAYS / 4);
-    if (look.count[SIGHT_LAMP] || (share < DOUBTFUL && look.count[SIGHT_FRONT] >= least))
+    const int *of = look.count;
+    for (int rays = PLACE_RAYS / 4; rays <= PLACE_RAYS; rays *= 2) {
+        look_on(pieces, q, rays, &view, &look);
+        const int backs = look_backs(&look), fronts = of[SIGHT_FRONT] + of[SIGHT_HULL];
+        if ((!backs && 2 * of[SIGHT_FRONT] >= rays) || (!fronts && 4 * backs >= 3 * rays))
+            break;
+    }
+    const double least = LOOK_LEAST * look.rays,
+                 share = share_of(&look, 4 * of[SIGHT_ESCAPED] < look.rays);
+    if (of[SIGHT_LAMP] || (share < DOUBTFUL && of[SIGHT_FRONT] >= least))
         return PLACE_AIR;
     if (share >= settings->backface_share && look_backs(&look) >= least)
-        return look.count[SIGHT_VOID] > look.count[SIGHT_BEHIND] ? PLACE_VOID : PLACE_BEHIND;
+        return of[SIGHT_VOID] > of[SIGHT_BEHIND] ? PLACE_VOID : PLACE_BEHIND;
     return PLACE_SOLID;
 }
 
@@ -140,31 +176,71 @@ static int compare_doubles(const void *a, const void *b)
  * in the same matter or air, those that tell clearly. */
 static void ask_around(const struct place_pieces *pieces, const struct tracer *tracer,
                        const struct place_inside_settings *settings, const double p[3],
-                       struct look *look)
+                       const struct view *view, struct look *look)
 {
     double distance[PLACES], sorted[PLACES];
-    for (int i = 0; i < PLACES; i++) {
-        const struct vec3 d = direction_even(i, PLACES);
-        const struct place_sight s = place_sight(pieces, p, d);
-        distance[i] = s.hit.hit ? s.hit.distance : exit_distance(tracer, p, d);
-    }
+    int air = 0, none = 0, of_void = 0, asked = 0;
+    for (int i = 0; i < PLACES; i++)
+        distance[i] = view->sight[i].hit.hit ? view->sight[i].hit.distance
+                                             : exit_distance(tracer, p, pieces->way[i]);
     memcpy(sorted, distance, sizeof sorted);
     qsort(sorted, PLACES, sizeof *sorted, compare_doubles);
-    int says[PLACE_VOID + 1] = {0};
     for (int i = 0; i < PLACES; i++) {
         double q[3];
         if (distance[i] < sorted[PLACES / 2])
             continue;
-        vec3_store(q, vec3_fma(vec3_load(p), .5 * distance[i], direction_even(i, PLACES)));
-        says[clear_side(pieces, q, settings)]++;
+        vec3_store(q, vec3_fma(vec3_load(p), .5 * distance[i], pieces->way[i]));
+        const enum place_side side = clear_side(pieces, q, settings);
+        air += side == PLACE_AIR;
+        none += side == PLACE_BEHIND || side == PLACE_VOID;
+        of_void += side == PLACE_VOID;
+        if (++asked >= PLACES / 8 && (air == asked || none == asked))
+            break; /* enough of them say the same */
     }
-    const int none = says[PLACE_BEHIND] + says[PLACE_VOID];
-    if (says[PLACE_AIR] + none < PLACES / 8)
+    if (air + none < PLACES / 8)
         return;
     look->asked = true;
-    look->side = says[PLACE_AIR] >= none                 ? PLACE_AIR
-                 : says[PLACE_VOID] > says[PLACE_BEHIND] ? PLACE_VOID
-                                                         : PLACE_BEHIND;
+    look->side = air >= none ? PLACE_AIR : 2 * of_void > none ? PLACE_VOID : PLACE_BEHIND;
+}
+
+/* -- floors ----------------------------------------------------------------------------------- */
+
+/* Whether hardly any back is seen from a front of an open surface or a solid. */
+static bool is_free(const struct place_pieces *pieces, const struct place_sight *front,
+                    struct vec3 direction)
+{
+    enum { RAYS = 32 };
+    int asked = 0, backs = 0;
+    double p[3];
+    const double side = before_surface(front, direction, p);
+    for (int i = 0; i < RAYS; i++) {
+        if (vec3_dot(pieces->way[i], front->hit.normal) * side <= 0)
+            continue;
+        asked++;
+        backs += place_sight(pieces, p, pieces->way[i]).through >= SIGHT_SOLID;
+    }
+    return 4 * backs <= asked;
+}
+
+/* Whether p stands on a floor that leads to the air: fronts are below it, and it sees something of
+ * what is free or of nothing above. So it is in houses of walls without thickness and in tents. */
+static bool has_floor(const struct place_pieces *pieces, const struct view *view)
+{
+    enum { FREE_LEAST = 2 };
+    int below = 0, floor = 0, free_ways = 0;
+    for (int i = 0; i < view->count; i++) {
+        const struct place_sight *s = &view->sight[i];
+        const double rise = vec3_dot(pieces->way[i], pieces->up);
+        free_ways += rise > 0 && s->what == SIGHT_ESCAPED;
+        below += rise < -.85;
+        floor += rise < -.85 && is_front(s->what) && fabs(vec3_dot(s->hit.normal, pieces->up)) > .5;
+    }
+    if (2 * floor < below)
+        return false;
+    for (int i = 0; i < view->count && free_ways < FREE_LEAST; i++)
+        free_ways += is_front(view->sight[i].what) &&
+                     is_free(pieces, &view->sight[i], pieces->way[i]);
+    return free_ways >= FREE_LEAST;
 }
 
 /* -- looking ---------------------------------------------------------------------------------- */
@@ -205,23 +281,49 @@ static bool is_doubtful(const struct look *look)
     return share >= DOUBTFUL && share < CERTAIN;
 }
 
+/* Whether the first rays tell enough: there are no backs, and fronts of sheets or rooms. */
+static bool is_clear(const struct look *look)
+{
+    return !look->count[SIGHT_SOLID] && !look_backs(look) &&
+           4 * look->count[SIGHT_FRONT] >= look->rays;
+}
+
+/* Looks along as many rays as are asked for. */
+static struct look look_along(const struct place_pieces *pieces, const double p[3], int rays)
+{
+    struct look look = {.rays = rays};
+    for (int i = 0; i < rays; i++)
+        look.count[place_sight(pieces, p, direction_even(i, rays)).through]++;
+    return look;
+}
+
 struct look look_at(const struct place_pieces *pieces, const struct tracer *tracer,
                     const struct place_inside_settings *settings, const double p[3])
 {
+    struct view view = {0};
     struct look look = {0};
-    for (int i = 0; i < settings->rays; i++)
-        look.count[place_sight(pieces, p, direction_even(i, settings->rays)).what]++;
-    if (look.count[SIGHT_ESCAPED] == settings->rays)
-        look_far(pieces, p, &look);
     const int *of = look.count;
-    if (of[SIGHT_SOLID] < LOOK_LEAST * settings->rays && !of[SIGHT_LAMP]) {
+    look_on(pieces, p, PLACE_WAYS / 4, &view, &look);
+    if (settings->rays <= PLACE_WAYS &&
+        (is_clear(&look) || of[SIGHT_SOLID] >= LOOK_LEAST * PLACE_WAYS))
+        return look;
+    look_on(pieces, p, PLACE_WAYS, &view, &look);
+    if (settings->rays != PLACE_WAYS)
+        look = look_along(pieces, p, settings->rays);
+    if (of[SIGHT_ESCAPED] == look.rays)
+        look_far(pieces, p, &look);
+    if (of[SIGHT_SOLID] < LOOK_LEAST * look.rays && !of[SIGHT_LAMP]) {
         if (is_doubtful(&look) && of[SIGHT_FRONT])
-            leave_out_buried(pieces, settings->rays, p, &look);
+            leave_out_buried(pieces, &view, &look);
         if (is_doubtful(&look) || (look_back_share(&look) < DOUBTFUL && of[SIGHT_HULL] &&
-                                   !of[SIGHT_FRONT] && of[SIGHT_ESCAPED] >= settings->rays / 4))
-            ask_around(pieces, tracer, settings, p, &look);
+                                   !of[SIGHT_FRONT] && of[SIGHT_ESCAPED] >= look.rays / 4))
+            ask_around(pieces, tracer, settings, p, &view, &look);
     }
     if (look_side(&look, settings) > PLACE_SOLID && is_lit(tracer, p))
         look.count[SIGHT_LAMP]++;
+    if (look_side(&look, settings) == PLACE_BEHIND && has_floor(pieces, &view)) {
+        look.asked = true;
+        look.side = PLACE_AIR;
+    }
     return look;
 }

@@ -18,16 +18,20 @@ struct place_inside_settings {
 /* Where a position is: the values of the column `inside`. */
 enum place_side { PLACE_AIR, PLACE_SOLID, PLACE_BEHIND, PLACE_VOID };
 
-/* How many rays around a position met what, and what its surroundings say when they were asked. */
+/* How many rays around a position met what, of how many that were traced, and what its surroundings
+ * say when they were asked. */
 struct look {
+    int rays;
     int count[SIGHTS];
     bool asked;
     enum place_side side;
 };
 
-/* Looks from p. Where backs and fronts are both seen, fronts that are buried themselves, as a lake
- * is that goes on inside its hills, are left out; where that is not enough, or nothing but solids
- * is seen, as under a foundation, places that p can see are asked. */
+/* Looks from p. A quarter of the rays comes first: where they all say the same, the others are
+ * spared. Where backs and fronts are both seen, fronts that are buried themselves, as the ground is
+ * below a house without a floor, are left out; where that is not enough, or nothing but solids is
+ * seen, as under a foundation, places that p can see are asked. Whoever stands on a floor that
+ * leads to the air is in the air, whatever backs there are around and above. */
 struct look look_at(const struct place_pieces *pieces, const struct tracer *tracer,
                     const struct place_inside_settings *settings, const double p[3]);
 

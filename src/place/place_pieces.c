@@ -15,23 +15,19 @@
 
 /* -- seeing ----------------------------------------------------------------------------------- */
 
-struct place_sight place_sight(const struct place_pieces *pieces, const double from[3],
-                               struct vec3 direction)
+/* What a hit says. */
+static struct place_sight judge_hit(const struct place_pieces *pieces, struct trace_hit hit)
 {
     const struct scene *scene = trace_scene(pieces->tracer);
-    double d[3];
-    vec3_store(d, direction);
-    struct place_sight sight = {.hit = trace_nearest(pieces->tracer, from, d, INFINITY)};
-    if (!sight.hit.hit)
-        return sight;
-    const size_t triangle = pieces->solids.offset[sight.hit.instance] + sight.hit.triangle;
-    const struct scene_mesh *mesh = &scene->meshes[scene->instances[sight.hit.instance].mesh];
-    sight.material = (size_t)mesh->material[sight.hit.triangle];
+    struct place_sight sight = {.hit = hit};
+    const size_t triangle = pieces->solids.offset[hit.instance] + hit.triangle;
+    const struct scene_mesh *mesh = &scene->meshes[scene->instances[hit.instance].mesh];
+    sight.material = (size_t)mesh->material[hit.triangle];
     const struct scene_material *m = &scene->materials[sight.material];
     sight.piece = pieces->solids.piece_of[triangle];
     const enum piece_kind kind = pieces->kind[sight.piece];
     const bool turned = pieces->turned[sight.piece] != pieces->solids.turned[triangle],
-               front = sight.hit.front != turned, emits = scene_emits(m);
+               front = hit.front != turned, emits = scene_emits(m);
     if (front && pieces->sky[sight.piece])
         sight.what = SIGHT_ESCAPED;
     else if (kind == PIECE_UNKNOWN || m->alpha != SCENE_OPAQUE)
@@ -46,6 +42,31 @@ struct place_sight place_sight(const struct place_pieces *pieces, const double f
         sight.what = emits || (m->two_sided && pieces->two_sided_means) ? SIGHT_UNKNOWN
                                                                         : SIGHT_BEHIND;
     return sight;
+}
+
+struct place_sight place_sight(const struct place_pieces *pieces, const double from[3],
+                               struct vec3 direction)
+{
+    enum { THROUGH = 32 }; /* leaves, one behind another */
+    double d[3], p[3];
+    vec3_store(d, direction);
+    const struct trace_hit hit = trace_nearest(pieces->tracer, from, d, INFINITY);
+    if (!hit.hit)
+        return (struct place_sight){0};
+    struct place_sight first = judge_hit(pieces, hit), next = first;
+    const struct scene *scene = trace_scene(pieces->tracer);
+    for (int i = 0; i < THROUGH && next.what == SIGHT_UNKNOWN; i++) {
+        const double step = 1e-6 * vec3_length(vec3_sub(scene->box_max, scene->box_min));
+        vec3_store(p, vec3_fma(next.hit.position, step, direction));
+        const struct trace_hit beyond = trace_nearest(pieces->tracer, p, d, INFINITY);
+        if (!beyond.hit) {
+            first.through = SIGHT_ESCAPED;
+            return first;
+        }
+        next = judge_hit(pieces, beyond);
+    }
+    first.through = next.what == SIGHT_BEHIND || next.what == SIGHT_VOID ? next.what : first.what;
+    return first;
 }
 
 /* -- measuring -------------------------------------------------------------------------------- */
@@ -106,6 +127,21 @@ static struct sample sample_of(const struct vec3 corner[3])
     return s;
 }
 
+/* The corners of a triangle, in the order of its front. */
+static void front_corners(const struct place_pieces *pieces, size_t instance, size_t t,
+                          struct vec3 corner[3])
+{
+    const struct scene *scene = trace_scene(pieces->tracer);
+    const struct scene_mesh *mesh = &scene->meshes[scene->instances[instance].mesh];
+    const double *m = scene->instances[instance].transform;
+    const size_t triangle = pieces->solids.offset[instance] + t;
+    const bool turned = (affine_mirrors(m) != pieces->solids.turned[triangle]) !=
+                        pieces->turned[pieces->solids.piece_of[triangle]];
+    for (size_t c = 0; c < 3; c++)
+        corner[turned && c ? 3 - c : c] =
+            affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
+}
+
 static void measure_pieces(const struct place_pieces *pieces, struct extent *extent)
 {
     const struct scene *scene = trace_scene(pieces->tracer);
@@ -116,19 +152,14 @@ static void measure_pieces(const struct place_pieces *pieces, struct extent *ext
             .piece = i, .box = box_empty(), .centre = {centre.x, centre.y, centre.z}};
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
-        const double *m = scene->instances[i].transform;
-        const bool mirrors = affine_mirrors(m);
         for (size_t t = 0; t < mesh->triangle_count; t++) {
             struct extent *e = &extent[solids->piece_of[solids->offset[i] + t]];
-            const bool turned = (mirrors != solids->turned[solids->offset[i] + t]) !=
-                                pieces->turned[e->piece],
-                       emits = scene_emits(&scene->materials[mesh->material[t]]);
+            const bool emits = scene_emits(&scene->materials[mesh->material[t]]);
             struct vec3 corner[3];
+            front_corners(pieces, i, t, corner);
             for (size_t c = 0; c < 3; c++) {
                 double placed[3];
-                corner[turned && c ? 3 - c : c] =
-                    affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
-                vec3_store(placed, corner[turned && c ? 3 - c : c]);
+                vec3_store(placed, corner[c]);
                 box_add(&e->box, placed);
             }
             const struct sample s = sample_of(corner);
@@ -402,7 +433,7 @@ static void judge_alone(struct place_pieces *pieces, const struct extent *extent
         else if (fabs(volume) > 1e-9 * pow(extent[i].area, 1.5)) /* else: both sides of a sheet */
             pieces->kind[i] = volume > 0 ? PIECE_SOLID : PIECE_ROOM;
         else
-            pieces->kind[i] = PIECE_SHEET;
+            pieces->kind[i] = pieces->solids.closed[i] ? PIECE_UNKNOWN : PIECE_SHEET;
     }
 }
 
@@ -523,6 +554,76 @@ static bool stands_in_room(const struct place_pieces *pieces, const struct exten
     return stands > 0 && 2 * stands >= samples;
 }
 
+/* Faces of rooms by the axis that they look along: their area, how many were asked, and how many
+ * have a room behind them that is larger than the one before. */
+struct behind {
+    double area, seen;
+    int asked, larger;
+};
+
+/* Whether there is much more room behind a face than before it, up to another back. */
+static bool is_larger_behind(const struct place_pieces *pieces, const struct sample *s)
+{
+    const struct vec3 out = vec3_normalize(vec3_sub(vec3_load(s->before), vec3_load(s->behind)));
+    const struct place_sight before = place_sight(pieces, s->before, out),
+                             behind = place_sight(pieces, s->behind, vec3_scale(-1, out));
+    return before.hit.hit && behind.what == SIGHT_VOID &&
+           behind.hit.distance >= 3 * before.hit.distance;
+}
+
+/* Goes over the faces of closed rooms: reckons their areas, or asks about ASKED of each axis. */
+static void ask_behind(const struct place_pieces *pieces, bool ask, struct behind axes[3])
+{
+    enum { ASKED = 128 };
+    const struct scene *scene = trace_scene(pieces->tracer);
+    for (size_t i = 0; i < scene->instance_count; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        for (size_t t = 0; t < mesh->triangle_count; t++) {
+            const size_t triangle = pieces->solids.offset[i] + t,
+                         piece = pieces->solids.piece_of[triangle];
+            struct vec3 corner[3];
+            if (pieces->kind[piece] != PIECE_ROOM || pieces->sky[piece])
+                continue;
+            front_corners(pieces, i, t, corner);
+            const struct vec3 n =
+                vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0]));
+            const double x = fabs(n.x), y = fabs(n.y), z = fabs(n.z), area = vec3_length(n) / 2;
+            struct behind *axis = &axes[x > y && x > z ? 0 : y > z ? 1 : 2];
+            if (!ask) {
+                axis->area += area;
+                continue;
+            }
+            struct random r = random_start(0, triangle, 0);
+            for (axis->seen += area;
+                 axis->asked < ASKED && axis->seen > (axis->asked + .5) / ASKED * axis->area;
+                 axis->asked++) { /* points of it by chance */
+                const double a = sqrt((double)random_float(&r)), b = a * (double)random_float(&r);
+                const struct vec3 p = vec3_fma(
+                    vec3_fma(vec3_scale(1 - a, corner[0]), a - b, corner[1]), b, corner[2]);
+                const double off = 1e-3 / sqrt(2 * area);
+                struct sample s = {.area = area};
+                vec3_store(s.before, vec3_fma(p, off, n));
+                vec3_store(s.behind, vec3_fma(p, -off, n));
+                axis->larger += is_larger_behind(pieces, &s);
+            }
+        }
+    }
+}
+
+/* Whether closed pieces that look inward are walls, not rooms: along each axis a fair part of them
+ * has rooms at its back that are much larger than what is before it. Between the rooms of a level
+ * is rock as thick as that only to some sides, as it has one floor, or storeys near one another. */
+static bool are_walls(const struct place_pieces *pieces)
+{
+    struct behind axes[3] = {0};
+    ask_behind(pieces, false, axes);
+    ask_behind(pieces, true, axes);
+    for (int k = 0; k < 3; k++)
+        if (axes[k].asked == 0 || axes[k].larger < .3 * axes[k].asked)
+            return false;
+    return true;
+}
+
 /* Whether the faces of the whole file look to the wrong side. */
 static bool is_file_turned(const struct place_pieces *pieces, const struct extent *extent)
 {
@@ -551,7 +652,7 @@ static bool is_file_turned(const struct place_pieces *pieces, const struct exten
                    asked++ < ASKED && stands_in_room(pieces, e))
             turned += e->area;
     }
-    return turned > right ||
+    return turned > right || (right == 0 && are_walls(pieces)) ||
            (pieces->upside_down && right == 0 && sheets > room->area / 2 && within < sheets / 2);
 }
 
@@ -565,8 +666,8 @@ static void turn_file(struct place_pieces *pieces, struct extent *extent, struct
     measure_pieces(pieces, extent);
     judge_alone(pieces, extent);
     warnings_add(warnings, "turned",
-                 "closed pieces look inward, and so do those within them or the ground below them: "
-                 "the whole surface is taken as turned inside out");
+                 "closed pieces look inward, and so do those within them or the ground below them, "
+                 "or they are walls around rooms: the whole surface is taken as turned inside out");
 }
 
 static void find_targets(struct place_pieces *pieces, const struct extent *extent)
@@ -587,18 +688,74 @@ static void find_targets(struct place_pieces *pieces, const struct extent *exten
     }
 }
 
-/* Where up is, and whether sheets look down: a ground with a front that nobody stands on. */
+/* Where up is, and whether sheets look down: a ground with a front that nobody stands on. Large
+ * sheets that look one way on the whole say so; trees and fences do not. */
 static void find_up(struct place_pieces *pieces, const struct extent *extent)
 {
-    double area = 0;
+    double largest = 0, area = 0;
     struct vec3 sum = {0};
     for (size_t i = 0; i < pieces->solids.count; i++)
-        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i]) {
+        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area > largest)
+            largest = extent[i].area;
+    for (size_t i = 0; i < pieces->solids.count; i++)
+        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area >= .05 * largest &&
+            vec3_length(extent[i].sum) >= .7 * extent[i].area) {
             area += extent[i].area;
             sum = vec3_add(sum, extent[i].sum);
         }
-    pieces->upside_down = sum.y < -.5 * area;
-    pieces->up = sum.z > .5 * area ? (struct vec3){0, 0, 1} : (struct vec3){0, 1, 0};
+    const bool one_way = vec3_length(sum) > .5 * area;
+    pieces->upside_down = one_way && (sum.y < -.5 * area || sum.z < -.5 * area);
+    pieces->up = one_way ? vec3_normalize(sum) : (struct vec3){0, 1, 0};
+}
+
+/* -- waters ----------------------------------------------------------------------------------- */
+
+static bool is_flat(const struct extent *e)
+{
+    return vec3_length(e->sum) >= .98 * e->area;
+}
+
+/* Whether a flat sheet is met by another that is not from above and below: all over it, that other
+ * is below it and shows its front, as the bed of a lake, or above it and shows its back, as hills
+ * that the lake goes on in. */
+static bool is_water(const struct place_pieces *pieces, const struct extent *extent, size_t piece)
+{
+    const struct extent *e = &extent[piece];
+    const struct vec3 up = vec3_normalize(e->sum);
+    int over_bed = 0, in_hill = 0;
+    for (int i = 0; i < SPREAD; i++) {
+        double p[3];
+        const struct place_sight above = place_sight(pieces, e->spread[i], up),
+                                 self = place_sight(pieces, e->spread[i], vec3_scale(-1, up));
+        if (!self.hit.hit || self.piece != piece)
+            continue;
+        vec3_store(p, vec3_fma(self.hit.position, -self.hit.distance, up));
+        const struct place_sight below = place_sight(pieces, p, vec3_scale(-1, up));
+        if (above.what == SIGHT_BEHIND && !is_flat(&extent[above.piece]))
+            in_hill++;
+        else if (below.what == SIGHT_FRONT && below.piece != piece &&
+                 !is_flat(&extent[below.piece]))
+            over_bed++;
+    }
+    return in_hill > 0 && over_bed > 0 && in_hill + over_bed >= SPREAD - 1;
+}
+
+/* What a water says of air and ground, its hills and its bed say as well. */
+static void find_waters(struct place_pieces *pieces, const struct extent *extent)
+{
+    enum { ASKED = 256 };
+    size_t asked = 0;
+    double most = 0;
+    for (size_t i = 0; i < pieces->solids.count; i++)
+        if (pieces->kind[i] == PIECE_SHEET && extent[i].area > most)
+            most = extent[i].area;
+    for (size_t i = 0; i < pieces->solids.count && asked < ASKED; i++)
+        if (pieces->kind[i] == PIECE_SHEET && is_flat(&extent[i]) &&
+            extent[i].area >= FURNITURE_LEAST * most) {
+            asked++;
+            if (is_water(pieces, extent, i))
+                pieces->kind[i] = PIECE_UNKNOWN;
+        }
 }
 
 /* Turns what is the wrong way round, and says so. */
@@ -649,6 +806,8 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
     if (!err)
         err = array_create(&wrong, pieces->solids.count, sizeof *wrong);
     if (!err) {
+        for (int i = 0; i < PLACE_WAYS; i++) /* by a step that spreads the first of them best */
+            pieces->way[i] = direction_even(27 * i % PLACE_WAYS, PLACE_WAYS);
         measure_pieces(pieces, extent);
         judge_alone(pieces, extent);
         find_skies(pieces, extent);
@@ -667,6 +826,7 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
     if (!err) {
         turn(pieces, wrong, warnings);
         find_skies(pieces, extent);
+        find_waters(pieces, extent);
     }
     free(extent);
     free(wrong);

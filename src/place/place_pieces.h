@@ -11,11 +11,13 @@
  *
  * A shell that keeps its distance around all else is a sky, and looking at it is looking at
  * nothing. Where closed pieces that stand in others look inward as those do, or a ground looks away
- * from closed pieces that look inward, the whole file is turned inside out.
+ * from closed pieces that look inward, or these are walls, with rooms behind them that are much
+ * larger than the space before them along all three axes, the whole file is turned inside out.
  *
- * Nothing is known from the sides of open pieces whose faces look to both sides, of surfaces with
- * holes (leaves) and of lamps, nor from the backs of sheets that the file calls two-sided, unless
- * it says so of all (an exporter's default).
+ * Nothing is known from the sides of open pieces whose faces look to both sides, of closed ones
+ * that enclose nothing, of waters (flat sheets that hills rise through), of surfaces with holes
+ * (leaves) and of lamps, nor from the backs of sheets that the file calls two-sided, unless it says
+ * so of all (an exporter's default). Rays look through them for backs of sheets and rooms.
  */
 #ifndef PLACE_PIECES_H
 #define PLACE_PIECES_H
@@ -32,6 +34,9 @@ struct error;
 struct place;
 struct warnings;
 
+/* Rays around a point: any first 8, 16, 32 of the ways go to all sides, and so do all. */
+enum { PLACE_WAYS = 64 };
+
 enum piece_kind { PIECE_SHEET, PIECE_SOLID, PIECE_ROOM, PIECE_UNKNOWN };
 
 struct place_pieces {
@@ -41,9 +46,10 @@ struct place_pieces {
     bool *turned; /* by piece: its fronts are backs */
     bool *sky;    /* by piece: a shell far around all else, like nothing when seen from within */
     bool two_sided_means; /* not all sheets are called two-sided */
-    struct vec3 up;       /* Y; Z where sheets look there for the most part */
-    bool upside_down;     /* sheets look down along Y for the most part */
+    struct vec3 up;       /* where sheets look for the most part, Y where they look everywhere */
+    bool upside_down;     /* sheets look down along Y or Z for the most part */
     double (*target)[3];  /* points on the surface, PLACE_TARGETS, evenly by area */
+    struct vec3 way[PLACE_WAYS]; /* unit */
 };
 enum { PLACE_TARGETS = 64 };
 
@@ -64,9 +70,10 @@ enum sight {
 };
 enum { SIGHTS = SIGHT_BEHIND + 1 };
 
-/* What a ray meets first, and of which piece unless it escaped. */
+/* What a ray meets first, and of which piece unless it escaped. through: the same, but where that
+ * tells nothing, the back of a sheet or a room that is met beyond, or nothing where none is. */
 struct place_sight {
-    enum sight what;
+    enum sight what, through;
     size_t piece, material;
     struct trace_hit hit;
 };
