@@ -299,6 +299,117 @@ static void test_continuity(enum shape shape, double noise)
     tetra_clear(&t);
 }
 
+/* Storeys of noisy floors, with a ramp or without: tetrahedra between them, and on the lowest and
+ * the highest not those of the noise. */
+static void test_storeys(void)
+{
+    static const struct {
+        int storeys, side;
+        double apart, noise;
+        bool ramp;
+    } tries[] = {{2, 16, 2, 0.05, false}, {2, 16, 4, 0.05, false}, {3, 14, 4, 0.1, false},
+                 {6, 10, 4, 0.05, false}, {2, 16, 8, 0.3, false},  {3, 14, 8, 0.05, false},
+                 {2, 16, 6, 0.1, true}};
+    static struct set s;
+    static struct set mixed;
+    for (size_t try = 0; try < sizeof tries / sizeof *tries; try++) {
+        struct random r = random_start(11, (uint64_t)try, 0);
+        const struct rotation turn = random_rotation(&r);
+        const int side = tries[try].side, floor = side * side;
+        struct tetra t = {0}, other = {0};
+        struct tetra_verdict verdict;
+        struct tetra_settings settings = tetra_settings_default();
+        struct warnings warnings = {0};
+        struct probe_volume *v = NULL, *w = NULL;
+        settings.thin = 0.35;
+        s.count = 0;
+        for (int i = 0; i < tries[try].storeys * floor; i++) {
+            double *p = s.position + 3 * s.count;
+            p[0] = i % side;
+            p[1] = i / floor * tries[try].apart + tries[try].noise * (2 * random_double(&r) - 1);
+            p[2] = i % floor / side;
+            s.value[s.count++] = (float)field(p);
+        }
+        for (int i = 0; i < 40 && tries[try].ramp; i++) { /* down from the upper floor */
+            double *p = s.position + 3 * s.count;
+            p[0] = side + i / 4 * 0.8;
+            p[1] = tries[try].apart - i / 4 * 0.6;
+            p[2] = 5 + i % 4;
+            s.value[s.count++] = (float)field(p);
+        }
+        for (int i = 0; i < POINTS; i++) {
+            double *p = s.point + 3 * i;
+            p[0] = 0.5 + (side - 2) * random_double(&r);
+            p[1] = i % tries[try].storeys * tries[try].apart + 0.2 * random_double(&r) - 0.1;
+            p[2] = 0.5 + (side - 2) * random_double(&r);
+            s.truth[i] = field(p);
+        }
+        rotate_points(&turn, s.count, s.position);
+        rotate_points(&turn, POINTS, s.point);
+        mixed = s;
+        for (size_t i = 0; i < s.count; i++) { /* backwards */
+            memcpy(mixed.position + 3 * i, s.position + 3 * (s.count - 1 - i),
+                   3 * sizeof *s.position);
+            mixed.value[i] = s.value[s.count - 1 - i];
+        }
+        must(tetra_make(&t, s.count, s.position, &settings, &warnings));
+        must(tetra_make(&other, s.count, mixed.position, &settings, NULL));
+        struct error *err = tetra_verify(&t, s.count, s.position, &verdict);
+        const struct probe_mesh mesh = mesh_of(&t, &s), mesh_mixed = mesh_of(&other, &mixed);
+        must(cells_volume_create(&mesh, 0, &v));
+        must(cells_volume_create(&mesh_mixed, 0, &w));
+        double error = 0, error_nearest = 0, unlike = 0, miss = 0;
+        struct probe_place place = {.cell = PROBE_COLD};
+        for (size_t i = 0; i < POINTS; i++) {
+            const double *p = s.point + 3 * i, light = light_at(v, &s, p, &place);
+            struct probe_place there = {.cell = PROBE_COLD};
+            error += fabs(light - s.truth[i]) / POINTS;
+            error_nearest += fabs(nearest_light(&s, p) - s.truth[i]) / POINTS;
+            unlike = fmax(unlike, fabs(light_at(w, &mixed, p, &there) - light));
+        }
+        for (size_t i = 0; i < s.count; i++)
+            miss =
+                fmax(miss, fabs(light_at(v, &s, s.position + 3 * i, &place) - (double)s.value[i]));
+        ok(!err && t.corners == 4 && verdict.dents > 0 && error < 0.6 * error_nearest &&
+               miss < 1e-5 && unlike < 1e-5 && warnings.count == 0,
+           "%d storeys, %g apart, noise %g%s: error %.4f, nearest %.4f, at probes %.1g, after "
+           "shuffling %.1g%s%s",
+           tries[try].storeys, tries[try].apart, tries[try].noise,
+           tries[try].ramp ? ", with a ramp" : "", error, error_nearest, miss, unlike,
+           err ? ": " : "", err ? error_message(err) : "");
+        error_destroy(err);
+        probe_volume_destroy(v);
+        probe_volume_destroy(w);
+        warnings_clear(&warnings);
+        tetra_clear(&t);
+        tetra_clear(&other);
+    }
+}
+
+/* A noisy floor beside a volume stays full of the floor's noise: that is told. */
+static void test_beside(void)
+{
+    static struct set s;
+    struct random r = random_start(12, 0, 0);
+    struct tetra t = {0};
+    struct tetra_settings settings = tetra_settings_default();
+    struct warnings warnings = {0};
+    settings.thin = 0.35;
+    s.count = 616;
+    for (size_t i = 0; i < s.count; i++) {
+        const size_t k = i - 400;
+        double *p = s.position + 3 * i;
+        p[0] = i < 400 ? (double)(i % 20) : 20 + (double)(k % 6);
+        p[1] = i < 400 ? 0.1 * (2 * random_double(&r) - 1) : (double)(k / 6 % 6);
+        p[2] = i < 400 ? (double)(i / 20) : (double)(k / 36) + 0.02 * random_double(&r);
+    }
+    must(tetra_make(&t, s.count, s.position, &settings, &warnings));
+    ok(t.corners == 4 && warnings_of_kind(&warnings, "far") == 1,
+       "of the noise of a floor beside a volume one is told");
+    warnings_clear(&warnings);
+    tetra_clear(&t);
+}
+
 /* Two layers, boxes of 1:4, random ones, few: tetrahedra, and not a word. */
 static void test_full(void)
 {
@@ -343,5 +454,7 @@ int main(void)
     test_continuity(SCATTERED, 0.1);
     test_continuity(LINE, 0.2);
     test_full();
+    test_storeys();
+    test_beside();
     return tap_done();
 }

@@ -22,7 +22,8 @@ struct peel {
     const double *site, *stretched;
     const int *axis;
     double flat;
-    double middle[3]; /* of all sites, whole numbers */
+    const double *spacing; /* of each site in a sheet, or 0; NULL: peel what is flat */
+    double middle[3];      /* of all sites, whole numbers */
     struct vec3 stretched_middle;
     int32_t *facets; /* of each site: how many facets of the hull it is in */
     double *depth;   /* of each cell: how much has been peeled off above it */
@@ -156,10 +157,30 @@ static struct candidate pop(struct peel *p)
     return top;
 }
 
-/* Puts a cell with a facet on the hull into the heap if it is flat. */
+/* Whether a cell of so small an altitude is noise on a sheet. */
+static bool is_noise(const struct peel *p, size_t cell, double thin)
+{
+    const int32_t *v = p->tetra->vertex + 4 * cell;
+    double longest = 0, spacing = 0;
+    int of_sheet = 0;
+    for (int i = 0; i < 4; i++) {
+        spacing = fmax(spacing, p->spacing[v[i]]);
+        of_sheet += p->spacing[v[i]] > 0;
+        for (int j = 0; j < i; j++)
+            longest = fmax(longest, vec3_length(vec3_sub(at(p->site, v[i]), at(p->site, v[j]))));
+    }
+    return of_sheet >= 3 && longest > PEEL_LONG * spacing && thin <= PEEL_SHALLOW * longest &&
+           thin + p->depth[cell] <= spacing;
+}
+
+/* Puts a cell with a facet on the hull into the heap if it is flat, or noise. */
 static struct error *consider(struct peel *p, size_t cell)
 {
     double content;
+    if (p->spacing)
+        return is_noise(p, cell, altitude(p, cell, &content))
+                   ? push(p, (struct candidate){power_of_middle(p, cell), (int32_t)cell})
+                   : NULL;
     const double limit = p->flat * shortest_edge(p, cell), thin = altitude(p, cell, &content);
     if (thin > limit || thin + p->depth[cell] > PEEL_DEPTH * limit)
         return NULL;
@@ -204,9 +225,8 @@ static bool may_go(const struct peel *p, size_t cell)
     for (int i = 0; i < t->corners; i++)
         if (t->neighbour[first + (size_t)i] < 0)
             open[count++] = i;
-        else if (!middle_beyond(p, cell,
-                                i)) /* the cell there lies behind this one, and is to go first */
-            return false;
+        else if (!middle_beyond(p, cell, i))
+            return false; /* the cell there lies behind this one, and is to go first */
     if (count == 1)
         return p->facets[t->vertex[first + (size_t)open[0]]] == 0;
     return count == 2 && t->corners == 4 && !edge_on_hull(t, cell, open[0], open[1]);
@@ -298,7 +318,7 @@ static struct error *close_ranks(struct peel *p)
         if (t->neighbour[i] >= 0)
             t->neighbour[i] = number[t->neighbour[i]];
     t->cell_count = kept;
-    t->peeled = p->peeled;
+    t->peeled += p->peeled;
     free(number);
     return NULL;
 }
@@ -333,10 +353,29 @@ static struct error *run(struct peel *p)
     }
     if (err || !p->peeled)
         return err;
-    if (content_of(p, p->order, p->peeled) > content_of(p, NULL, t->cell_count) / 16)
+    if (content_of(p, p->order, p->peeled) >
+        content_of(p, NULL, t->cell_count) * (p->spacing ? PEEL_SHEETS : PEEL_HULL))
         put_back(p);
     else
         err = close_ranks(p);
+    return err;
+}
+
+static struct error *peel(struct peel *p, size_t count)
+{
+    find_middle(p, count);
+    struct error *err = array_create(&p->facets, count, sizeof *p->facets);
+    if (!err)
+        err = array_create(&p->depth, p->tetra->cell_count, sizeof *p->depth);
+    if (!err)
+        err = array_create(&p->gone, p->tetra->cell_count, 1);
+    if (!err)
+        err = run(p);
+    free(p->facets);
+    free(p->depth);
+    free(p->gone);
+    free(p->heap);
+    free(p->order);
     return err;
 }
 
@@ -345,18 +384,13 @@ struct error *peel_hull(struct tetra *tetra, size_t count, const double *site, c
 {
     struct peel p = {
         .tetra = tetra, .site = site, .axis = axis, .stretched = stretched, .flat = flat};
-    find_middle(&p, count);
-    struct error *err = array_create(&p.facets, count, sizeof *p.facets);
-    if (!err)
-        err = array_create(&p.depth, tetra->cell_count, sizeof *p.depth);
-    if (!err)
-        err = array_create(&p.gone, tetra->cell_count, 1);
-    if (!err)
-        err = run(&p);
-    free(p.facets);
-    free(p.depth);
-    free(p.gone);
-    free(p.heap);
-    free(p.order);
-    return err;
+    return peel(&p, count);
+}
+
+struct error *peel_sheets(struct tetra *tetra, size_t count, const double *site, const int axis[2],
+                          const double *stretched, const double *spacing)
+{
+    struct peel p = {
+        .tetra = tetra, .site = site, .axis = axis, .stretched = stretched, .spacing = spacing};
+    return peel(&p, count);
 }

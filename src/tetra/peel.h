@@ -30,9 +30,21 @@ struct error;
 #define PEEL_DEPTH 4
 
 /* Peels tetrahedra or triangles of sites (3 * count). `stretched` (3 * count): where they are
- * Delaunay. Puts all back, and says that none were peeled, if they are more than a sixteenth of the
+ * Delaunay. Puts all back, and says that none were peeled, if they are more than PEEL_HULL of the
  * volume: the probes are nothing but a flat sheet. */
+#define PEEL_HULL 0x1p-4
 struct error *peel_hull(struct tetra *tetra, size_t count, const double *site, const int axis[2],
                         const double *stretched, double flat);
+
+/* Peels tetrahedra that are nothing but the noise of a sheet on the hull, as of the lowest and the
+ * highest of several storeys: three corners or more are of sheets, the longest edge is more than
+ * PEEL_LONG times the spacing there, and the least altitude at most PEEL_SHALLOW of it, which the
+ * hull's dents may be deep. spacing: of each site, 0 of those in no sheet (thin.h). Flatter ones
+ * were peeled before. All are put back if they are more than PEEL_SHEETS of the volume. */
+#define PEEL_SHEETS 0x1p-2
+#define PEEL_LONG 2.2
+#define PEEL_SHALLOW 0x1p-3
+struct error *peel_sheets(struct tetra *tetra, size_t count, const double *site, const int axis[2],
+                          const double *stretched, const double *spacing);
 
 #endif

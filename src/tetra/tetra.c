@@ -63,11 +63,12 @@ static void stretch_all(const struct stretch *stretch, size_t count, const doubl
     }
 }
 
+/* sheets: noise on them is peeled off the hull. */
 static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *sites,
-                                     const struct tetra_settings *settings)
+                                     const struct tetra_settings *settings, bool sheets)
 {
     struct stretch stretch;
-    double *stretched = NULL;
+    double *stretched = NULL, *spacing = NULL;
     struct error *err = array_create(&stretched, 3 * sites->count, sizeof *stretched);
     if (!err) {
         stretch_find(&stretch, sites->count, sites->site);
@@ -80,6 +81,11 @@ static struct error *make_tetrahedra(struct tetra *tetra, const struct sites *si
         err = peel_hull(tetra, sites->count, sites->site, sites->axis, stretched,
                         stretch.found ? PEEL_GRID : PEEL_NOISE);
     }
+    if (!err && sheets)
+        err = thin_sheets(sites, &spacing);
+    if (!err && sheets)
+        err = peel_sheets(tetra, sites->count, sites->site, sites->axis, stretched, spacing);
+    free(spacing);
     free(stretched);
     return err;
 }
@@ -290,7 +296,7 @@ static struct error *make_cells(struct tetra *tetra, const struct sites *sites,
                                 const struct tetra_settings *settings)
 {
     switch (sites->corners) {
-    case 4: return make_tetrahedra(tetra, sites, settings);
+    case 4: return make_tetrahedra(tetra, sites, settings, false);
     case 3: return make_triangles(tetra, sites, settings);
     case 2: return make_segments(tetra, sites);
     default: return make_point(tetra);
@@ -439,9 +445,25 @@ static struct error *try_walk(struct tetra *tetra, const struct sites *sites,
     return err;
 }
 
-/* Says so where parts of the probes are thin. Of ordinary ones (grids, boxes of up to 1:4, octrees,
- * random ones, rooms with a hole) at most .1 % of the cells are such; of a corridor one probe wide
- * that ends in a hall 6 %, of storeys of one layer each 65 %. */
+/* Tetrahedra of storeys and the like, without the noise on their hull; with it, where that would
+ * leave no sound hull. */
+static struct error *make_storeys(struct tetra *tetra, const struct sites *sites,
+                                  const struct tetra_settings *settings)
+{
+    struct error *err = make_tetrahedra(tetra, sites, settings, true);
+    if (err)
+        return err;
+    err = tetra_check_sites(tetra, sites->count, sites->site, sites->axis, settings->threads);
+    if (!err)
+        return NULL;
+    error_destroy(err);
+    give_up(tetra);
+    return make_tetrahedra(tetra, sites, settings, false);
+}
+
+/* Says so where parts of the probes are thin and their noise makes cells. Of ordinary ones (grids,
+ * boxes of up to 1:4, octrees, random ones, rooms with a hole) at most .1 % of the cells are such,
+ * of storeys of one layer each hardly more are left. */
 static void warn_far(struct warnings *warnings, const struct tetra *tetra,
                      const struct sites *sites)
 {
@@ -450,8 +472,9 @@ static void warn_far(struct warnings *warnings, const struct tetra *tetra,
     if (far.cells >= 0.05 || far.volume >= 0.1)
         warnings_add(
             warnings, "far",
-            "parts of the probes are one layer or one row, and %s of the cells, %s of the "
-            "volume, blend probes there that are more than %g times as far from each other "
+            "parts of the probes are one layer or one row, and %s of the cells there, %s of the "
+            "volume, are noise that blends probes that are more than %g times as far from each "
+            "other "
             "as from their neighbours: place a second layer or row beside them, or make "
             "cells of each part in a stream of its own",
             percent(far.cells, cells), percent(far.volume, volume), THIN_FAR);
@@ -475,7 +498,7 @@ static struct error *make_checked(struct tetra *tetra, const struct sites *sites
         err = try_sheet(tetra, sites, settings, warnings);
     }
     if (!err && !tetra->cell_count)
-        err = make_cells(tetra, sites, settings);
+        err = sheet ? make_storeys(tetra, sites, settings) : make_cells(tetra, sites, settings);
     if (err || tetra->thin)
         return err;
     if (ask && sites->corners == 4)

@@ -61,7 +61,7 @@ struct tetra_verdict {
 
 /* Checks that cells (corners, cell_count, vertex, neighbour, merged) are what tetra_make promises,
  * in exact arithmetic: indices, positive volumes, symmetric adjacency across the same facet, the
- * hull closed and oriented, convex but for dents that are shallower than 1/16 of what they span,
+ * hull closed and oriented, convex but for dents that are shallower than 1/4 of what they span,
  * and holding the cells' volume. tetra_make does so itself. An error names the first cell that
  * breaks one. */
 struct error *tetra_check(const struct tetra *tetra, size_t count, const double *position);

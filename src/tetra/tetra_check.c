@@ -16,7 +16,7 @@
 
 /* A dent is shallow if the flat cell that would fill it has an altitude of at most this share of
  * its longest edge: twice what is peeled. */
-static const double shallow = 0x1p-4;
+static const double shallow = 0x1p-2;
 
 /* No set of cells without overlaps holds more: six times the lattice's box. */
 static const lattice_volume volume_most = (lattice_volume)6 << (3 * LATTICE_BITS);

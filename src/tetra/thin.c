@@ -525,7 +525,7 @@ struct thin_far thin_far(const struct tetra *tetra, const struct sites *sites)
 {
     enum { CELLS = 2000 };
     struct thin_far far = {0};
-    double all = 0;
+    double all = 0, of_thin = 0;
     const size_t samples = tetra->cell_count < CELLS ? tetra->cell_count : CELLS;
     for (size_t s = 0; s < samples; s++) {
         const int32_t *v = tetra->vertex + 4 * (s * tetra->cell_count / samples);
@@ -544,13 +544,31 @@ struct thin_far thin_far(const struct tetra *tetra, const struct sites *sites)
         const struct vec3 p = at(sites, (size_t)v[0]), a = vec3_sub(at(sites, (size_t)v[1]), p),
                           b = vec3_sub(at(sites, (size_t)v[2]), p),
                           c = vec3_sub(at(sites, (size_t)v[3]), p);
-        const double volume = fabs(vec3_dot(a, vec3_cross(b, c)));
+        const double volume = fabs(vec3_dot(a, vec3_cross(b, c))),
+                     base = fmax(fmax(vec3_length(vec3_cross(a, b)), vec3_length(vec3_cross(b, c))),
+                                 fmax(vec3_length(vec3_cross(c, a)),
+                                      vec3_length(vec3_cross(vec3_sub(b, a), vec3_sub(c, a)))));
         all += volume;
-        if (longest > THIN_FAR * spacing && thin >= 3) {
-            far.cells += 1 / (double)samples;
+        of_thin += thin >= 3;
+        if (longest > THIN_FAR * spacing && thin >= 3 && volume < thinner * spacing * base) {
+            far.cells++;
             far.volume += volume;
         }
     }
+    /* of cells of thin parts, where there are such parts */
+    far.cells /= of_thin > 0.1 * (double)samples ? of_thin : (double)samples;
     far.volume /= all > 0 ? all : 1;
     return far;
+}
+
+struct error *thin_sheets(const struct sites *sites, double **spacing)
+{
+    struct error *err = array_create(spacing, sites->count, sizeof **spacing);
+    for (size_t i = 0; i < sites->count && !err; i++) {
+        size_t near[NEAREST];
+        double distance[NEAREST];
+        const size_t count = nearest_of(sites, i, near, distance);
+        (*spacing)[i] = count > 1 && is_sheet(sites, i, near, count) ? distance[1] : 0;
+    }
+    return err;
 }

@@ -63,13 +63,17 @@ struct error *thin_off_sheet(const struct tetra *triangles, const struct sites *
 struct error *thin_walk(const struct tetra *cells, const struct sites *sites, int32_t **walk,
                         size_t *count);
 
-/* Of tetrahedra, the share (of a sample's number and of its volume) that join probes which are more
- * than THIN_FAR times as far from each other as these are from their neighbours, where those are in
- * lines or sheets. */
+/* Of tetrahedra, the share that are noise of lines or sheets: flat ones, of probes which are more
+ * than THIN_FAR times as far from each other as from their neighbours. Of a sample, by number (of
+ * those in thin parts, if these are a tenth) and by volume. */
 #define THIN_FAR 4.5
 struct thin_far {
     double cells, volume;
 };
 struct thin_far thin_far(const struct tetra *tetra, const struct sites *sites);
+
+/* Of each site, how far its second neighbour is, 0 where it is not in a sheet: by sites, owned by
+ * the caller. */
+struct error *thin_sheets(const struct sites *sites, double **spacing);
 
 #endif
