@@ -185,6 +185,8 @@ static struct error *check(const struct arguments *a)
         basis = basis || c->basis[i];
     if (!err && c->report && !basis)
         err = error_usage("--report is of --basis");
+    if (!err)
+        err = stream_selection_check(&a->selection);
     if (!err && a->info && (a->from.salvage || a->from.fill_count || convert_is_asked(c)))
         err = error_usage("--info describes streams as they are: without --fill and --salvage, "
                           "and without conversions");

@@ -87,7 +87,6 @@ ordered 'probe their_column:i32:2 validity:f32:1 position:f64:3' '3 -3 0.5 0 1 0
     --columns their_column,validity,position --where 'validity = .5'
 ordered 'probe sh:f32:3 position:f64:3' 'nan nan nan 1 0 0' \
     --columns validity,sh,position --drop validity --rows 1:3
-ordered 'probe validity:f32:1 position:f64:3' '1 0 0 0' --columns validity,position,validity
 ordered 'probe position:f64:3 their_column:i32:2' '0 0 0 1 -1' --drop sh,validity
 ordered 'tet neighbour:i32:4 vertex:i32:4' '-1 -1 -1 1 0 1 2 3' \
     --tables tet,probe --columns neighbour,position,vertex
@@ -114,6 +113,10 @@ check "--info describes what is chosen, in its order" \
     "$(cat wanted)" ]
 refused 1 "the stream has no column validty" probe-cat --info --columns validty small.probe
 refused 1 "the stream has no column validty" probe-cat --columns position,validty small.probe
+refused 2 "columns: expected each name once, got position twice" \
+    probe-cat --columns position,sh,position small.probe
+refused 2 "columns: expected names separated by commas, got ''" probe-cat --columns '' small.probe
+refused 2 "tables: expected each name once, got probe twice" probe-cat --tables probe,probe small.probe
 refused 1 "the stream has no table tets" probe-cat --tables probe,tets small.probe
 refused 1 "the stream has no column validty" \
     probe-cat --columns position,validty --rows 0 small.probe

@@ -30,6 +30,32 @@ static size_t place_in_list(const char *list, const char *name)
     return SIZE_MAX;
 }
 
+static struct error *check_list(const char *option, const char *list)
+{
+    if (!list)
+        return NULL;
+    size_t place = 0;
+    for (const char *at = list; *at || !place; at += strspn(at, ","), place++) {
+        char name[64];
+        const int length = (int)strcspn(at, ",");
+        snprintf(name, sizeof name, "%.*s", length < 63 ? length : 63, at);
+        if (!length)
+            return error_usage("%s: expected names separated by commas, got '%s'", option, list);
+        if (length < 63 && place_in_list(list, name) < place)
+            return error_usage("%s: expected each name once, got %s twice", option, name);
+        at += length;
+    }
+    return NULL;
+}
+
+struct error *stream_selection_check(const struct stream_selection *selection)
+{
+    struct error *err = check_list("--columns", selection->columns);
+    if (!err)
+        err = check_list("--tables", selection->tables);
+    return err ? err : check_list("--drop", selection->drop);
+}
+
 static bool in_list(const char *list, const char *name)
 {
     return place_in_list(list, name) != SIZE_MAX;

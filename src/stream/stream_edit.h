@@ -63,6 +63,9 @@ bool stream_selection_holds(const struct stream_selection *selection, const stru
  * order. */
 bool stream_selection_is_whole(const struct stream_selection *selection);
 
+/* A usage error where a list of names is empty or has one twice, which a stream cannot. */
+struct error *stream_selection_check(const struct stream_selection *selection);
+
 void stream_selection_clear(struct stream_selection *selection);
 
 /* Removes from a stream in memory what the selection does not keep. */
