@@ -100,6 +100,12 @@ rm ' sky.hdr'
 refused 1 "directory: the sky of the stream's header (sky-file) is missing" \
     probe-leakfix - piped.tet <moved/scenes/yard.obj
 
+# -- pipes -----------------------------------------------------------------------------------------
+from_pipe() { cat piped.hdr | probe-capture --rays 8 --sky /dev/stdin "$@"; }
+sky piped.hdr 201
+refused 1 'stdin: expected a file that later programs find again' \
+    from_pipe moved/scenes/yard.obj placed.probe
+
 # -- slices of several machines --------------------------------------------------------------------
 mkdir one two
 for machine in one two; do

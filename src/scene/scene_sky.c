@@ -10,7 +10,6 @@
 #include "scene/scene_build.h"
 #include "scene/scene_settings.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -334,7 +333,9 @@ static struct error *finish_picture(struct scene_sky *sky, const char *scene_pat
     if (found.name)
         err = error_wrap(err, "%s", found.name);
     if (!err && !(sky->file = realpath(found.name, NULL)))
-        err = error_new("%s: %s", found.name, strerror(errno));
+        err = error_new("%s: expected a file that later programs find again, got a pipe or what is "
+                        "gone",
+                        found.name);
     if (!err && *folder)
         err = name_from(folder, sky->file, &sky->from_scene);
     sky->key = found.key;
