@@ -116,7 +116,8 @@ refused 1 "the stream has no column validty" probe-cat --columns position,validt
 refused 2 "columns: expected each name once, got position twice" \
     probe-cat --columns position,sh,position small.probe
 refused 2 "columns: expected names separated by commas, got ''" probe-cat --columns '' small.probe
-refused 2 "tables: expected each name once, got probe twice" probe-cat --tables probe,probe small.probe
+refused 2 "tables: expected each name once, got probe twice" \
+    probe-cat --tables probe,probe small.probe
 refused 1 "the stream has no table tets" probe-cat --tables probe,tets small.probe
 refused 1 "the stream has no column validty" \
     probe-cat --columns position,validty --rows 0 small.probe
