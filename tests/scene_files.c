@@ -336,6 +336,8 @@ static void test_off(void)
     refuse_text("a word for a number", "x.off", "OFF\n3 1 0\n0 0 zero\n",
                 "vertex 1 of 3: expected a number");
 #define OFF_CORNERS "\n3 2 0\n0 0 0\n1 0 0\n1 1 0\n"
+    refuse_text("a count below 0", "x.off", "OFF\n-3 1 0\n0 0 0\n",
+                "counts of vertices, faces and edges: expected numbers from 0");
     refuse_text("a colour of two numbers", "x.off",
                 "OFF" OFF_CORNERS "3 0 1 2 255 0\n3 0 1 2 255 0 0\n",
                 "face 1 of 2: expected a col");

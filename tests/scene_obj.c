@@ -536,7 +536,7 @@ static void test_files(void)
         {CORNERS "f 1 2 3\nusemtl lam", "x.obj: the file is cut off: no face follows"},
         {CORNERS "f 1 2 3\nv 1 0 0\nv 2 0 0\nv 1 1 ", "x.obj:8: expected a vertex"},
         {CORNERS "f 1 2 3\nv 1 0 0\nv 2 0 0\nv 1 1 0", "x.obj: the file is cut off: the last"},
-        {CORNERS "f 1 2 3\nv 1 0 0 .5 .5", "x.obj:6: the file is cut off in the colour"},
+        {CORNERS "f 1 2 3\nv 1 0 0 .5 .5", "x.obj:6: expected a vertex of 3 numbers, 4, or 6"},
         {CORNERS "vt\nf 1 2 3\n", "x.obj:5: expected a texture coordinate"},
         {CORNERS "v 1e999 0 0\nf 1 2 5\n", "x.obj:6: face 1 has a corner at inf 0 0"},
         {"\xff\xfev", "x.obj: a text in UTF-16"},

@@ -716,10 +716,10 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
                 out.append(whole).push_back('\n');
                 if (numbers.size() >= 6)
                     err = keep_colour(g, vertices - 1, numbers);
-                else if (numbers.size() == 5 && reader.is_cut())
+                else if (numbers.size() == 5)
                     err = scene_import_broken(
-                        import, "file cut off", reader.number(),
-                        "the file is cut off in the colour of the vertex '%.*s'",
+                        import, "colour not understood", reader.number(),
+                        "expected a vertex of 3 numbers, 4, or 6 with a colour, got '%.*s'",
                         (int)std::min<size_t>(whole.size(), 60), whole.data());
             } else {
                 out += "v 9e999 0 0\n";

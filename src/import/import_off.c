@@ -106,6 +106,8 @@ static struct error *take_header(struct off *off, uint32_t *vertices, uint32_t *
         err = take_index(off, faces);
     if (!err)
         err = take_index(off, &edges);
+    if (!err && (*vertices == UINT32_MAX || *faces == UINT32_MAX))
+        err = error_new("expected numbers from 0 to 2^32 - 2");
     return error_wrap(err, "counts of vertices, faces and edges");
 }
 

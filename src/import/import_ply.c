@@ -355,6 +355,11 @@ static struct error *check_end(struct ply *ply, struct scene_import *import)
         ply->at++;
     if (ply->at == ply->end)
         return NULL;
+    if (ply->text) /* some row may have had more numbers, and all behind it are others */
+        return error_new(
+            "%zu bytes follow all that the header promises: it counts too few rows, or "
+            "too few properties of a row",
+            (size_t)(ply->end - ply->at));
     return scene_import_broken(import, "behind the last element", 0,
                                "%zu bytes follow all that the header promises",
                                (size_t)(ply->end - ply->at));
