@@ -25,6 +25,8 @@ struct arguments {
     struct scene_settings given;
     enum interpolate_visible visible;
     enum report_format format;
+    double leak_most;
+    bool leak_most_given;
     bool any_scene;
     struct common common;
 };
@@ -152,6 +154,15 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .value = &job->leak_samples,
          .most = 65536,
          .help = "points in each cell that look for their probes; 0: none"},
+        {.name = "max-leak",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &a->leak_most,
+         .most = 1,
+         .given = &a->leak_most_given,
+         .shown = "none",
+         .unrecorded = true,
+         .help = "exit with status 3 where more of the light may leak"},
         {.name = "map",
          .argument = "FILE",
          .kind = OPTION_TEXT,
@@ -205,6 +216,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         err = error_usage("--leak-samples: expected 0 or at least 2, got 1");
     if (!err && a->common.output && !job->leak_samples)
         err = error_usage("--output needs --leak-samples");
+    if (!err && a->leak_most_given && !job->leak_samples)
+        err = error_usage("--max-leak needs --leak-samples");
     return err ? err : interpolate_options_check(&a->how);
 }
 
@@ -221,20 +234,18 @@ static struct error *check_inputs(const struct arguments *a, const char *input)
                : NULL;
 }
 
-/* What leaks is known of tetrahedra alone: there is free space in them to take points of. */
+/* What leaks is known of cells alone: there is free space in them to take points of. */
 static struct error *check_cells(const struct arguments *a, const struct baked *baked,
                                  struct warnings *warnings)
 {
-    static const char *const cells[] = {"there are no cells", "the cell is a point",
-                                        "the cells are segments", "the cells are triangles"};
-    if (baked->mesh.corners == 4 || !a->job.leak_samples)
+    const char *why = baked->mesh.corners ? "the cell is a point" : "there are no cells";
+    if (baked->mesh.corners > 1 || !a->job.leak_samples)
         return NULL;
-    if (a->common.output)
-        return error_new("--output marks where tetrahedra leak: %s", cells[baked->mesh.corners]);
-    warnings_add(
-        warnings, "leaks",
-        "leaks are measured of tetrahedra alone, and %s: the report has no figures of cells",
-        cells[baked->mesh.corners]);
+    if (a->common.output || a->leak_most_given)
+        return error_new("%s is of what leaks in cells: %s",
+                         a->common.output ? "--output" : "--max-leak", why);
+    warnings_add(warnings, "leaks",
+                 "leaks are measured of cells, and %s: the report has no figures of them", why);
     return NULL;
 }
 
@@ -344,6 +355,8 @@ int main(int argc, char **argv)
         err = write_marked(stream, &result, &a.common, program.recorded);
     if (!err)
         err = report_print(&result.report, a.format, to_stdout ? stderr : stdout);
+    if (!err && a.leak_most_given)
+        err = unseen_gate(&result.report, a.leak_most);
     assessment_clear(&result);
     baked_close(&baked);
     seen_destroy(seen);

@@ -524,6 +524,14 @@ static double collinear(const double p[3])
     return 2 + p[0];
 }
 
+/* With so many points a cell. */
+static struct error *unseen_of_cells(struct unseen_cells *cells, const struct tracer *tracer,
+                                     const struct baked *baked, int least)
+{
+    const struct unseen_settings settings = {.least = least, .seed = 1, .threads = 2};
+    return unseen_cells(cells, tracer, baked, &settings);
+}
+
 static void test_flat(int corners)
 {
     static const char *const tables[] = {NULL, "point", "segment", "tri"};
@@ -546,10 +554,15 @@ static void test_flat(int corners)
        "%s: and one in a field that it does not; its probes are seen", tables[corners]);
     report_clear(&r);
     hand_truth_end(&t);
-    struct error *err = unseen_cells(&cells, nothing.tracer, &h.baked, 8, 1, 1);
-    ok(err && strstr(error_message(err), "tetrahedra alone"),
-       "%s: leaks are measured of tetrahedra alone", tables[corners]);
+    struct error *err = unseen_of_cells(&cells, nothing.tracer, &h.baked, 8);
+    if (corners == 1)
+        ok(err && strstr(error_message(err), "the cell is a point"), "point: it has no space");
+    else
+        ok(!err && cells.now.weight.value == 0 && cells.now.weight.high == 0 &&
+               cells.free_volume > 0 && cells.near == 0,
+           "%s: where there are no surfaces, nothing leaks, for certain", tables[corners]);
     error_destroy(err);
+    unseen_cells_clear(&cells);
     hand_end(&h);
 }
 
@@ -895,6 +908,69 @@ static double moment(double c, int n)
     return 6 * (pow(c, n + 2) / (n + 2) - pow(c, n + 3) / (n + 3));
 }
 
+/* What the certificate says of the bridge with a wall at x = c, from points by volume; of light
+ * where it is known. */
+static void test_certificate(double c, const struct bench *b, const struct baked *baked)
+{
+    enum { SEEDS = 40 };
+    struct unseen_cells cells;
+    struct report report = {0};
+    const double share = moment(c, 1) + moment(1 - c, 1);
+    int held = 0;
+    for (int seed = 0; seed < SEEDS; seed++) {
+        const struct unseen_settings settings = {
+            .least = 2, .points = 400, .seed = (uint64_t)seed, .threads = 1};
+        must(unseen_cells(&cells, b->tracer, baked, &settings));
+        held += cells.now.weight.low <= share && share <= cells.now.weight.high;
+        if (seed < SEEDS - 1)
+            unseen_cells_clear(&cells);
+    }
+    ok(held >= SEEDS - 5, "its interval holds the closed form %d of %d times", held, SEEDS);
+    ok(cells.points == 400 && cells.near == 1 && !cells.differ &&
+           cells.all.weight.value == cells.now.weight.value && cells.now.worst_share > 0 &&
+           cells.now.worst_part == 1,
+       "from as many points as were asked for; the one cell is the worst");
+    must(unseen_report(&report, &cells, 1));
+    const bool lit = baked->sh != NULL;
+    ok(lit == !isnan(report_get(&report, "leak_light", "all").value),
+       "light that leaks is known where there is light");
+    const struct estimate e = report_get(&report, lit ? "leak_light" : "leak_volume", "all");
+    struct error *err = unseen_gate(&report, e.high);
+    ok(!err, "a gate at the upper end lets it through");
+    err = unseen_gate(&report, (e.value + e.high) / 2);
+    ok(err && error_status(err) == EXIT_ABOVE && strstr(error_message(err), "worst cell 0, at") &&
+           strstr(error_message(err), lit ? "light that leaks" : "unseen weight"),
+       "one below does not, with a status of its own: %s", err ? error_message(err) : "");
+    error_destroy(err);
+    report_clear(&report);
+    unseen_cells_clear(&cells);
+}
+
+/* A wall far off the cell, but within what a corner is asked for: no point of n leaks, and the
+ * share may be 3.84 / n still, by Wilson's interval. */
+static void test_nothing_found(void)
+{
+    struct bench b;
+    struct hand h;
+    struct unseen_cells cells;
+    const double value[4] = {1, 1, 1, 1};
+    bench_start(&b);
+    add_quad(&b, (const double[12]){1.01, -50, -50, 1.01, 50, -50, 1.01, 50, 50, 1.01, -50, 50},
+             material(0.5f, 0));
+    bench_finish(&b, 1);
+    hand_start(&h, bridge, value);
+    const struct unseen_settings settings = {.least = 2, .points = 1000, .threads = 1};
+    must(unseen_cells(&cells, b.tracer, &h.baked, &settings));
+    const double n = 1000, z = 1.96, most = z * z / (n + z * z);
+    ok(cells.near == 1 && cells.now.weight.value == 0 && cells.now.weight.low == 0 &&
+           fabs(cells.now.weight.high - most) < 0.01 * most,
+       "none of 1000 points leaks: up to %.4f may, by Wilson %.4f", cells.now.weight.high, most);
+    ok(cells.now.worst_share == 0 && cells.lost == 0, "no cell is the worst");
+    unseen_cells_clear(&cells);
+    hand_end(&h);
+    bench_clear(&b);
+}
+
 static void test_wall(double c, double left, double right)
 {
     struct bench b;
@@ -907,7 +983,7 @@ static void test_wall(double c, double left, double right)
     bench_finish(&b, 1);
     const double value[4] = {left, left, right, right};
     hand_start(&h, bridge, value);
-    must(unseen_cells(&cells, b.tracer, &h.baked, SAMPLES, 1, 2));
+    must(unseen_of_cells(&cells, b.tracer, &h.baked, SAMPLES));
     /* Left of the wall the right pair is unseen, with weight x; right of it the left pair, with 1 -
      * x. */
     const double from_right = moment(c, 1), from_left = moment(1 - c, 1),
@@ -916,21 +992,26 @@ static void test_wall(double c, double left, double right)
     const double leak = fabs(right - left) * sqrt(moment(c, 2) + moment(1 - c, 2)),
                  bias = (right - left) * (from_right - from_left);
     const double spread = sqrt((moment(c, 2) + moment(1 - c, 2) - share * share) / SAMPLES);
-    ok(fabs(cells.weight.value - share) < 4.5 * spread,
-       "a wall at %.2f: unseen weight %.4f, by its closed form %.4f", c, cells.weight.value, share);
-    ok(fabs((cells.weight.high - cells.weight.low) / (2 * 1.96 * spread) - 1) < 0.05,
+    ok(fabs(cells.now.weight.value - share) < 4.5 * spread,
+       "a wall at %.2f: unseen weight %.4f, by its closed form %.4f", c, cells.now.weight.value,
+       share);
+    ok(fabs((cells.now.weight.high - cells.now.weight.low) / (2 * 1.96 * spread) - 1) < 0.05,
        "its interval is that of the sample");
-    ok(cells.light.low - (cells.light.high - cells.light.low) < light &&
-           light < cells.light.high + (cells.light.high - cells.light.low),
-       "unseen light %.4f, by its closed form %.4f", cells.light.value, light);
-    ok(fabs(cells.leaked_rms / unit_light() - leak) < 0.02 * leak + 1e-6 &&
-           fabs(cells.leaked_bias / unit_light() - bias) < 0.03 * leak + 1e-6,
+    ok(cells.now.light.low - (cells.now.light.high - cells.now.light.low) < light &&
+           light < cells.now.light.high + (cells.now.light.high - cells.now.light.low),
+       "unseen light %.4f, by its closed form %.4f", cells.now.light.value, light);
+    ok(fabs(cells.now.leaked_rms / unit_light() - leak) < 0.02 * leak + 1e-6 &&
+           fabs(cells.now.leaked_bias / unit_light() - bias) < 0.03 * leak + 1e-6,
        "light that leaks %.4f and %+.4f, by their closed forms %.4f and %+.4f",
-       cells.leaked_rms / unit_light(), cells.leaked_bias / unit_light(), leak, bias);
-    ok(cells.blind == 0 && cells.cell_free[0] == 1 &&
-           fabs((double)cells.cell_weight[0] - cells.weight.value) < 1e-6,
+       cells.now.leaked_rms / unit_light(), cells.now.leaked_bias / unit_light(), leak, bias);
+    ok(cells.now.blind == 0 && cells.cell_free[0] == 1 &&
+           fabs((double)cells.cell_weight[0] - cells.now.weight.value) < 1e-6,
        "nobody is blind; the one cell is all");
     unseen_cells_clear(&cells);
+    test_certificate(c, &b, &h.baked);
+    struct baked dark = h.baked; /* the same without light */
+    dark.sh = NULL;
+    test_certificate(c, &b, &dark);
     hand_end(&h);
     bench_clear(&b);
 }
@@ -990,8 +1071,8 @@ static void test_seen(double c)
        "light of what is seen alone: no error, no unseen weight");
     report_clear(&report);
     struct unseen_cells cells;
-    must(unseen_cells(&cells, b.tracer, &h.baked, 100, 1, 2));
-    ok(cells.weight.value == 0 && cells.leaked_rms == 0, "nor does a cell leak");
+    must(unseen_of_cells(&cells, b.tracer, &h.baked, 100));
+    ok(cells.now.weight.value == 0 && cells.now.leaked_rms == 0, "nor does a cell leak");
     unseen_cells_clear(&cells);
     hand_truth_end(&t);
     hand_end(&h);
@@ -1048,6 +1129,31 @@ static void test_blind(void)
     bench_clear(&b);
 }
 
+/* Points of that closet see none of the cell, and none around: there is no other. */
+static void test_lost(void)
+{
+    enum { SAMPLES = 4000 };
+    struct bench b;
+    struct hand h;
+    struct unseen_cells cells;
+    const double value[4] = {1, 1, 1, 1}, share = moment(0.6, 0) - moment(0.4, 0);
+    bench_start(&b);
+    for (int k = 0; k < 2; k++) { /* they look at each other */
+        const double x = k ? 0.6 : 0.4, y = k ? -50 : 50;
+        add_quad(&b, (const double[12]){x, -y, -50, x, y, -50, x, y, 50, x, -y, 50},
+                 material(0.5f, 0));
+    }
+    bench_finish(&b, 1);
+    hand_start(&h, bridge, value);
+    must(unseen_of_cells(&cells, b.tracer, &h.baked, SAMPLES));
+    ok(fabs(cells.lost - share) < 0.01 && cells.lost == cells.now.blind &&
+           cells.now.worst_share > share,
+       "a closet without a probe: %.4f see none, by its volume %.4f", cells.lost, share);
+    unseen_cells_clear(&cells);
+    hand_end(&h);
+    bench_clear(&b);
+}
+
 static void test_solid(void)
 {
     struct bench b;
@@ -1065,14 +1171,14 @@ static void test_solid(void)
     shape_clear(&ball);
     bench_finish(&b, 1);
     hand_start(&h, big, value);
-    must(unseen_cells(&cells, b.tracer, &h.baked, 4000, 1, 2));
+    must(unseen_of_cells(&cells, b.tracer, &h.baked, 4000));
     const double share = volume / 288; /* of the cell */
     ok(fabs(1 - (double)cells.cell_free[0] - share) < 4.5 * sqrt(share / 4000),
        "a solid ball in a cell is no free space: %.4f, by volume %.4f",
        1 - (double)cells.cell_free[0], share);
     ok(fabs(cells.free_volume - (288 - volume)) < 4.5 * 288 * sqrt(share / 4000) &&
-           cells.blind < 0.01,
-       "who is inside it is not blind but gone (%.2g)", cells.blind);
+           cells.now.blind < 0.01,
+       "who is inside it is not blind but gone (%.2g)", cells.now.blind);
     unseen_cells_clear(&cells);
     hand_end(&h);
     bench_clear(&b);
@@ -1152,6 +1258,8 @@ int main(void)
     test_seen(0.5);
     test_seen(0.3);
     test_blind();
+    test_nothing_found();
+    test_lost();
     test_solid();
     test_change();
     bench_clear(&nothing);

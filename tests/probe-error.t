@@ -145,10 +145,21 @@ probe-cat --text --no-provenance cells.probe >before
 check "the stream is as it was, but for its cells' columns" cmp unmarked before and test -s before
 probe-cat --text --no-provenance --columns position,leak,leak_free marked.probe |
     sed '1,/^table tet/d; /^end/d' |
-    awk '{ n++; most = $1 > most ? $1 : most; free += $2 } END { print n, most, free / n }' >volumes
+    awk -v worst="$(figures all cells leak_worst_cell)" \
+        'NR == worst + 1 { share = $1 } { n++; free += $2 } END { print n, share, free / n }' \
+        >volumes
 holds "they hold each cell's share" \
     '$1 == $4 && ($2 - $5) ^ 2 < 1e-10 && $3 > 0.9 && $3 <= 1' \
     $(cat volumes) $(figures all cells cells leak_worst)
+measure cells.probe --max-leak 0.5 >gated 2>err
+check "--max-leak lets through what leaks no more" cmp gated cells and empty err
+measure cells.probe --max-leak 0.0001 >gated 2>err
+status=$?
+check "and has a status of its own, and the whole report, for what leaks more" \
+    [ $status = 3 ] and cmp gated cells \
+    and says err 'light that leaks .* above --max-leak 0.0001; worst cell'
+refused 2 "--max-leak needs --leak-samples" \
+    probe-error -q --max-leak 0.1 --leak-samples 0 "$rooms" cells.probe
 if command -v probe-vtk >/dev/null; then
     probe-vtk -q -o marked.vtu marked.probe
     check "and probe-vtk writes them" says marked.vtu leak_light
@@ -237,7 +248,7 @@ probe-cat --tables probe sloped.probe >loose.probe
 probe-error --tsv --truth way.truth --interpolate nearest "$rooms" loose.probe >loose 2>err
 check "nearest needs no cells, and says what it cannot know" \
     says loose '^rms	all' and lacks loose '^unseen' '^leak' \
-    and says err 'tetrahedra alone, and there are no cells'
+    and says err 'leaks are measured of cells, and there are no cells'
 refused 1 "run probe-tet" probe-error -q --truth way.truth "$rooms" loose.probe
 refused 1 "--columns sh_gradient" measure cells.probe --interpolate cubic
 refused 2 "need --interpolate shepard" probe-error -q --radius 1 "$rooms" cells.probe
@@ -253,10 +264,18 @@ for flat in "plane triangles" "line segments" "one point"; do
     probe-error --tsv --truth way.truth "$rooms" $file.probe >$file 2>err
     holds "$file: its error is measured" '$1 > 0 && $1 < 10 && $2 >= 0 && $2 <= 1 && NF == 2' \
         $(figures all $file rms_relative unseen)
-    check "$file: leaks of tetrahedra alone, and that is said" \
-        lacks $file '^leak' and says err "leaks are measured of tetrahedra alone.*${flat#* }"
-    refused 1 "--output marks where tetrahedra leak" \
-        probe-error -q --truth way.truth -o x.probe "$rooms" $file.probe
+    if [ "$file" = one ]; then
+        check "one: it has no free space, and that is said" \
+            lacks one '^leak' and says err "leaks are measured of cells, and the cell is a point"
+        refused 1 "--output is of what leaks in cells" \
+            probe-error -q --truth way.truth -o x.probe "$rooms" one.probe
+    else
+        holds "$file: what leaks is measured of its ${flat#* }" '$1 > 0 && $1 < 0.5 && $2 >= $1' \
+            $(figures all $file leak_volume leak_worst)
+        probe-error -q --truth way.truth -o x.probe "$rooms" $file.probe >report
+        probe-cat --info x.probe >info
+        check "$file: and marked" says info 'leak_free'
+    fi
 done
 
 # -- forms of the report ---------------------------------------------------------------------------
@@ -267,7 +286,7 @@ check "the table begins with error, bad points, what is seen, unseen weight, bli
     says headline '^error: [0-9.]* % (.* \.\. .*); bad points: ' \
     'of the probes that each point sees: ' 'weight from probes .*; blind points: '
 check "the table names each part and each measure" \
-    says table inside-hull outside-hull 'surface .* \.\. ' lit dark unseen 'share of weight' \
+    says table inside-hull outside-hull 'surface .* \.\. ' lit dark unseen 'unseen weight' \
     'change of light' 'worst at'
 form --json >json
 if command -v python3 >/dev/null; then

@@ -74,9 +74,26 @@ struct error *baked_open(struct baked *b, const struct stream *stream,
     return err;
 }
 
+struct error *baked_open_cells(struct baked *b, const struct stream *stream)
+{
+    const struct table *probes = stream_table(stream, "probe");
+    *b = (struct baked){0};
+    struct error *err = probes && table_column(probes, "sh") ? baked_open_probes(b, stream) : NULL;
+    if (!err)
+        err = cells_volume_mesh(stream, &b->mesh);
+    if (!err) {
+        b->probe_count = b->mesh.probes;
+        b->position = b->mesh.position;
+        err = cells_volume_open(stream, &b->mesh, 0, &b->cells);
+    }
+    if (err)
+        baked_close(b);
+    return err;
+}
+
 void baked_close(struct baked *b)
 {
-    if (b->in && b->cells != b->in->volume)
+    if (!b->in || b->cells != b->in->volume)
         probe_volume_destroy(b->cells);
     probe_volume_destroy(b->blind_cells);
     interpolate_close(b->in);
@@ -108,17 +125,18 @@ void baked_locate_cell(const struct baked *b, const double p[3], struct probe_pl
 
 void baked_locate(const struct baked *b, const double p[3], struct probe_place *place)
 {
-    if (b->cells && !b->in->sight.see)
+    const bool sees = b->cells && b->in && b->in->sight.see;
+    if (b->cells && !sees)
         probe_volume_locate(b->cells, p, place);
     else
         baked_locate_cell(b, p, place);
-    if (b->cells && b->in->sight.see)
+    if (sees)
         b->in->sight.see(b->in->sight.own, p, place);
 }
 
 bool baked_sees(const struct baked *b)
 {
-    return b->cells && (b->blind_cells || b->in->sight.see);
+    return b->cells && (probe_volume_sees(b->cells) || (b->in && b->in->sight.see));
 }
 
 bool baked_blends(const struct baked *b)

@@ -31,7 +31,7 @@ struct stream;
 struct baked {
     struct interpolate *in; /* owned; NULL: probes alone */
     struct probe_mesh mesh; /* the stream's cells; corners 0: there are none */
-    /* of the mesh; owned where the interpolation has none of its own */
+    /* of the mesh; owned where there is no interpolation, or it has none of its own */
     struct probe_volume *cells;
     /* the same without the sight that the stream's cells keep; owned; NULL: they keep none */
     struct probe_volume *blind_cells;
@@ -52,6 +52,10 @@ struct error *baked_open(struct baked *baked, const struct stream *stream,
 
 /* For the light of single probes: without cells, and without light anywhere else. */
 struct error *baked_open_probes(struct baked *baked, const struct stream *stream);
+
+/* For cells and what they see: without light anywhere but at the probes, where there is any (else
+ * sh is NULL, width 0). Errors: no cells. */
+struct error *baked_open_cells(struct baked *baked, const struct stream *stream);
 
 void baked_close(struct baked *baked);
 

@@ -6,6 +6,7 @@
 #include "base/warning.h"
 #include "interpolate/baked.h"
 #include "math/box.h"
+#include "stream/cells.h"
 
 #include <errno.h>
 #include <string.h>
@@ -79,7 +80,9 @@ struct error *assess(struct assessment *result, const struct assess_job *job)
 {
     struct truth truth = {0};
     struct report *report = &result->report;
-    const bool leaks = job->leak_samples && job->baked->mesh.corners == 4;
+    const bool leaks = job->leak_samples && job->baked->mesh.corners > 1;
+    const struct unseen_settings settings = {
+        .least = job->leak_samples, .seed = job->measure.seed, .threads = job->measure.threads};
     const double start = clock_seconds();
     struct error *err = get_truth(&truth, job);
     const double traced = clock_seconds();
@@ -89,8 +92,7 @@ struct error *assess(struct assessment *result, const struct assess_job *job)
         err = measure_change(report, &truth, job->baked);
     const double measured = clock_seconds();
     if (!err && leaks)
-        err = unseen_cells(&result->cells, job->stage->tracer, job->baked, job->leak_samples,
-                           job->measure.seed, job->measure.threads);
+        err = unseen_cells(&result->cells, job->stage->tracer, job->baked, &settings);
     result->truth_seconds = traced - start;
     result->error_seconds = measured - traced;
     result->leak_seconds = clock_seconds() - measured;
@@ -104,11 +106,13 @@ struct error *assess(struct assessment *result, const struct assess_job *job)
 
 static struct error *store_column(struct stream *stream, const char *name, const float *value)
 {
-    struct table *cells = stream_table(stream, "tet");
+    struct cells cells;
     struct column *column = NULL;
-    struct error *err = table_add_column(cells, name, COLUMN_F32, 1, &column);
+    struct error *err = cells_find(stream, &cells);
     if (!err)
-        memcpy(column->data, value, cells->rows * sizeof *value);
+        err = table_add_column(cells.table, name, COLUMN_F32, 1, &column);
+    if (!err)
+        memcpy(column->data, value, cells.table->rows * sizeof *value);
     return err;
 }
 

@@ -28,7 +28,7 @@ struct assess_job {
     /* gets the points with the error at each (measure_error), as a stream; NULL: nothing does */
     const char *map_file;
     enum stream_encoding map_encoding;
-    /* of each cell; 0: leaks are not measured, nor are they of cells that are no tetrahedra */
+    /* of each cell; 0: leaks are not measured, nor are they where there are no cells */
     int leak_samples;
     const char *command_line; /* as recorded */
     const char *program;      /* names the progress */

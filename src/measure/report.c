@@ -165,25 +165,69 @@ static void print_part(const struct report *report, const char *of, FILE *out)
     fprintf(out, "\n");
 }
 
+/* A share in percent, and its interval where it has one, in 26 columns. */
+static void print_column(const struct report *report, const char *measure, const char *of,
+                         FILE *out)
+{
+    char interval[64], text[80];
+    const struct estimate e = report_get(report, measure, of);
+    snprintf(text, sizeof text, "%8.3g %%", 100 * e.value);
+    if (*interval_text(e, 100, interval))
+        snprintf(text + strlen(text), sizeof text - strlen(text), " (%s)", interval);
+    fprintf(out, "%-28s", isnan(e.value) ? "       -" : text);
+}
+
+static void print_worst(const struct report *report, const char *of, const char *before, FILE *out)
+{
+    fprintf(out, "%s  %-18s  ", before, "worst cell");
+    if (value_of(report, "leak_worst", of) > 0)
+        fprintf(out, "%.0f at %.6g %.6g %.6g: %.3g %% of its weight, %.3g %% of what leaks\n",
+                value_of(report, "leak_worst_cell", of), value_of(report, "leak_worst_x", of),
+                value_of(report, "leak_worst_y", of), value_of(report, "leak_worst_z", of),
+                percent(report, "leak_worst", of), percent(report, "leak_worst_part", of));
+    else
+        fprintf(out, "none: nothing leaks\n");
+}
+
+void report_print_leaks(const struct report *report, const char *before, FILE *out)
+{
+    static const struct {
+        const char *name, *measure;
+    } rows[] = {{"unseen weight", "leak_volume"},
+                {"light that leaks", "leak_light"},
+                {"blind points", "blind"}};
+    static const char *const of[] = {"all-probes", "all"};
+    const int first = isnan(value_of(report, "leak_volume", of[0]));
+    if (!first)
+        fprintf(out, "%s%-20s%-28s%s\n", before, "", "  of all probes", "  by what is seen");
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (isnan(value_of(report, rows[i].measure, "all"))) {
+            fprintf(out, "%s  %-18s  not known: there are probes without light\n", before,
+                    rows[i].name);
+            continue;
+        }
+        fprintf(out, "%s  %-18s", before, rows[i].name);
+        for (int k = first; k < 2; k++)
+            print_column(report, rows[i].measure, of[k], out);
+        fprintf(out, "\n");
+    }
+    fprintf(out, "%s  %-18s", before, "see no probe");
+    print_column(report, "lost", "all", out);
+    fprintf(out, "\n");
+    print_worst(report, "all", before, out);
+}
+
 static void print_leak(const struct report *report, FILE *out)
 {
     if (isnan(value_of(report, "cells", "all")))
         return;
-    const struct estimate volume = report_get(report, "leak_volume", "all"),
-                          bright = report_get(report, "leak_light", "all");
     fprintf(out,
-            "\n"
-            "light from probes that a point cannot see, over the free space of %.0f cells:\n",
-            value_of(report, "cells", "all"));
-    fprintf(out, "  share of weight         %8.3g %%  (%.3g .. %.3g)\n", 100 * volume.value,
-            100 * volume.low, 100 * volume.high);
-    fprintf(out, "  share of light          %8.3g %%  (%.3g .. %.3g)\n", 100 * bright.value,
-            100 * bright.low, 100 * bright.high);
-    fprintf(out, "  light that leaks, rms   %8.3g    in the mean %+.3g\n",
+            "\nlight from probes that a point cannot see, from %.0f points in the free space of "
+            "%.0f cells:\n",
+            value_of(report, "leak_points", "all"), value_of(report, "cells", "all"));
+    report_print_leaks(report, "", out);
+    fprintf(out, "  leaked light, rms %8.3g, in the mean %+.3g\n",
             light(report, "leaked_rms", "all").value, light(report, "leaked_bias", "all").value);
-    fprintf(out, "  points that see none    %8.3g %%\n", percent(report, "blind", "all"));
-    fprintf(out, "  worst cell              %8.0f    (%.3g %% of its weight)\n",
-            value_of(report, "leak_worst_cell", "all"), percent(report, "leak_worst", "all"));
 }
 
 static void print_change(const struct report *report, FILE *out)

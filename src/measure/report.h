@@ -40,6 +40,9 @@ struct estimate report_get(const struct report *report, const char *measure, con
 /* Prints to `out`, and makes sure that it is there. Errors: what the system says. */
 struct error *report_print(const struct report *report, enum report_format format, FILE *out);
 
+/* The table of what leaks (unseen_report), each line after `before`. */
+void report_print_leaks(const struct report *report, const char *before, FILE *out);
+
 void report_clear(struct report *report);
 
 #endif
