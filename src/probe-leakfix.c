@@ -9,6 +9,7 @@
 #include "capture/stage.h"
 #include "leak/dilate.h"
 #include "leak/leak_mend.h"
+#include "measure/unseen.h"
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
 #include "stream/sight_key.h"
@@ -33,33 +34,74 @@ static struct error *complete(struct leak_settings *settings, const struct strea
     return err;
 }
 
-static struct error *capture_new(struct stream *stream, struct stage *stage, size_t first,
-                                 const struct common *common, const char *program,
-                                 struct warnings *warnings)
+/* What new probes are captured with. */
+struct capturing {
+    const struct stage *stage; /* of the whole scene */
+    struct stage simpler;      /* of that which the others were captured in, once it is needed */
+    const char *scene, *program;
+    const struct common *common;
+    struct warnings *warnings;
+};
+
+/* The stage that the others were captured on; where that was of fewer triangles, another than walls
+ * are looked for in. */
+static struct error *stage_of(struct capturing *c, const struct stream_header *header,
+                              const struct stage **stage)
 {
+    *stage = c->stage;
+    if (!(c->stage->capture_settings.decimate < 1))
+        return NULL;
+    *stage = &c->simpler;
+    if (c->simpler.scene)
+        return NULL;
+    struct stream_header as_read = {0};
+    struct scene_settings given = scene_settings_default();
+    struct warnings twice = {0}; /* what it is read again for was said the first time */
+    struct error *err = header_copy(&as_read, header);
+    if (!err)
+        err = scene_file_to_header(&c->stage->scene_settings, &as_read);
+    if (!err)
+        err = stage_init(&c->simpler, c->scene, &as_read, &given, &twice);
+    if (!err)
+        err = stage_decimate(&c->simpler, c->warnings);
+    scene_settings_clear(&given);
+    header_clear(&as_read);
+    warnings_clear(&twice);
+    return err;
+}
+
+static struct error *capture_new(void *context, struct stream *stream, size_t first)
+{
+    struct capturing *c = context;
     struct table *probes = stream_table(stream, "probe");
     const size_t count = probes->rows - first;
-    if (!count)
-        return NULL;
-    if (!stage->captured) {
-        warnings_add(
-            warnings, "uncaptured",
-            "the stream's probes have no light, and so have the %zu new ones: run probe-capture",
-            count);
+    const struct stage *stage;
+    if (!c->stage->captured) {
+        warnings_add(c->warnings, "uncaptured",
+                     "the stream's probes have no light, and so have new ones: run probe-capture");
         return NULL;
     }
-    struct error *err = stage_decimate(stage, warnings);
+    struct error *err = stage_of(c, &stream->header, &stage);
     if (err)
         return err;
     struct progress *progress =
-        progress_start(common->progress && !common->quiet, program, "probes", count);
+        progress_start(c->common->progress && !c->common->quiet, c->program, "probes", count);
     struct capture_job job = {.path = &stage->path,
                               .settings = &stage->capture_settings,
-                              .threads = common->threads,
+                              .threads = c->common->threads,
                               .progress = progress};
     err = capture_rows(&job, probes, first, count);
     progress_end(progress);
     return err;
+}
+
+static struct error *check(const struct leak_mend_job *job, bool gate)
+{
+    if ((gate || job->probes) && !(job->points > 0))
+        return error_usage("%s needs --points", gate ? "--max-leak" : "--probes");
+    if (job->points > 0 && job->points < 100)
+        return error_usage("--points: expected 0 or at least 100, got %.0f", job->points);
+    return NULL;
 }
 
 /* Whether there are borders of shadows in the probes' light, where they are asked for. */
@@ -107,16 +149,40 @@ int main(int argc, char **argv)
     static const char *const edges[] = {
         [LEAK_WALLS] = "walls", [LEAK_SHADOWS] = "shadows", [LEAK_BOTH] = "both", NULL};
     int no_sight = 0;
+    bool gate = false;
+    double leak_most = 0;
     struct stream_selection invalid = {.step = 1, .end = -1};
     struct leak_mend_job job = {
         .settings = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN},
-        .probes_most = 1e6};
+        .probes_most = 1e6,
+        .points = 10000};
     const struct option_row rows[] = {
         {.name = "no-sight",
          .kind = OPTION_SET,
          .value = OPTION_ENUM(no_sight),
          .count = 1,
          .help = "cells do not keep which of their probes their points see"},
+        {.name = "points",
+         .argument = "N",
+         .kind = OPTION_REAL,
+         .value = &job.points,
+         .most = 1e9,
+         .help = "points in free space that measure what leaks; 0: nothing is measured"},
+        {.name = "max-leak",
+         .argument = "SHARE",
+         .kind = OPTION_REAL,
+         .value = &leak_most,
+         .most = 1,
+         .given = &gate,
+         .shown = "none",
+         .help = "exit with status 3 where more of the light may leak; where no more\n"
+                 "does, no probe is added"},
+        {.name = "probes",
+         .argument = "N",
+         .kind = OPTION_INTEGER,
+         .value = &job.probes,
+         .most = INT32_MAX,
+         .help = "put at most N more probes where they take away most of what leaks"},
         {.name = "rounds",
          .argument = "N",
          .kind = OPTION_INTEGER,
@@ -176,7 +242,7 @@ int main(int argc, char **argv)
          .value = &job.probes_most,
          .least = 1,
          .most = INT32_MAX,
-         .help = "stop rather than have more probes"},
+         .help = "never have more probes than this in all"},
         {0}};
     struct common common = common_default();
     struct scene_settings given = scene_settings_default();
@@ -196,8 +262,12 @@ int main(int argc, char **argv)
     struct warnings warnings = {0};
     struct stream *stream = NULL;
     struct stage stage = {0};
-    size_t before = 0;
+    struct report report = {0};
+    struct capturing capturing = {
+        .stage = &stage, .program = program.name, .common = &common, .warnings = &warnings};
     struct error *err = options_parse(&program, groups, argc, argv);
+    if (!err)
+        err = check(&job, gate);
     if (!err)
         err = options_record(&program, program.operands[0]);
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
@@ -219,17 +289,18 @@ int main(int argc, char **argv)
     if (!err)
         err = check_shadows(&job.settings, &stage, &warnings);
     if (!err) {
-        before = stream_table(stream, "probe")->rows;
+        capturing.scene = program.operands[0];
+        job.capture = capture_new;
+        job.context = &capturing;
+        job.leak_most = gate ? leak_most : -1;
         job.tracer = stage.tracer;
         job.sight = !no_sight;
         job.settings.threads = common.threads;
         job.program = common.quiet ? NULL : program.name;
-        err = leak_mend(stream, &job, &warnings);
+        err = leak_mend(stream, &job, &report, &warnings);
     }
     if (!err)
         err = sight_key_set(stream, scene_surface_key(stage.scene));
-    if (!err)
-        err = capture_new(stream, &stage, before, &common, program.name, &warnings);
     if (!err)
         err = dilate_light(stream, &invalid, &stage, &common, program.name);
     if (!err)
@@ -241,6 +312,10 @@ int main(int argc, char **argv)
     if (!common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
+    if (!err && gate)
+        err = unseen_gate(&report, leak_most);
+    report_clear(&report);
+    stage_clear(&capturing.simpler);
     stage_clear(&stage);
     scene_settings_clear(&given);
     stream_selection_clear(&invalid);

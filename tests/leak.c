@@ -89,6 +89,13 @@ static void test_leaks(void)
            other.leaking == leaks.leaking,
        "4 threads find the same");
     leaks_clear(&other);
+    s.most = 10;
+    must(leak_find(&other, tracer, &s, &mesh));
+    ok(other.cut && other.probe_count <= 10 && other.probe_count >= 9 && !leaks.cut &&
+           other.leaking == leaks.leaking,
+       "no more probes than there may be: %zu", other.probe_count);
+    leaks_clear(&other);
+    s.most = SIZE_MAX;
     s.graze = 1;
     must(leak_find(&other, tracer, &s, &mesh));
     ok(other.crossed == leaks.crossed && other.leaking == 0 && other.probe_count == 0,

@@ -24,6 +24,12 @@ all_lit() {
     says all_lit.text '^[0-9-]' && lacks all_lit.text nan
 }
 
+# holds_number VALUE LEAST MOST
+holds_number() {
+    awk -v v="$1" -v least="$2" -v most="$3" \
+        'BEGIN { exit !(v != "" && v + 0 >= least + 0 && v + 0 <= most + 0) }'
+}
+
 # -- a grid of probes and a wall -------------------------------------------------------------------
 placed 32 >cells.probe
 probe-leakfix --rounds 4 "$rooms" cells.probe >baked.probe 2>said
@@ -100,13 +106,133 @@ check "--no-sight only counts and marks, and forgets what was seen" \
     says counted.text '^table tet .*occlusion:i32:6' and lacks counted.text 'sight:f32'
 probe-leakfix -q "$rooms" cells.probe 2>err >/dev/null
 check "--quiet says nothing" empty err
-probe-leakfix --rounds 4 --max-probes 105 "$rooms" cells.probe >limited.probe 2>err
-check "--max-probes stops it, and says so" says err 'max-probes'
+most=$((rows + 10))
+probe-leakfix --rounds 4 --max-probes $most "$rooms" cells.probe >limited.probe 2>err
+limited=$(row_count probe limited.probe)
+check "--max-probes: what mends most goes in ($limited of $most), and that is said" \
+    [ "$limited" -le $most ] and [ "$limited" -gt $((most - 2)) ] and says err 'max-probes'
+probe-leakfix --rounds 4 --max-probes "$rows" "$rooms" cells.probe >limited.probe 2>err
+check "or nothing, where there is no room" [ "$(row_count probe limited.probe)" = "$rows" ] \
+    and says err 'max-probes'
 probe-place grid -q --count 120 "$rooms" | probe-tet >dark.probe
 probe-leakfix --rounds 4 "$rooms" dark.probe >fixed.probe 2>err
 check "probes without light get none, with a note" says err 'run probe-capture'
 probe-leakfix --rounds 1 "$SRC/scenes/cornell-box.obj" cells.probe 2>err >/dev/null
 check "another scene is warned about" says err 'not the scene'
+
+# -- what leaks ------------------------------------------------------------------------------------
+# figure SAID N: the N-th percentage of the row, in the last of its tables
+figure() {
+    grep "  $2  " "$1" | tail -n 1 | sed 's/^.*  '"$2"'  *//; s/([^)]*)//g' | cut -d '%' -f "$3"
+}
+probe-leakfix "$rooms" cells.probe >seen.probe 2>said
+probe-error --tsv --points 20 --truth-rays 16 --paths 0 --leak-samples 400 "$rooms" seen.probe \
+    2>err >report
+tab=$(printf '\t')
+of_error() { grep "^$1${tab}$2$tab" report | cut -f "$3"; }
+check "what leaks is said, of all probes and by what is seen" \
+    says said 'of all probes  *by what is seen' 'light that leaks  ' 'worst cell  *[0-9]* at '
+awk -v all="$(figure said 'unseen weight' 1)" -v seen="$(figure said 'unseen weight' 2)" \
+    -v low="$(of_error leak_volume all-probes 4)" -v high="$(of_error leak_volume all-probes 5)" \
+    -v least="$(of_error leak_volume all 4)" -v most="$(of_error leak_volume all 5)" \
+    'BEGIN { print all / 100, low, high, seen / 100, least, most }' >both
+check "as probe-error says from other points" \
+    every '$1 > $2 - 2 * ($3 - $2) && $1 < $3 + 2 * ($3 - $2) && $4 < $1 / 4 && $4 < 4 * $6' both
+probe-cat --text seen.probe >seen.text
+check "cells have their share" says seen.text '^table tet .*leak:f32:1'
+probe-leakfix --points 0 "$rooms" cells.probe 2>said | probe-cat --text >unmeasured.text
+check "--points 0 measures nothing" lacks said 'light that leaks' \
+    and lacks unmeasured.text 'leak:f32' and says unmeasured.text 'sight:f32'
+
+probe-leakfix -q --max-leak 0.5 "$rooms" cells.probe >gated.probe 2>err
+check "--max-leak lets through what leaks no more" same_stream gated.probe seen.probe and empty err
+probe-leakfix -q --no-sight --max-leak 0.0001 "$rooms" cells.probe >gated.probe 2>err
+status=$?
+check "what leaks more has a status of its own, and a message, and is written" [ $status = 3 ] \
+    and says err 'light that leaks .* above --max-leak 0.0001; worst cell' \
+    and probe-tet --verify gated.probe
+probe-leakfix --max-leak 0.0001 --no-sight "$rooms" dark.probe >gated.probe 2>err
+status=$?
+check "without light the gate is of weight, and what is not known is left out" [ $status = 3 ] \
+    and says err 'light that leaks  *not known' 'unseen weight .* above --max-leak'
+
+# no surface near: nothing leaks, for certain
+printf 'v 0 0 0\nv 0.001 0 0\nv 0 0.001 0\nf 1 2 3\n' >speck.obj
+probe-place grid --spacing 1 --bounds 10,10,10,13,13,13 |
+    probe-capture -q --sky 1,1,1 --rays 16 speck.obj | probe-tet >open.probe
+probe-leakfix --max-leak 0 speck.obj open.probe 2>said >kept.probe
+check "in the open nothing leaks, for certain" \
+    [ $? = 0 ] and says said 'unseen weight  *0 % (0 \.\. 0)' 'worst cell  *none'
+
+# A gap between two sheets that no probe is in, with cells through both.
+for x in 0.4 0.6; do
+    y=$([ $x = 0.4 ] && echo 50 || echo -50)
+    printf 'v %s %s -50\n' $x $((-y)) $x $y
+    printf 'v %s %s 50\n' $x $y $x $((-y))
+done >sheets.obj
+printf 'f 1 2 3 4\nf 5 6 7 8\n' >>sheets.obj
+awk 'BEGIN { for (x = 0; x < 2; x++) for (y = 0; y < 4; y++) for (z = 0; z < 4; z++)
+    print x, y, z }' >sides.txt
+probe-place points -q sides.txt | probe-capture -q --sky 1,1,1 --rays 64 sheets.obj |
+    probe-tet -q >gap.probe
+probe-leakfix sheets.obj gap.probe >/dev/null 2>said
+share=$(figure said 'see no probe' 1)
+# all of x from 0.4 to 0.6: a fifth of the hull
+check "points of a gap see no probe: $share %, by its volume 20 %" \
+    holds_number "$share" 19 21
+for budget in 1 8 100; do
+    probe-leakfix --probes $budget sheets.obj gap.probe >more$budget.probe 2>said$budget
+    more=$(($(row_count probe more$budget.probe) - 32))
+    check "--probes $budget puts $more in, and less leaks" \
+        [ $more -ge 1 ] and [ $more -le $budget ] and holds_number \
+        "$(figure said$budget 'unseen weight' 2)" 0 "$(figure said 'unseen weight' 2)"
+done
+probe-cat --text --columns position more8.probe | sed '1,/^table probe/d; /^table/,$d; /^end/d' |
+    tail -n +33 >added
+check "they stand in the gap" every '$1 > 0.4 && $1 < 0.6' added
+echo '0.5 1.5 1.5' | probe-query -q more8.probe - | cut -d ' ' -f 1 >in_gap
+echo '0.1 1.5 1.5' | probe-query -q more8.probe - | cut -d ' ' -f 1 >beside
+paste -d ' ' in_gap beside >gap_and_beside
+check "and it is dark there, and not beside it" every '$1 < 0.05 * $2 && $2 > 1' gap_and_beside
+for threads in 1 4; do
+    probe-leakfix -q --probes 8 --threads $threads sheets.obj gap.probe >threads$threads.probe
+done
+check "1 and 4 threads put the same in" cmp threads1.probe threads4.probe \
+    and same_stream threads1.probe more8.probe
+probe-leakfix -q --probes 100 --max-leak 0.05 sheets.obj gap.probe >enough.probe 2>err
+check "no more than --max-leak needs" [ $? = 0 ] \
+    and [ "$(row_count probe enough.probe)" -le "$(row_count probe more100.probe)" ]
+probe-leakfix --probes 100 --max-leak 1 sheets.obj gap.probe >enough.probe 2>err
+check "which may be none" [ "$(row_count probe enough.probe)" = 32 ]
+probe-leakfix --probes 100 --max-probes 34 sheets.obj gap.probe >limited.probe 2>err
+check "--max-probes bounds --probes, and that is said" [ "$(row_count probe limited.probe)" = 34 ] \
+    and says err 'max-probes'
+probe-place points -q sides.txt | probe-tet -q >gap-dark.probe
+probe-leakfix --probes 4 sheets.obj gap-dark.probe >mended.probe 2>err
+check "probes without light are put where weight is unseen" \
+    [ "$(row_count probe mended.probe)" -gt 32 ] and says err 'run probe-capture'
+
+# a sight that makes no sense is made anew
+probe-cat --text seen.probe | awk '/^table/ { tet = /^table tet/ } tet && /^[0-9]/ {
+    for (i = 9; i <= 20; i++) $i = "nan" } { print }' >nan.text
+kept() { probe-cat --text --no-provenance --columns position,sight,stand_in,leak "$1"; }
+probe-leakfix -q "$rooms" nan.text >anew.probe
+kept anew.probe >anew.text
+kept seen.probe >was.text
+check "a sight of NaN is looked for anew" cmp anew.text was.text and differ nan.text seen.text \
+    and says was.text 'sight:f32:12'
+
+# a round that leaves no less is undone
+undone=0
+for round in 1 2 3 4 5 6 7 8; do
+    probe-leakfix --no-sight --rounds $round --margin 0.01 --graze 0.01 --offset 0.001 "$rooms" \
+        cells.probe >round$round.probe 2>err
+    grep -q 'a round of [0-9]* probes was undone, since no less leaks' err && undone=$round && break
+done
+check "a round after which no less leaks is undone: the $undone., and that is said" \
+    [ $undone -gt 1 ]
+check "what comes is as it was before" same_stream round$undone.probe round$((undone - 1)).probe \
+    and probe-tet --verify round$undone.probe and all_lit round$undone.probe
 
 # -- what is refused -------------------------------------------------------------------------------
 probe-place grid -q --count 20 "$rooms" >loose.probe
@@ -118,6 +244,10 @@ refused 1 "expected a probe stream, got nothing" probe-leakfix "$rooms" </dev/nu
 head -c 3000 cells.probe >cut.probe
 refused 1 "cut.probe" probe-leakfix "$rooms" cut.probe
 refused 1 "No space left" into /dev/full probe-leakfix -q "$rooms" cells.probe
+refused 2 "--max-leak needs --points" probe-leakfix --points 0 --max-leak 0.1 "$rooms" cells.probe
+refused 2 "--probes needs --points" probe-leakfix --points 0 --probes 1 "$rooms" cells.probe
+refused 2 "--points: expected 0 or at least 100" probe-leakfix --points 3 "$rooms" cells.probe
+refused 2 "--max-leak" probe-leakfix --max-leak 1% "$rooms" cells.probe
 refused 2 "--margin" probe-leakfix --margin 2 "$rooms" cells.probe
 refused 2 "SCENE" probe-leakfix
 

@@ -96,40 +96,36 @@ static struct error *write_positions(const struct table *probes, const char *pat
     return err;
 }
 
-static struct error *take_columns(struct table *to, const struct table *from,
-                                  const char *const *names, size_t count)
+struct error *cells_copy(struct stream *to, const struct stream *from)
 {
-    struct error *err = NULL;
-    for (size_t i = 0; i < count && !err; i++) {
-        const struct column *theirs = table_column(from, names[i]);
+    static const char *const of_probes[] = {"hull_normal", "merged"};
+    const struct table *probes = stream_table(from, "probe");
+    struct cells cells;
+    struct table *table = NULL;
+    struct error *err = cells_find(from, &cells);
+    cells_remove(to);
+    if (!err)
+        err = stream_add_table(to, cells.table->name, &table);
+    for (size_t i = 0; !err && i < cells.table->column_count; i++) {
+        const struct column *c = &cells.table->columns[i];
+        err = table_add_column(table, c->name, c->type, c->width, NULL);
+    }
+    if (!err)
+        err = table_resize(table, cells.table->rows);
+    if (!err)
+        table_copy_rows(table, 0, cells.table, 0, cells.table->rows);
+    for (size_t i = 0; !err && i < sizeof of_probes / sizeof *of_probes; i++) {
+        const struct column *theirs = table_column(probes, of_probes[i]);
         struct column *ours = NULL;
         if (!theirs)
             continue;
-        err = table_add_column(to, names[i], theirs->type, theirs->width, &ours);
+        err = table_add_column(stream_table(to, "probe"), theirs->name, theirs->type, theirs->width,
+                               &ours);
         if (!err)
             memcpy(ours->data, theirs->data,
-                   from->rows * theirs->width * column_type_size(theirs->type));
+                   probes->rows * theirs->width * column_type_size(theirs->type));
     }
     return err;
-}
-
-static struct error *take_cells(struct stream *stream, const struct stream *made)
-{
-    static const char *const of_cells[] = {"vertex", "neighbour"}, *const of_probes[] = {
-                                                                       "hull_normal", "merged"};
-    struct cells cells;
-    struct table *to = NULL;
-    struct error *err = cells_find(made, &cells);
-    cells_remove(stream);
-    if (!err)
-        err = stream_add_table(stream, cells.table->name, &to);
-    if (!err)
-        err = table_resize(to, cells.table->rows);
-    if (!err)
-        err = take_columns(to, cells.table, of_cells, 2);
-    return err ? err
-               : take_columns(stream_table(stream, "probe"), stream_table(made, "probe"), of_probes,
-                              2);
 }
 
 struct error *cells_make(struct stream *stream)
@@ -152,7 +148,7 @@ struct error *cells_make(struct stream *stream)
     unlink(output);
     rmdir(directory);
     if (!err)
-        err = take_cells(stream, made);
+        err = cells_copy(stream, made);
     stream_destroy(made);
     return err;
 }

@@ -16,4 +16,8 @@ struct stream;
  * to be found, or failed. */
 struct error *cells_make(struct stream *stream);
 
+/* Gives `to` the cells of `from`, whole, and columns hull_normal and merged of its probes, in the
+ * place of its own. Both have as many probes. Error: `from` has no cells. */
+struct error *cells_copy(struct stream *to, const struct stream *from);
+
 #endif

@@ -89,6 +89,7 @@ struct error *leak_settings_for(struct leak_settings *settings, const struct lea
                                        .margin = 0.1,
                                        .offset = 0.05 * median,
                                        .separation = 0.5 * median,
+                                       .most = SIZE_MAX,
                                        .threads = 1};
     free(edges);
     free(length);
@@ -99,12 +100,14 @@ struct error *leak_settings_for(struct leak_settings *settings, const struct lea
 
 /* What the rays along one edge found. */
 struct finding {
-    bool crossed, leaks;
+    bool crossed, leaking;
     const struct scene_light *lamp; /* whose shadow has its border here; NULL: no border */
     bool lit[2];                    /* it shines on the side of the low, the high end */
     /* a probe can stand before the surface, on the side of the low, the high end */
     bool stands[2];
-    bool asks[2];         /* and is asked for: the end is far from the surface */
+    bool asks[2]; /* and is asked for: the end is far from the surface */
+    /* how far light does, from surfaces, or borders, to ends that are far from them */
+    double leaks;
     struct vec3 probe[2]; /* where */
 };
 
@@ -160,6 +163,7 @@ static void look_from(const struct look *look, struct vec3 a, struct vec3 b, int
     f->stands[side] = true;
     f->asks[side] = hit.distance >= look->settings->margin * length &&
                     hit.distance * fabs(cosine) >= 2 * look->settings->offset;
+    f->leaks += f->asks[side] ? hit.distance : 0;
     /* On the edge itself, not where the hit was rounded to: probes of a plane's grid stay in that
      * plane, else its hull would be all slivers. */
     const struct vec3 on_edge = vec3_fma(a, hit.distance, direction),
@@ -186,6 +190,7 @@ static void look_for_shadow(const struct look *look, struct vec3 low, struct vec
         f->lit[side] = border.lit == !side;
         f->stands[side] = true;
         f->asks[side] = distance >= far;
+        f->leaks += f->asks[side] ? distance : 0;
         f->probe[side] = vec3_fma(low, (border.distance + (side ? off : -off)) / length, way);
     }
 }
@@ -200,7 +205,7 @@ static struct error *look_along(void *context, size_t index, int thread)
     struct finding *f = &look->finding[index];
     look_from(look, low, high, 0, f);
     look_from(look, high, low, 1, f);
-    f->leaks = f->asks[0] || f->asks[1];
+    f->leaking = f->asks[0] || f->asks[1];
     if (look->settings->edges == LEAK_SHADOWS)
         f->asks[0] = f->asks[1] = f->stands[0] = f->stands[1] = false;
     if (look->settings->edges != LEAK_WALLS && !f->crossed)
@@ -256,6 +261,15 @@ static int compare_candidates(const void *a, const void *b)
                              ((const struct candidate *)b)->position);
 }
 
+/* The worst first. */
+static int compare_worst(const void *a, const void *b)
+{
+    const struct candidate *c = a, *d = b;
+    if (c->finding->leaks != d->finding->leaks)
+        return c->finding->leaks > d->finding->leaks ? -1 : 1;
+    return compare_candidates(a, b);
+}
+
 static struct candidate make_candidate(const struct finding *f)
 {
     const int first = !f->asks[0] ||
@@ -263,43 +277,27 @@ static struct candidate make_candidate(const struct finding *f)
     return (struct candidate){f->probe[first], f};
 }
 
-/* Takes candidates in canonical order, each unless what it asks for is near already. Probes come in
+/* Takes candidates in their order, each unless what it asks for is near already. Probes come in
  * pairs, one on each side of the wall: a probe at a wall without a twin behind it would be joined,
  * through the wall, to probes far away. */
-static struct error *choose(const struct look *look, size_t distinct, size_t probe_count,
-                            struct leaks *leaks)
+static struct error *take(const struct look *look, const struct candidate *candidate, size_t count,
+                          size_t probe_count, size_t most, struct leaks *leaks)
 {
-    for (size_t i = 0; i < distinct; i++) {
-        const struct finding *f = &look->finding[i];
-        const bool asks = f->asks[0] || f->asks[1];
-        leaks->leaking += f->leaks;
-        leaks->shadowed += asks && f->lamp;
-        leaks->asking += asks;
-    }
-    struct candidate *candidate = NULL;
     struct cubes cubes = {0};
-    struct error *err = array_create(&candidate, leaks->asking, sizeof *candidate);
-    if (!err)
-        err = cubes_init(&cubes, look->settings->separation, probe_count + 2 * leaks->asking);
-    if (!err)
-        err = array_create(&leaks->probe, 6 * leaks->asking, sizeof *leaks->probe);
-    size_t count = 0;
-    for (size_t i = 0; i < distinct && !err; i++)
-        if (look->finding[i].asks[0] || look->finding[i].asks[1])
-            candidate[count++] = make_candidate(&look->finding[i]);
-    if (count)
-        qsort(candidate, count, sizeof *candidate, compare_candidates);
+    const double separation = look->settings->separation;
+    const double twin_reach = fmin(2 * look->settings->offset, separation);
+    struct error *err = cubes_init(&cubes, separation, probe_count + 2 * count);
+    leaks->probe_count = 0;
     for (size_t i = 0; i < probe_count && !err; i++)
         cubes_add(&cubes, look->position + 3 * i);
-    const double twin_reach = fmin(2 * look->settings->offset, look->settings->separation);
-    for (size_t i = 0; i < count && !err; i++) {
+    for (size_t i = 0; i < count && !err && most - leaks->probe_count >= 2; i++) {
         const struct finding *f = candidate[i].finding;
         /* whichever row has the smaller number */
         const int first = compare_positions(f->probe[0], f->probe[1]) > 0;
         bool wanted = false;
         for (int side = 0; side < 2; side++)
-            wanted = wanted || (f->asks[side] && !is_served(&cubes, look->tracer, f, side,
-                                                            look->settings->separation));
+            wanted = wanted ||
+                     (f->asks[side] && !is_served(&cubes, look->tracer, f, side, separation));
         for (int turn = 0; wanted && turn < 2; turn++) {
             const int side = turn ? !first : first;
             if (!f->stands[side] || is_served(&cubes, look->tracer, f, side, twin_reach))
@@ -309,8 +307,40 @@ static struct error *choose(const struct look *look, size_t distinct, size_t pro
             cubes_add(&cubes, added);
         }
     }
-    free(candidate);
     cubes_clear(&cubes);
+    return err;
+}
+
+/* Chooses among what leaking edges ask for: all, in canonical order; where that is more than there
+ * may be, from the worst on. */
+static struct error *choose(const struct look *look, size_t distinct, size_t probe_count,
+                            struct leaks *leaks)
+{
+    for (size_t i = 0; i < distinct; i++) {
+        const struct finding *f = &look->finding[i];
+        const bool asks = f->asks[0] || f->asks[1];
+        leaks->leaking += f->leaking;
+        leaks->shadowed += asks && f->lamp;
+        leaks->asking += asks;
+    }
+    struct candidate *candidate = NULL;
+    struct error *err = array_create(&candidate, leaks->asking, sizeof *candidate);
+    if (!err)
+        err = array_create(&leaks->probe, 6 * leaks->asking, sizeof *leaks->probe);
+    size_t count = 0;
+    for (size_t i = 0; i < distinct && !err; i++)
+        if (look->finding[i].asks[0] || look->finding[i].asks[1])
+            candidate[count++] = make_candidate(&look->finding[i]);
+    if (count)
+        qsort(candidate, count, sizeof *candidate, compare_candidates);
+    if (!err)
+        err = take(look, candidate, count, probe_count, SIZE_MAX, leaks);
+    leaks->cut = !err && leaks->probe_count > look->settings->most;
+    if (leaks->cut) {
+        qsort(candidate, count, sizeof *candidate, compare_worst);
+        err = take(look, candidate, count, probe_count, look->settings->most, leaks);
+    }
+    free(candidate);
     return err;
 }
 
@@ -346,7 +376,8 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
     for (size_t e = 0; e < leaks->edges && !err; e++) {
         leaks->crossed += look.finding[e].crossed;
         for (size_t i = first[e]; i < first[e + 1]; i++)
-            leaks->cell_edges[edges[i].slot] = look.finding[e].leaks ? 2 : look.finding[e].crossed;
+            leaks->cell_edges[edges[i].slot] = look.finding[e].leaking ? 2
+                                                                       : look.finding[e].crossed;
     }
     if (!err)
         err = choose(&look, leaks->edges, mesh->probe_count, leaks);

@@ -21,6 +21,7 @@
 
 #include "math/vec.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -51,11 +52,14 @@ struct leak_settings {
     double offset; /* how far off the surface a new probe stands, scene units */
     /* least distance from a new probe to another one that it sees, scene units */
     double separation;
+    /* no more new probes than this; where more are asked for, those at the edges along which light
+     * leaks farthest */
+    size_t most;
     int threads;
 };
 
-/* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median
- * edge. */
+/* graze 0.1, margin 0.1, any number of probes; offset and separation from the cells: 0.05 and 0.5
+ * times the median edge. */
 struct error *leak_settings_for(struct leak_settings *settings, const struct leak_mesh *mesh);
 
 /* How many edges a cell of so many corners has: 6, 3, 1, 0. */
@@ -78,6 +82,7 @@ struct leaks {
     /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
     double *probe;
     size_t probe_count;
+    bool cut; /* more were asked for than there may be */
 };
 
 /* Looks along the edges of the cells. The result does not depend on the number of threads, or on

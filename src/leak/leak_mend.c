@@ -3,9 +3,11 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/warning.h"
+#include "interpolate/baked.h"
 #include "leak/cells_make.h"
+#include "leak/leak_need.h"
 #include "leak/sight.h"
-#include "place/place.h"
+#include "measure/unseen.h"
 #include "place/place_inside.h"
 #include "stream/cells.h"
 #include "stream/stream.h"
@@ -32,45 +34,60 @@ struct error *leak_mesh_of(const struct stream *stream, struct leak_mesh *mesh)
     return NULL;
 }
 
-/* Finds leaks, and the probes that would mend them, but for those that would stand inside
- * solids. */
-static struct error *find(struct leaks *leaks, const struct tracer *tracer,
-                          const struct leak_settings *settings, const struct stream *stream)
+/* -- the state of mending --------------------------------------------------------------------- */
+
+/* Seeds of points: those that measure in the end, those that rounds are judged by, and those that
+ * the first round chooses by; each further round has others. */
+enum { FOR_CERTIFICATE, FOR_JUDGING, FOR_CHOOSING };
+
+struct mend {
+    struct stream *stream;
+    const struct leak_mend_job *job;
+    struct warnings *warnings;
+    struct leak_settings settings; /* of the next round */
+    struct leaks leaks;
+    struct place_judge *judge; /* what is inside of solids; NULL: not needed yet */
+    bool measures;             /* there are cells to measure, and points for it */
+    uint64_t round;            /* seed of the points that are now */
+    struct unseen_cells now;   /* measured from them */
+};
+
+static struct table *probes_of(const struct mend *m)
 {
-    struct place_inside_settings inside_settings = place_inside_default();
-    enum place_side *side = NULL;
-    leaks_clear(leaks);
-    struct leak_mesh mesh;
-    struct error *err = leak_mesh_of(stream, &mesh);
-    if (!err)
-        err = leak_find(leaks, tracer, settings, &mesh);
-    if (err || !leaks->probe_count)
-        return err;
-    inside_settings.threads = settings->threads;
-    const struct place place = {.position = leaks->probe, .count = leaks->probe_count};
-    err = array_create(&side, leaks->probe_count, sizeof *side);
-    if (!err)
-        err = place_inside(&place, tracer, &inside_settings, side, NULL);
+    return stream_table(m->stream, "probe");
+}
+
+/* How many probes may still be added. */
+static size_t room_of(const struct mend *m)
+{
+    const double room = floor(m->job->probes_most) - (double)probes_of(m)->rows;
+    return room > 0 ? (size_t)room : 0;
+}
+
+/* Takes out what would stand inside solids; *count: how many are left. */
+static struct error *keep_free(struct mend *m, double *probe, size_t *count)
+{
+    const struct table *probes = probes_of(m);
+    struct error *err = *count ? place_judge_of(&m->judge, m->job->tracer, probes->rows,
+                                                column_f64(table_column(probes, "position")),
+                                                m->settings.threads)
+                               : NULL;
     size_t kept = 0;
-    for (size_t i = 0; i < leaks->probe_count && !err; i++)
-        if (side[i] == PLACE_AIR)
-            memmove(leaks->probe + 3 * kept++, leaks->probe + 3 * i, 3 * sizeof *leaks->probe);
-    leaks->probe_count = kept;
-    free(side);
+    for (size_t i = 0; i < *count && !err; i++)
+        if (place_judge_side(m->judge, probe + 3 * i) == PLACE_AIR)
+            memmove(probe + 3 * kept++, probe + 3 * i, 3 * sizeof *probe);
+    *count = kept;
     return err;
 }
 
-/* Adds the probes that the leaks ask for, and makes cells of all. */
-static struct error *add_probes(struct stream *stream, const struct leaks *leaks)
+/* Looks along the edges. */
+static struct error *find(struct mend *m)
 {
-    struct table *probes = stream_table(stream, "probe");
-    const size_t before = probes->rows;
-    struct error *err = table_resize(probes, before + leaks->probe_count);
-    if (err)
-        return err;
-    memcpy(column_f64(table_column(probes, "position")) + 3 * before, leaks->probe,
-           3 * leaks->probe_count * sizeof(double));
-    return cells_make(stream);
+    struct leak_mesh mesh;
+    leaks_clear(&m->leaks);
+    struct error *err = leak_mesh_of(m->stream, &mesh);
+    m->settings.most = room_of(m);
+    return err ? err : leak_find(&m->leaks, m->job->tracer, &m->settings, &mesh);
 }
 
 static struct error *store_occlusion(struct stream *stream, const struct leaks *leaks)
@@ -87,7 +104,8 @@ static struct error *store_occlusion(struct stream *stream, const struct leaks *
     return err;
 }
 
-static struct error *store_sight(struct stream *stream, const struct leak_mend_job *job)
+/* says: how many cells have walls in them */
+static struct error *store_sight(struct stream *stream, const struct leak_mend_job *job, bool says)
 {
     struct cells cells;
     struct leak_mesh mesh;
@@ -109,7 +127,7 @@ static struct error *store_sight(struct stream *stream, const struct leak_mend_j
         memcpy(column_f32(sight), sights.sight, width * mesh.cell_count * sizeof *sights.sight);
         memcpy(column_i32(stand_in), sights.stand_in, mesh.cell_count * sizeof *sights.stand_in);
     }
-    if (!err && job->program)
+    if (!err && job->program && says)
         fprintf(stderr, "%s: sight: %zu of %zu cells have walls in them, %zu a stand-in\n",
                 job->program, sights.walled, mesh.cell_count, sights.stood_in);
     sights_clear(&sights);
@@ -118,65 +136,365 @@ static struct error *store_sight(struct stream *stream, const struct leak_mend_j
 
 static struct error *drop_sight(struct stream *stream)
 {
+    static const char *const names[] = {"sight", "stand_in", "leak", "leak_light", "leak_free"};
     struct cells cells;
     struct error *err = cells_find(stream, &cells);
-    if (!err) {
-        table_remove_column(cells.table, "sight");
-        table_remove_column(cells.table, "stand_in");
+    for (size_t i = 0; i < sizeof names / sizeof *names && !err; i++)
+        table_remove_column(cells.table, names[i]);
+    return err;
+}
+
+/* -- measuring -------------------------------------------------------------------------------- */
+
+/* Points that choose where probes go. */
+struct asked {
+    struct need_point *point; /* owned */
+    size_t count, capacity;
+};
+
+static struct error *ask(void *context, const struct unseen_point *p)
+{
+    struct asked *asked = context;
+    const double leaks = p->volume * (isnan(p->light) ? p->weight : p->light);
+    struct error *err = leaks > 0 ? array_reserve(&asked->point, &asked->capacity, asked->count + 1,
+                                                  sizeof *asked->point)
+                                  : NULL;
+    if (err || !(leaks > 0))
+        return err;
+    struct need_point *point = &asked->point[asked->count++];
+    *point = (struct need_point){.cell = p->cell, .leaks = leaks};
+    memcpy(point->position, p->position, sizeof point->position);
+    return NULL;
+}
+
+/* What leaks now. asked: gets the points that do not see all, by a seed of their own; or NULL. */
+static struct error *measure(struct mend *m, uint64_t seed, struct unseen_cells *cells,
+                             struct asked *asked)
+{
+    struct baked baked;
+    const struct unseen_settings settings = {.least = 2,
+                                             .points = m->job->points,
+                                             .seed = seed,
+                                             .threads = m->settings.threads,
+                                             .judge = &m->judge,
+                                             .keep = asked ? ask : NULL,
+                                             .context = asked};
+    struct error *err = baked_open_cells(&baked, m->stream);
+    if (err)
+        return err;
+    err = unseen_cells(cells, m->job->tracer, &baked, &settings);
+    baked_close(&baked);
+    return err;
+}
+
+/* What is to fall: light that leaks, or weight where light is not known. */
+static struct estimate figure(const struct unseen_blend *blend)
+{
+    return isnan(blend->light.value) ? blend->weight : blend->light;
+}
+
+static struct error *store_leak(struct stream *stream, const struct unseen_cells *measured)
+{
+    struct cells cells;
+    struct column *leak = NULL;
+    struct error *err = cells_find(stream, &cells);
+    if (!err)
+        err = table_add_column(cells.table, "leak", COLUMN_F32, 1, &leak);
+    if (!err)
+        memcpy(column_f32(leak), measured->cell_weight, cells.table->rows * sizeof(float));
+    return err;
+}
+
+/* Measures from points that nothing else knows of, says so, and keeps it with the cells. */
+static struct error *certify(struct mend *m, const char *when, struct report *report)
+{
+    struct unseen_cells cells = {0};
+    struct leak_mesh mesh;
+    if (!m->measures)
+        return NULL;
+    struct error *err = measure(m, FOR_CERTIFICATE, &cells, NULL);
+    report_clear(report);
+    if (!err)
+        err = leak_mesh_of(m->stream, &mesh);
+    if (!err)
+        err = unseen_report(report, &cells, mesh.cell_count);
+    if (!err)
+        err = store_leak(m->stream, &cells);
+    if (!err && m->job->program) {
+        char before[64];
+        snprintf(before, sizeof before, "%s: ", m->job->program);
+        fprintf(stderr, "%s%s: from %zu points in free space:\n", before, when, cells.points);
+        report_print_leaks(report, before, stderr);
+    }
+    unseen_cells_clear(&cells);
+    return err;
+}
+
+static void say(const struct mend *m, const char *when)
+{
+    const struct leaks *leaks = &m->leaks;
+    if (!m->job->program)
+        return;
+    fprintf(stderr,
+            "%s: %s: %zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n",
+            m->job->program, when, leaks->leaking, leaks->edges,
+            leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
+            leaks->crossed, probes_of(m)->rows);
+    if (m->job->settings.edges != LEAK_WALLS)
+        fprintf(stderr, "%s: %s: %zu edges go through the border of a shadow\n", m->job->program,
+                when, leaks->shadowed);
+}
+
+/* -- rounds ----------------------------------------------------------------------------------- */
+
+/* What a round is undone to. */
+struct state {
+    struct stream *cells; /* owned: the cells, and as many probes with nothing else */
+    size_t probes, leaking;
+};
+
+static struct error *state_keep(struct state *state, const struct mend *m)
+{
+    struct table *probes = NULL;
+    *state = (struct state){.probes = probes_of(m)->rows, .leaking = m->leaks.leaking};
+    struct error *err = stream_create(&state->cells);
+    if (!err)
+        err = stream_add_table(state->cells, "probe", &probes);
+    if (!err)
+        err = table_resize(probes, state->probes);
+    return err ? err : cells_copy(state->cells, m->stream);
+}
+
+static struct error *state_restore(const struct state *state, struct mend *m)
+{
+    struct error *err = table_resize(probes_of(m), state->probes);
+    if (!err)
+        err = cells_copy(m->stream, state->cells);
+    return err ? err : find(m);
+}
+
+/* Adds probes, with light, and makes cells of all. */
+static struct error *add_probes(struct mend *m, const double *probe, size_t count)
+{
+    struct table *probes = probes_of(m);
+    const size_t before = probes->rows;
+    struct error *err = table_resize(probes, before + count);
+    if (err)
+        return err;
+    memcpy(column_f64(table_column(probes, "position")) + 3 * before, probe,
+           3 * count * sizeof *probe);
+    err = m->job->capture(m->job->context, m->stream, before);
+    if (!err)
+        err = cells_make(m->stream);
+    return err ? err : find(m);
+}
+
+static void say_undone(const struct mend *m, size_t count, size_t leaking,
+                       const struct unseen_blend *before, const struct unseen_blend *after)
+{
+    char share[80] = "";
+    if (m->measures)
+        snprintf(share, sizeof share, ", and %s is %.3g %%, %.3g %% without",
+                 isnan(after->light.value) ? "unseen weight" : "light that leaks",
+                 100 * figure(after).value, 100 * figure(before).value);
+    warnings_add(m->warnings, "undone",
+                 "a round of %zu probes was undone, since no less leaks with them: %zu edges do, "
+                 "%zu without%s",
+                 count, m->leaks.leaking, leaking, share);
+}
+
+/* Adds a round's probes, and takes them back where no less leaks with them: of the blend of all
+ * probes, where it was edges that asked for them, or of the blend by what is seen. */
+static struct error *try_round(struct mend *m, const double *probe, size_t count, bool by_edges,
+                               bool *counts)
+{
+    struct state before;
+    struct unseen_cells after = {0};
+    *counts = false;
+    struct error *err = state_keep(&before, m);
+    if (!err)
+        err = add_probes(m, probe, count);
+    if (!err && m->job->sight && !by_edges)
+        err = store_sight(m->stream, m->job, false);
+    if (!err && m->measures)
+        err = measure(m, FOR_JUDGING, &after, NULL);
+    const struct unseen_blend *was = by_edges ? &m->now.all : &m->now.now,
+                              *is = by_edges ? &after.all : &after.now;
+    if (!err && by_edges && m->job->settings.edges != LEAK_WALLS)
+        *counts = true; /* what borders of shadows win is not in what leaks */
+    else if (!err)
+        *counts = m->measures ? figure(is).value < figure(was).value
+                              : m->leaks.leaking < before.leaking;
+    if (!err && !*counts) {
+        say_undone(m, count, before.leaking, was, is);
+        err = state_restore(&before, m);
+    }
+    if (!err && *counts) {
+        unseen_cells_clear(&m->now);
+        m->now = after;
+    } else {
+        unseen_cells_clear(&after);
+    }
+    stream_destroy(before.cells);
+    return err;
+}
+
+static bool is_enough(const struct mend *m)
+{
+    return m->measures && figure(&m->now.now).high <= m->job->leak_most;
+}
+
+static void say_full(const struct mend *m)
+{
+    warnings_add(m->warnings, "max-probes",
+                 "more probes than --max-probes %.0f would help: what leaks most is mended, and "
+                 "something still leaks",
+                 m->job->probes_most);
+}
+
+/* Probes on both sides of walls. */
+static struct error *mend_edges(struct mend *m)
+{
+    const double separation_least = 2 * m->job->settings.offset;
+    struct error *err = m->measures ? measure(m, FOR_JUDGING, &m->now, NULL) : NULL;
+    for (int64_t round = 0; !err && round < m->job->rounds; round++) {
+        bool counts = true;
+        if (!m->leaks.asking)
+            break;
+        if (m->leaks.cut)
+            say_full(m);
+        size_t count = m->leaks.probe_count;
+        err = keep_free(m, m->leaks.probe, &count);
+        if (!count && (m->leaks.cut || m->settings.separation <= separation_least))
+            break; /* what still leaks has probes as near as they may be */
+        m->settings.separation = fmax(m->settings.separation / 2, separation_least);
+        double *probe = m->leaks.probe; /* finding makes others */
+        m->leaks.probe = NULL;
+        if (!err && count)
+            err = try_round(m, probe, count, true, &counts);
+        else if (!err)
+            err = find(m);
+        free(probe);
+        if (!counts)
+            break;
     }
     return err;
 }
 
-static void say(const struct leak_mend_job *job, const char *when, const struct leaks *leaks,
-                const struct stream *stream)
+/* Keeps the points that most leaks at, as many as can be held against one another. */
+static int compare_leaks(const void *a, const void *b)
 {
-    const char *program = job->program;
-    const bool shadows = job->settings.edges != LEAK_WALLS;
-    if (!program)
-        return;
-    fprintf(stderr,
-            "%s: %s: %zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n",
-            program, when, leaks->leaking, leaks->edges,
-            leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
-            leaks->crossed, stream_table(stream, "probe")->rows);
-    if (shadows)
-        fprintf(stderr, "%s: %s: %zu edges go through the border of a shadow\n", program, when,
-                leaks->shadowed);
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+static struct error *keep_worst(struct asked *asked)
+{
+    enum { MOST = 1 << 16 };
+    double *leaks = NULL;
+    if (asked->count <= MOST)
+        return NULL;
+    struct error *err = array_create(&leaks, asked->count, sizeof *leaks);
+    for (size_t i = 0; i < asked->count && !err; i++)
+        leaks[i] = asked->point[i].leaks;
+    if (!err)
+        qsort(leaks, asked->count, sizeof *leaks, compare_leaks);
+    size_t kept = 0;
+    for (size_t i = 0; i < asked->count && kept < MOST && !err; i++)
+        if (asked->point[i].leaks >= leaks[MOST - 1])
+            asked->point[kept++] = asked->point[i];
+    asked->count = err ? asked->count : kept;
+    free(leaks);
+    return err;
+}
+
+/* Chooses places for `most` probes, by points of the round that do not see all. */
+static struct error *choose(struct mend *m, uint64_t round, size_t most, double *probe,
+                            size_t *count)
+{
+    struct asked asked = {0};
+    struct unseen_cells cells = {0};
+    struct leak_mesh mesh;
+    struct error *err = measure(m, FOR_CHOOSING + round, &cells, &asked);
+    unseen_cells_clear(&cells);
+    if (!err)
+        err = keep_worst(&asked);
+    if (!err)
+        err = leak_mesh_of(m->stream, &mesh);
+    if (!err)
+        err = leak_need(m->job->tracer, &mesh, asked.point, asked.count, most, m->settings.threads,
+                        probe, count);
+    free(asked.point);
+    return err ? err : keep_free(m, probe, count);
+}
+
+/* Probes where most leaks. */
+static struct error *mend_need(struct mend *m)
+{
+    enum { LAST = 8 };
+    double *probe = NULL;
+    size_t left = (size_t)m->job->probes;
+    unseen_cells_clear(&m->now);
+    struct error *err = measure(m, FOR_JUDGING, &m->now, NULL);
+    if (!err)
+        err = array_create(&probe, 3 * (left < room_of(m) ? left : room_of(m)), sizeof *probe);
+    for (uint64_t round = 0; !err && left && !is_enough(m); round++) {
+        bool counts = false;
+        size_t count = 0, most = left > LAST ? (left + 1) / 2 : left;
+        if (most > room_of(m)) {
+            say_full(m);
+            most = left = room_of(m);
+        }
+        err = choose(m, round, most, probe, &count);
+        if (!err && count)
+            err = try_round(m, probe, count, false, &counts);
+        if (!counts)
+            break;
+        left -= count;
+    }
+    free(probe);
+    return err;
+}
+
+/* -- all together ----------------------------------------------------------------------------- */
+
+static struct error *begin(struct mend *m, struct report *report)
+{
+    struct leak_mesh mesh;
+    struct error *err = drop_sight(m->stream);
+    if (!err)
+        err = leak_mesh_of(m->stream, &mesh);
+    if (!err)
+        err = find(m);
+    if (err)
+        return err;
+    m->measures = m->job->points > 0 && mesh.corners > 1;
+    say(m, "before");
+    if (m->job->sight)
+        err = store_sight(m->stream, m->job, true);
+    return err ? err : certify(m, "before", report);
 }
 
 struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
-                        struct warnings *warnings)
+                        struct report *report, struct warnings *warnings)
 {
-    struct leaks leaks = {0};
-    struct leak_settings settings = job->settings;
-    const double separation_least = 2 * settings.offset;
-    struct error *err = drop_sight(stream);
-    if (!err)
-        err = find(&leaks, job->tracer, &settings, stream);
-    if (!err)
-        say(job, "before", &leaks, stream);
-    for (int64_t round = 0; !err && leaks.asking && round < job->rounds; round++) {
-        const size_t rows = stream_table(stream, "probe")->rows + leaks.probe_count;
-        if ((double)rows > job->probes_most) {
-            warnings_add(warnings, "max-probes",
-                         "%zu more probes would be more than --max-probes %.0f: edges still leak",
-                         leaks.probe_count, job->probes_most);
-            break;
-        }
-        if (!leaks.probe_count && settings.separation <= separation_least)
-            break; /* what still leaks has probes as near as they may be */
-        if (leaks.probe_count)
-            err = add_probes(stream, &leaks);
-        settings.separation = fmax(settings.separation / 2, separation_least);
-        if (!err)
-            err = find(&leaks, job->tracer, &settings, stream);
-    }
+    struct mend m = {.stream = stream, .job = job, .warnings = warnings, .settings = job->settings};
+    const size_t probes = stream_table(stream, "probe") ? probes_of(&m)->rows : 0;
+    struct error *err = begin(&m, report);
     if (!err && job->rounds)
-        say(job, "after", &leaks, stream);
+        err = mend_edges(&m);
+    if (!err && job->sight && probes_of(&m)->rows > probes)
+        err = store_sight(stream, job, false);
+    if (!err && job->probes && m.measures)
+        err = mend_need(&m);
+    if (!err && (job->rounds || job->probes))
+        say(&m, "after");
+    if (!err && probes_of(&m)->rows > probes)
+        err = certify(&m, "after", report);
     if (!err)
-        err = store_occlusion(stream, &leaks);
-    if (!err && job->sight)
-        err = store_sight(stream, job);
-    leaks_clear(&leaks);
+        err = store_occlusion(stream, &m.leaks);
+    leaks_clear(&m.leaks);
+    unseen_cells_clear(&m.now);
+    place_judge_destroy(m.judge);
     return err;
 }

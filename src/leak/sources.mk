@@ -6,6 +6,7 @@ leak_sources = \
 	%D%/dilate.c %D%/dilate.h \
 	%D%/leak.c %D%/leak.h \
 	%D%/leak_mend.c %D%/leak_mend.h \
+	%D%/leak_need.c %D%/leak_need.h \
 	%D%/shadow.c %D%/shadow.h \
 	%D%/sight.c %D%/sight.h \
 	%D%/sight_fit.c %D%/sight_fit.h \
