@@ -327,6 +327,9 @@ int main(int argc, char **argv)
         err = error_new("%s: this is not the sky that the probes were captured under; --any-scene "
                         "measures all the same",
                         stage.scene->sky.file);
+    if (!err)
+        sight_warn_other_scene(stream, scene_surface_key(stage.scene), program.operands[0],
+                               &warnings);
     if (!err && a.visible == INTERPOLATE_VISIBLE_RAYS)
         err = seen_join(&seen, stage.tracer, baked.probe_count, baked.in);
     if (!err && !stage.captured)

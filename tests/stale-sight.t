@@ -55,6 +55,18 @@ check "so it does of probes that had no light" \
     says dark.text '^table tet' and lacks dark.text 'sight:f32' \
     and says said 'of other surfaces: left out'
 
+# Looked at in a scene that it is not of, it is what a game has, and that is said.
+probe-leakfix -q moved.obj cells.probe >elsewhere.probe
+probe-error -n 4 --truth-rays 8 --paths 0 --leak-samples 0 "$rooms" elsewhere.probe >out 2>said
+check "probe-error says that sight is of other surfaces" \
+    says said 'two-rooms.obj: what cells keep .* is of other surfaces (probe-leakfix' \
+    and test -s out
+probe-render --size 8x8 --samples 1 -o elsewhere.png "$rooms" elsewhere.probe 2>said
+check "so does probe-render" says said 'two-rooms.obj: what cells keep .* is of other surfaces'
+probe-cat --drop sight,stand_in elsewhere.probe >blind.probe
+probe-error -n 4 --truth-rays 8 --paths 0 --leak-samples 0 "$rooms" blind.probe >out 2>said
+check "where there is none, nothing is said" lacks said surfaces and test -s out
+
 # -- probes and cells ------------------------------------------------------------------------------
 # Who writes the text can change all of it: a place, the corners of a cell.
 awk '/^table/ { in_probes = /^table probe/; print; next }

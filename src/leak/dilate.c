@@ -156,7 +156,7 @@ struct error *dilate(struct table *probes, const struct stream_selection *condit
     *count = (struct dilate_count){0};
     if (!invalid.sh)
         return error_new("the probes have no light from all sides (no column sh) to give others");
-    struct error *err = stream_selection_check(conditions, probes);
+    struct error *err = stream_selection_conditions(conditions, probes);
     if (!err)
         err = array_create(&asking, probes->rows, sizeof *asking);
     size_t lit = 0;

@@ -9,6 +9,7 @@
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
 #include "scene/scene_told.h"
+#include "stream/sight_key.h"
 #include "stream/stream.h"
 #include "trace/seen.h"
 
@@ -17,9 +18,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void check_scene(const struct scene *scene, const struct stream_header *header,
+static void check_scene(const struct scene *scene, const struct stream *stream,
                         struct warnings *warnings)
 {
+    const struct stream_header *header = &stream->header;
     char key[SCENE_KEY_ROOM];
     const char *captured = header_key(header, "scene-key");
     scene_key_text(scene, captured, key);
@@ -31,6 +33,7 @@ static void check_scene(const struct scene *scene, const struct stream_header *h
                      "%s: the probes were captured in another scene, or with other light in it "
                      "(its key is %s, theirs %s)",
                      scene->path, key, captured);
+    sight_warn_other_scene(stream, scene_surface_key(scene), scene->path, warnings);
 }
 
 /* From here on probes give light to what sees them alone. */
@@ -107,7 +110,7 @@ struct error *scene_film_init(struct scene_film *film, const struct render_optio
         err = scene_told(warnings, &stream->header, true, &told);
     free(told);
     if (!err && stream)
-        check_scene(film->scene, &stream->header, warnings);
+        check_scene(film->scene, stream, warnings);
     if (!err && film->baked.in && options->visible == INTERPOLATE_VISIBLE_RAYS)
         err = see_by_rays(film);
     if (!err)

@@ -86,3 +86,17 @@ struct error *sight_drop_stale(struct stream *stream, struct warnings *warnings)
                  "(probe-leakfix looks anew)");
     return NULL;
 }
+
+void sight_warn_other_scene(const struct stream *stream, uint64_t surfaces, const char *path,
+                            struct warnings *warnings)
+{
+    bool sees = false;
+    for (size_t i = 0; i < stream->table_count; i++)
+        sees = sees || (stream_cell_corners(stream->tables[i].name) &&
+                        table_column(&stream->tables[i], "sight"));
+    if (sees && sight_key_other_scene(&stream->header, surfaces))
+        warnings_add(warnings, "sight",
+                     "%s: what cells keep of what their points see is of other surfaces "
+                     "(probe-leakfix looks anew)",
+                     path);
+}

@@ -35,6 +35,11 @@ bool sight_key_other_scene(const struct stream_header *header, uint64_t surfaces
 /* Removes sight of other probes or cells than the stream has, with a warning. */
 struct error *sight_drop_stale(struct stream *stream, struct warnings *warnings);
 
+/* Warns where the stream keeps sight of other surfaces than those of the scene at `path`, in which
+ * it is looked at: it is used all the same, as a game would. */
+void sight_warn_other_scene(const struct stream *stream, uint64_t surfaces, const char *path,
+                            struct warnings *warnings);
+
 /* The columns of cells that speak of surfaces: of other ones, they go together. */
 #define SIGHT_COLUMNS "sight,stand_in,occlusion,leak,leak_light,leak_free"
 

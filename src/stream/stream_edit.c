@@ -244,7 +244,8 @@ static struct error *check_condition(const struct stream_condition *c, const str
     return NULL;
 }
 
-struct error *stream_selection_check(const struct stream_selection *s, const struct table *probes)
+struct error *stream_selection_conditions(const struct stream_selection *s,
+                                          const struct table *probes)
 {
     struct error *err = NULL;
     for (size_t i = 0; i < s->condition_count && !err; i++)
@@ -360,7 +361,7 @@ static struct error *select_rows(struct stream *stream, const struct stream_sele
     struct table *probes = stream_table(stream, "probe");
     if (!probes)
         return error_new("there is no table probe to choose rows of");
-    struct error *err = stream_selection_check(s, probes);
+    struct error *err = stream_selection_conditions(s, probes);
     if (err)
         return err;
     const size_t before = probes->rows, kept = keep_rows(probes, s);

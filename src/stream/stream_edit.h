@@ -54,8 +54,8 @@ struct error *stream_selection_rows(struct stream_selection *selection, const ch
 struct error *stream_selection_add(struct stream_selection *selection, const char *text);
 
 /* Whether the columns of all conditions are there; whether all hold of a row. */
-struct error *stream_selection_check(const struct stream_selection *selection,
-                                     const struct table *probes);
+struct error *stream_selection_conditions(const struct stream_selection *selection,
+                                          const struct table *probes);
 bool stream_selection_holds(const struct stream_selection *selection, const struct table *probes,
                             size_t row);
 
