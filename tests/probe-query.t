@@ -392,4 +392,17 @@ echo "1e300 0 0" | probe-query -q --explain baked.probe >light
 check "and the distance of a point at 1e300 is told" says light ' outside 1e+300$'
 echo "1e300 -1e300 1" | probe-query -q baked.probe >light
 check "1e300 is answered" every 'NF == 12' light
+
+# beside one lit node a cubic would swing to a seventh of it below 0
+awk 'BEGIN {
+    print "#?probe 1\nsh-order 1\nsh-content radiance\ntable probe position:f64:3 sh:f32:3"
+    for (i = 0; i < 216; i++)
+        print i % 6, int(i / 6) % 6, int(i / 36), (i == 86 ? "10 10 10" : "0 0 0")
+    print "end"
+}' >lit.probe
+awk 'BEGIN { for (i = 0; i < 400; i++) print i % 20 / 4, 2 + int(i / 20) / 10, 2.1 }' >beside
+probe-query -q --interpolate tricubic lit.probe beside >light
+check "a tricubic blend goes no farther below 0 than its nodes" every '$1 > -0.01' light
+awk '$1 > 5' light >bright
+check "and is there all the same" test -s bright
 tap_done

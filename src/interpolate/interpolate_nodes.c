@@ -5,6 +5,7 @@
  */
 #include "base/array.h"
 #include "base/error.h"
+#include "interpolate/bound.h"
 #include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/nodes.h"
@@ -17,7 +18,8 @@
 struct own {
     struct nodes nodes;
     struct octree octree;
-    float *data; /* of the octree's nodes; owned */
+    float *data;        /* of the octree's nodes; owned */
+    struct bound bound; /* cubic, of light */
 };
 
 /* Why the probes are neither what one error says nor the other; takes both. */
@@ -56,7 +58,10 @@ static struct error *open_linear(struct interpolate *in, size_t probes)
 
 static struct error *open_cubic(struct interpolate *in, size_t probes)
 {
-    return open_nodes(in, probes, true);
+    struct error *err = open_nodes(in, probes, true);
+    if (!err && in->order)
+        bound_start(&((struct own *)in->own)->bound, in->order, in->convolved);
+    return err;
 }
 
 static void close_nodes(void *context)
@@ -126,13 +131,31 @@ static struct error *linear_at(const struct interpolate *in, const double point[
     return NULL;
 }
 
+/* A cubic swings below what it goes through: where it takes more light from the linear blend, on
+ * any side, than that has, it counts in part (bound.h). */
+static struct error *bounded_cubic(const struct interpolate *in, const double point[3], float *out)
+{
+    const struct bound *bound = &((const struct own *)in->own)->bound;
+    float more[3 * SH_COUNT_MAX], share[3];
+    struct error *err = blend_nodes(in, point, nodes_linear, out);
+    if (!err)
+        err = blend_nodes(in, point, nodes_cubic, more);
+    for (size_t k = 0; k < in->width && !err; k++)
+        more[k] -= out[k];
+    if (!err)
+        bound_shares(bound, out, more, share);
+    for (size_t k = 0; k < in->width && !err; k++)
+        out[k] += share[k % 3] * more[k];
+    return err;
+}
+
 static struct error *cubic_at(const struct interpolate *in, const double point[3],
                               const struct probe_place *place, float *out)
 {
     const struct own *own = in->own;
     (void)place;
     if (!own->data)
-        return blend_nodes(in, point, nodes_cubic, out);
+        return in->order ? bounded_cubic(in, point, out) : blend_nodes(in, point, nodes_cubic, out);
     octree_at(&own->octree, true, in->width, own->data, point, out);
     return NULL;
 }
