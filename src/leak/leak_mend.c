@@ -155,14 +155,12 @@ struct asked {
 static struct error *ask(void *context, const struct unseen_point *p)
 {
     struct asked *asked = context;
-    const double leaks = p->volume * (isnan(p->light) ? p->weight : p->light);
-    struct error *err = leaks > 0 ? array_reserve(&asked->point, &asked->capacity, asked->count + 1,
-                                                  sizeof *asked->point)
-                                  : NULL;
-    if (err || !(leaks > 0))
+    struct error *err =
+        array_reserve(&asked->point, &asked->capacity, asked->count + 1, sizeof *asked->point);
+    if (err)
         return err;
     struct need_point *point = &asked->point[asked->count++];
-    *point = (struct need_point){.cell = p->cell, .leaks = leaks};
+    *point = (struct need_point){.cell = p->cell, .leaks = p->volume * p->weight};
     memcpy(point->position, p->position, sizeof point->position);
     return NULL;
 }
@@ -185,12 +183,6 @@ static struct error *measure(struct mend *m, uint64_t seed, struct unseen_cells 
     err = unseen_cells(cells, m->job->tracer, &baked, &settings);
     baked_close(&baked);
     return err;
-}
-
-/* What is to fall: light that leaks, or weight where light is not known. */
-static struct estimate figure(const struct unseen_blend *blend)
-{
-    return isnan(blend->light.value) ? blend->weight : blend->light;
 }
 
 static struct error *store_leak(struct stream *stream, const struct unseen_cells *measured)
@@ -294,17 +286,17 @@ static void say_undone(const struct mend *m, size_t count, size_t leaking,
 {
     char share[80] = "";
     if (m->measures)
-        snprintf(share, sizeof share, ", and %s is %.3g %%, %.3g %% without",
-                 isnan(after->light.value) ? "unseen weight" : "light that leaks",
-                 100 * figure(after).value, 100 * figure(before).value);
+        snprintf(share, sizeof share, ", and unseen weight is %.3g %%, %.3g %% without",
+                 100 * after->weight.value, 100 * before->weight.value);
     warnings_add(m->warnings, "undone",
                  "a round of %zu probes was undone, since no less leaks with them: %zu edges do, "
                  "%zu without%s",
                  count, m->leaks.leaking, leaking, share);
 }
 
-/* Adds a round's probes, and takes them back where no less leaks with them: of the blend of all
- * probes, where it was edges that asked for them, or of the blend by what is seen. */
+/* Adds a round's probes, and takes them back where no less weight is unseen with them: of the blend
+ * of all probes, and no fewer edges leak, where it was edges that asked for them, or of the blend
+ * by what is seen. Of weight, since light that leaks is what few bright places say. */
 static struct error *try_round(struct mend *m, const double *probe, size_t count, bool by_edges,
                                bool *counts)
 {
@@ -320,11 +312,12 @@ static struct error *try_round(struct mend *m, const double *probe, size_t count
         err = measure(m, FOR_JUDGING, &after, NULL);
     const struct unseen_blend *was = by_edges ? &m->now.all : &m->now.now,
                               *is = by_edges ? &after.all : &after.now;
+    if (!err && m->measures)
+        *counts = is->weight.value < was->weight.value;
+    if (!err && (by_edges || !m->measures))
+        *counts = *counts || m->leaks.leaking < before.leaking;
     if (!err && by_edges && m->job->settings.edges != LEAK_WALLS)
         *counts = true; /* what borders of shadows win is not in what leaks */
-    else if (!err)
-        *counts = m->measures ? figure(is).value < figure(was).value
-                              : m->leaks.leaking < before.leaking;
     if (!err && !*counts) {
         say_undone(m, count, before.leaking, was, is);
         err = state_restore(&before, m);
@@ -341,7 +334,9 @@ static struct error *try_round(struct mend *m, const double *probe, size_t count
 
 static bool is_enough(const struct mend *m)
 {
-    return m->measures && figure(&m->now.now).high <= m->job->leak_most;
+    const struct unseen_blend *now = &m->now.now;
+    return m->measures &&
+           (isnan(now->light.value) ? now->weight.high : now->light.high) <= m->job->leak_most;
 }
 
 static void say_full(const struct mend *m)

@@ -3,12 +3,13 @@
  *
  * By sight: each cell keeps which of its probes are seen from where (sight.h), and what blends them
  * goes by that. By probes, in rounds of adding some, capturing them, making the cells anew and
- * looking again; none goes inside of solids. A round counts where less leaks after it (unseen.h);
- * else it is undone, and the last. There are two rules for where probes go:
+ * looking again; none goes inside of solids. A round counts where less weight is unseen after it
+ * (unseen.h); else it is undone, and the last. There are two rules for where probes go:
  *
  * - On both sides of walls that edges leak through (leak.h). The first round keeps new probes apart
  *   by the settings' separation, each further one by half as much, down to twice the offset: there
- *   the two probes of a wall stand. Such a round must leave fewer edges that leak as well.
+ *   the two probes of a wall stand. It is judged by the blend of all of a cell's probes, and counts
+ *   as well where fewer edges leak.
  * - Where one takes away most of what leaks (leak_need.h): half of those that are allowed in the
  *   first round, half of what is left in each further one.
  *

@@ -425,10 +425,7 @@ static struct error *keep_cell(const struct job *job, size_t index)
             continue;
         struct unseen_point point = {.cell = cell,
                                      .volume = job->size[cell] / (double)count,
-                                     .weight = (double)s->of[1].weight,
-                                     .light = (double)NAN};
-        if (job->lit) /* in the dark, none */
-            point.light = s->of[1].bright > 0 ? (double)(s->of[1].light / s->of[1].bright) : 0;
+                                     .weight = (double)s->of[1].weight};
         memcpy(point.position, s->position, sizeof point.position);
         err = job->settings->keep(job->settings->context, &point);
     }

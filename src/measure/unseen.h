@@ -91,8 +91,7 @@ struct unseen_point {
     double position[3];
     size_t cell;
     double volume; /* that it stands for */
-    /* shares of its own weight and light that are unseen; light is NaN where it is not known */
-    double weight, light;
+    double weight; /* unseen */
 };
 
 struct unseen_settings {
