@@ -108,8 +108,9 @@ probe-tet -q seen.probe | probe-cat --text >text
 check "nor cells that are made anew" lacks text '^sight-' and says text '^table tet'
 
 # -- missing values --------------------------------------------------------------------------------
-awk '/^table/ { in_cells = /^table tet/; print; next }
-    in_cells { for (i = 15; i <= 26; i++) $i = "nan"; in_cells = 0 } 1' seen.text >holes.probe
+probe-cat --text --columns position,sh,vertex,neighbour,sight,stand_in seen.probe |
+    awk '/^table/ { in_cells = /^table tet/; print; next }
+        in_cells { for (i = 9; i <= 20; i++) $i = "nan"; in_cells = 0 } 1' >holes.probe
 refused 1 "holes.probe: cell 0: sight is not finite" probe-query holes.probe point.txt
 probe-query --visible rays --scene "$rooms" seen.probe point.txt >rays
 check "rays need none of it" \
