@@ -332,7 +332,7 @@ static void test_light_tree(void)
     bench_start(&b);
     b.settings.emit_front_only = true;
     for (int i = 0; i < LAMPS; i++) {
-        struct shape lamp = shape_sphere(0.02 + 0.1 * random_double(&r), 0);
+        struct shape lamp = shape_sphere(0.08 + 0.1 * random_double(&r), 0);
         shape_move(&lamp, 20 * random_double(&r), 20 * random_double(&r), 20 * random_double(&r));
         add_shape(&b, &lamp, material(0, (float)pow(10, 3 * random_double(&r))));
         shape_clear(&lamp);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a scene pays for what it does not need (names to leave out, hints, frames, colours of
+"""what a scene pays for what it does not need (names to leave out, hints, frames, colours of
 vertices, the look for what makes all black): user seconds of reading the Cornell box or --scene
 and of capture in it, one thread; with every name kept by --only; and as ratios to the build of
 another commit, where --beside DIR names one

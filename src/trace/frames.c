@@ -23,7 +23,7 @@ enum {
     BINS = 1024,
     EMPTY = BINS / 256,
     PIECES_MOST = 2 * FRAMES_MOST,
-    TRIANGLES_MOST = 1 << 24, /* in all frames together; but: */
+    TRIANGLES_MOST = 1 << 22, /* in all frames together; but: */
     FRAMES_LEAST = 8,
 };
 

@@ -17,7 +17,7 @@
 struct error;
 struct warnings;
 
-/* As each frame that is made holds all of the scene, there are fewer of scenes of more than 2^16
+/* As each frame that is made holds all of the scene, there are fewer of scenes of more than 2^14
  * triangles, 8 at least. */
 enum { FRAMES_MOST = 256 };
 
