@@ -94,6 +94,18 @@ tail -n +2 curve.tsv >rows
 check "numbers grow, and the interval holds the error" \
     every 'NF == 7 && $5 <= $4 && $4 <= $6 && $1 >= last * .9 && (last = $1)' rows
 
+# -- a signal --------------------------------------------------------------------------------------
+env --default-signal=INT probe-place adaptive --text --max-error .01% --rays 64 lamp.obj >ended \
+    2>said &
+program=$!
+wait_for grep -q '20 probes: error' said
+kill -INT $program
+wait $program
+check "a signal ends it, with status 1" [ $? -eq 1 ] and says said 'interrupted: the [0-9]* probes'
+count=$(row_count probe ended)
+check "and what there is then is written whole" [ "$count" -ge 20 ] \
+    and says said ": $count probes of .*: interrupted" "the $count probes until then are written"
+
 # -- noise is not chased ---------------------------------------------------------------------------
 probes lamp.obj --max-error 8% --rays 512
 many=$(placed)

@@ -43,6 +43,7 @@ MODULE_TESTS = \
 	tests/capture_extremes \
 	tests/capture_forms \
 	tests/place \
+	tests/adapt \
 	tests/leak \
 	tests/sight \
 	tests/tetra \

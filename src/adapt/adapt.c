@@ -20,10 +20,10 @@
 enum { FIRST = 4, START = 20 }; /* probes that are far apart: of the first choice, of the second */
 enum { SPACE_OF_PROBE = 5 };    /* candidates of space for each probe that is wanted */
 enum { WANTED_LEAST = 300 };    /* probes that there are candidates for, at the least */
-enum { TURNS = 8 };
+enum { TURNS = 3 };
 
 static const double ROUND_SHARE = 0.2; /* probes that come in a round, of those there are */
-static const double TURN_SHARE = 0.08; /* and that go in a turn */
+static const double TURN_SHARE = 0.15; /* and that go in a turn */
 static const double GAIN_SHARE = 0.1;  /* of the largest gain of a round, that a probe must have */
 static const double FLAT = 0.003;      /* turns end where the error falls by less than this share */
 

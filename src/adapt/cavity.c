@@ -15,7 +15,7 @@ struct cavity_face {
     double row[3][4];   /* weight of each corner at x: row . (x, 1); the point has the rest */
 };
 
-/* Weights below this are no weights: who has them needs not be seen. */
+/* Weights below this are none where something is in the way: that saves a ray. */
 static const double LEAST = 1e-3;
 
 /* Standard errors of a gain, as if all of it were by chance, that it has to exceed. */
@@ -162,6 +162,13 @@ static bool is_walled(const struct cavity *cavity, const struct choice *choice)
     return false;
 }
 
+static double visibility(const struct choice *choice, uint32_t a, uint32_t b)
+{
+    const double *position = choice->world.candidates->position;
+    return (double)trace_visibility(choice->world.job->path->tracer, position + 3 * (size_t)a,
+                                    position + 3 * (size_t)b);
+}
+
 /* What the error at x falls by. */
 static double gain_at(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
                       bool walled, uint32_t x)
@@ -173,12 +180,8 @@ static double gain_at(const struct cavity *cavity, const struct choice *choice, 
         return 0;
     const uint32_t from[4] = {face->corner[0], face->corner[1], face->corner[2], candidate};
     for (int k = 0; k < 4; k++) {
-        if (weight[k] < LEAST)
-            weight[k] = 0;
-        else if (walled)
-            weight[k] *= (double)trace_visibility(choice->world.job->path->tracer,
-                                                  c->position + 3 * (size_t)x,
-                                                  c->position + 3 * (size_t)from[k]);
+        if (walled)
+            weight[k] *= weight[k] < LEAST ? 0 : visibility(choice, x, from[k]);
         sum += weight[k];
     }
     if (sum < SIGHT_ENOUGH)

@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Choosing probes by error, of light that is a known function of the place: linear light leaves
+ * none, what a probe is foretold to take off comes true when the cells are made anew, probes that
+ * come in one round do not get in each other's way, those that light needs do not go, and noise is
+ * no error. */
+#include "adapt/cavity.h"
+#include "adapt/choice.h"
+#include "adapt/insert.h"
+#include "adapt/thin_out.h"
+#include "math/random.h"
+#include "support/capture_bench.h"
+#include "support/tap.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CORNERS = 8, SPACE = 600, ALL = CORNERS + SPACE, PROBES = 24 };
+
+typedef double light_at(const double p[3]);
+
+static double linear(const double p[3])
+{
+    return 1 + p[0] + 2 * p[1] - 0.5 * p[2];
+}
+
+static double step(const double p[3])
+{
+    return p[0] < 0.45 ? 1 : 3;
+}
+
+static double bent(const double p[3])
+{
+    return 1 + 2 * p[0] * p[0] + p[1] * p[2];
+}
+
+/* Candidates in the unit cube, and its corners, which are moved out, near surfaces, so that all are
+ * inside of them and no four on a circle; that have this light, with noise in both halves of what
+ * is true. */
+static void fill(struct candidates *c, light_at *light, double noise)
+{
+    struct random r = random_start(7, 0, 0);
+    *c = (struct candidates){.count = ALL, .captured = ALL, .floor = 0.1};
+    must(array_create(&c->position, 3 * ALL, sizeof *c->position));
+    must(array_create(&c->kind, ALL, sizeof *c->kind));
+    must(array_create(&c->refined, ALL, sizeof *c->refined));
+    must(array_create(&c->light, ALL, sizeof *c->light));
+    for (size_t i = 0; i < ALL; i++) {
+        double *p = c->position + 3 * i;
+        for (size_t k = 0; k < 3; k++)
+            p[k] = i < CORNERS ? 1.2 * (double)(i >> k & 1) - 0.1 * random_double(&r)
+                               : random_double(&r);
+        c->kind[i] = i < CORNERS ? CANDIDATE_SURFACE : CANDIDATE_SPACE;
+        c->refined[i] = true;
+        for (int half = 0; half < 2; half++) {
+            const double off = noise * (2 * random_double(&r) - 1);
+            for (int d = 0; d < SPHERE_COUNT; d++) {
+                c->light[i].probe[half][d] = (float)light(p);
+                c->light[i].truth[half][d] = (float)(light(p) + off);
+            }
+        }
+    }
+}
+
+/* The first ones are chosen: the corners, so that all are inside, and some of space. */
+static void choose(struct choice *choice, const struct choice_world *world, size_t count)
+{
+    uint32_t probe[ALL];
+    for (size_t i = 0; i < count; i++)
+        probe[i] = (uint32_t)i;
+    must(choice_init(choice, world, count, probe));
+}
+
+static void choose_more(struct choice *more, const struct choice *choice, size_t count,
+                        const uint32_t *candidate)
+{
+    uint32_t probe[ALL];
+    memcpy(probe, choice->probe, choice->count * sizeof *probe);
+    memcpy(probe + choice->count, candidate, count * sizeof *probe);
+    must(choice_init(more, &choice->world, choice->count + count, probe));
+}
+
+/* What the errors of all that are chosen by neither fell by, as they count in the first. */
+static double fell(const struct choice *from, const struct choice *to)
+{
+    double sum = 0;
+    for (uint32_t x = 0; x < ALL; x++)
+        if (choice_counts(to, x))
+            sum += (double)from->weight[x] *
+                   (choice_square((double)from->error[x]) - choice_square((double)to->error[x]));
+    return sum;
+}
+
+static void test_linear(const struct choice_world *world)
+{
+    struct choice choice;
+    double worst = 0;
+    fill(world->candidates, linear, 0);
+    choose(&choice, world, PROBES);
+    for (uint32_t x = 0; x < ALL; x++)
+        worst = fmax(worst, fabs((double)choice.error[x]));
+    ok(worst < 1e-5, "linear light is blended without error: %.1e at most", worst);
+    choice_clear(&choice);
+    candidates_clear(world->candidates);
+}
+
+static void test_foretold(const struct choice_world *world)
+{
+    enum { TRIES = 40 };
+    struct choice choice;
+    struct cavity cavity = {0};
+    double worst = 0;
+    int gains = 0;
+    fill(world->candidates, step, 0);
+    choose(&choice, world, PROBES);
+    for (uint32_t i = 0; i < TRIES; i++) {
+        const uint32_t x = PROBES + 7 * i;
+        struct error *err = NULL;
+        struct choice more;
+        const double gain = cavity_gain(&cavity, &choice, x, &err);
+        must(err);
+        if (!(gain > 1e-9))
+            continue;
+        choose_more(&more, &choice, 1, &x);
+        worst = fmax(worst, fabs(fell(&choice, &more) - gain) / gain);
+        gains++;
+        choice_clear(&more);
+    }
+    ok(gains > TRIES / 3 && worst < 1e-6,
+       "what each of %d probes takes off the errors is as foretold: %.1e of it off at most", gains,
+       worst);
+    cavity_clear(&cavity);
+
+    uint32_t candidate[16];
+    size_t found = 0;
+    double gain = 0;
+    struct choice more;
+    must(insert_find(&choice, 16, 0.1, candidate, &found, &gain));
+    choose_more(&more, &choice, found, candidate);
+    ok(found > 1 && fabs(fell(&choice, &more) / gain - 1) < 0.2,
+       "and %zu that come together take off about the sum: %.3f of it", found,
+       fell(&choice, &more) / gain);
+    int border = 0;
+    for (size_t i = 0; i < found; i++)
+        border += fabs(world->candidates->position[3 * (size_t)candidate[i]] - 0.45) < 0.3;
+    ok((size_t)border == found, "where half-spaces of constant light meet they stand near that");
+    choice_clear(&more);
+    choice_clear(&choice);
+    candidates_clear(world->candidates);
+}
+
+static double off_middle(const struct candidates *c, uint32_t x)
+{
+    double square = 0;
+    for (size_t k = 0; k < 3; k++)
+        square += (c->position[3 * x + k] - 0.5) * (c->position[3 * x + k] - 0.5);
+    return square;
+}
+
+static void test_missed(const struct choice_world *world)
+{
+    enum { MANY = 60, GO = 12 };
+    struct choice choice;
+    uint32_t probe[MANY];
+    size_t found = 0;
+    bool missed = false, given = false;
+    fill(world->candidates, linear, 0);
+    uint32_t bump = 0;
+    for (uint32_t x = 0; x < MANY; x++) /* the probe nearest to the middle */
+        bump = off_middle(world->candidates, x) < off_middle(world->candidates, bump) ? x : bump;
+    for (uint32_t x = 0; x < ALL; x++) /* what is near shares in a bump of light */
+        for (int d = 0; d < SPHERE_COUNT; d++) {
+            const double *p = world->candidates->position, *q = p + 3 * (size_t)bump;
+            double square = 0;
+            for (size_t k = 0; k < 3; k++)
+                square += (p[3 * x + k] - q[k]) * (p[3 * x + k] - q[k]);
+            const float more = (float)(3 * fmax(1 - 3 * sqrt(square), 0));
+            for (int half = 0; half < 2; half++) {
+                world->candidates->light[x].truth[half][d] += more;
+                world->candidates->light[x].probe[half][d] += more;
+            }
+        }
+    choose(&choice, world, MANY);
+    must(thin_out_find(&choice, GO, probe, &found));
+    for (size_t i = 0; i < found; i++)
+        missed = missed || choice.probe[probe[i]] == bump;
+    ok(found > 2 && !missed, "the probe on it is not among the %zu that are missed least", found);
+    world->candidates->kind[MANY / 2] = CANDIDATE_GIVEN;
+    must(thin_out_find(&choice, MANY, probe, &found));
+    for (size_t i = 0; i < found; i++)
+        given = given || choice.probe[probe[i]] == MANY / 2;
+    ok(!given, "and given ones never are");
+    choice_clear(&choice);
+    candidates_clear(world->candidates);
+}
+
+static void test_noise(const struct choice_world *world)
+{
+    struct choice choice;
+    double sum = 0, squares = 0;
+    fill(world->candidates, linear, 0.3);
+    choose(&choice, world, PROBES);
+    for (uint32_t x = PROBES; x < ALL; x++) {
+        const double square = choice_square((double)choice.error[x]);
+        sum += square;
+        squares += square * square;
+    }
+    ok(fabs(sum) < 3 * sqrt(squares) && squares > 0,
+       "noise of the truth is no error: mean square %.1e, %.1f standard errors", sum / SPACE,
+       sum / sqrt(squares));
+    choice_clear(&choice);
+    candidates_clear(world->candidates);
+    fill(world->candidates, bent, 0);
+    choose(&choice, world, PROBES);
+    ok(choice.error_of_space > 0.01, "and what is bent has one: %.3f", choice.error_of_space);
+    const size_t bytes = choice_bytes(&choice, 3), more = choice_bytes(&choice, 5);
+    ok(bytes > PROBES * 4 * 27 && more >= bytes + PROBES * 4 * 3 * 16,
+       "%zu bytes with order 3, %zu with 5", bytes, more);
+    choice_clear(&choice);
+    candidates_clear(world->candidates);
+}
+
+int main(void)
+{
+    struct bench b;
+    struct candidates candidates = {0};
+    const double far[9] = {50, 50, 50, 51, 50, 50, 50, 51, 50};
+    const uint32_t index[3] = {0, 1, 2};
+    const struct scene_material grey = material(0.5f, 0);
+    bench_start(&b);
+    must(scene_add_mesh(b.scene, 3, far, 1, index, &grey)); /* nothing is in the way */
+    bench_finish(&b, 0);
+    const struct capture_settings settings = capture_settings_default();
+    const struct candidates_job job = {.path = &b.path, .settings = &settings, .threads = 2};
+    const struct choice_world world = {&candidates, &job};
+    test_linear(&world);
+    test_foretold(&world);
+    test_missed(&world);
+    test_noise(&world);
+    bench_clear(&b);
+    return tap_done();
+}
