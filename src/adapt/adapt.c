@@ -18,8 +18,8 @@
 #include <string.h>
 
 enum { FIRST = 4, START = 20 }; /* probes that are far apart: of the first choice, of the second */
-enum { SPACE_OF_PROBE = 5 };    /* candidates of space for each probe that is wanted */
-enum { WANTED_LEAST = 300 };    /* probes that there are candidates for, at the least */
+enum { SPACE_OF_PROBE = 10 };   /* candidates of space for each probe that is wanted */
+enum { WANTED_LEAST = 150 };    /* probes that there are candidates for, at the least */
 enum { TURNS = 3 };
 
 static const double ROUND_SHARE = 0.2; /* probes that come in a round, of those there are */
@@ -269,12 +269,13 @@ static struct error *choose_start(struct run *run, size_t starts)
 /* Makes more candidates where there are few for the number of probes, and judges by them. */
 static struct error *grow_with(struct run *run)
 {
-    const size_t before = run->candidates.count, n = run->now.count;
+    const size_t before = run->candidates.count, n = run->now.count, most = run->job->limits.probes;
     struct choice next = {0};
-    struct error *err = grow(run, n + n / 8);
+    struct error *err = NULL;
+    if (SPACE_OF_PROBE * n > run->candidates.space)
+        err = grow(run, most && most < 2 * n ? most : 2 * n);
     if (err || run->candidates.count == before)
         return err;
-    err = grow(run, 2 * n);
     if (!err)
         err = choice_init(&next, &run->world, n, run->now.probe);
     return err ? err : put(run, &next);

@@ -20,11 +20,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TRIES = 64 };        /* points of the box for each free one that is wanted, at the most */
-enum { JUDGE_EVERY = 3 };   /* of space for each judge */
-enum { SURFACE_EVERY = 3 }; /* of space for each near a surface */
-enum { TRUTH_ORDER = 5 };   /* of SH that hold irradiance but for a thousandth */
-enum { FOR_JUDGE = 0x61, FOR_SURFACE }; /* what random numbers are for: part of their name */
+enum { TRIES = 64 }; /* points of the box for each free one that is wanted, at the most */
+enum { JUDGE_EVERY = 6, JUDGES_LEAST = 500 }; /* of space for each judge; judges */
+enum { SURFACE_EVERY = 3 };                   /* of space for each near a surface */
+enum { TRUTH_ORDER = 5 };                     /* of SH that hold irradiance but for a thousandth */
+enum { FOR_JUDGE = 0x61, FOR_SURFACE };       /* what random numbers are for: part of their name */
 
 /* Rays of each, as shares of those that a probe will be captured with. Chosen ones have as many as
  * judges: what noise they have is in the errors of all around them. */
@@ -180,9 +180,10 @@ struct error *candidates_spread(struct candidates *c, const struct candidates_jo
     if (space <= first)
         return NULL;
     struct error *err = spread(c, job, CANDIDATE_SPACE, space - first, &c->space_tried);
-    const size_t end = c->count;
+    const size_t end = c->count, judges = space / JUDGE_EVERY,
+                 most = judges > JUDGES_LEAST ? judges : JUDGES_LEAST;
     if (!err)
-        err = spread(c, job, CANDIDATE_JUDGE, space / JUDGE_EVERY - c->judges, &c->judges_tried);
+        err = spread(c, job, CANDIDATE_JUDGE, most - c->judges, &c->judges_tried);
     for (size_t i = before, number = first; i < end && !err; i++, number++)
         if (number % SURFACE_EVERY == 0)
             err = add_near_surface(c, job, i, number / SURFACE_EVERY);

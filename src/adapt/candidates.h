@@ -4,10 +4,10 @@
  *
  * Three kinds are made. Those of space are spread evenly over the free space of a box, one like
  * another, so that a mean over them is one over the space (R3 of M. Roberts, "The unreasonable
- * effectiveness of quasirandom sequences", 2018). Judges are as many as a third of these, random,
- * and no probe is ever put there. Those near surfaces stand a little off walls, edges and corners
- * that rays from points of space meet: they can be chosen, and count in no mean. Given positions
- * are the fourth kind: probes already.
+ * effectiveness of quasirandom sequences", 2018). Judges are a sixth as many, 500 at the least,
+ * random, and no probe is ever put there. Those near surfaces stand a little off walls, edges and
+ * corners that rays from points of space meet: they can be chosen, and count in no mean. Given
+ * positions are the fourth kind: probes already.
  *
  * Of each is kept, in luminance along the directions of sphere.h, the irradiance that a probe there
  * gives by SH of the order that is asked for, and the true one, by SH of order 5 or more, which
