@@ -86,7 +86,7 @@ check "is that of the packed file" [ "$bytes" -le 20000 ] and [ "$bytes" -ge 160
 check "--gain" probes lamp.obj --gain 60% --rays 64 and says said 'gained less than --gain'
 probes lamp.obj --max-error .1% --max-probes 30 --rays 64
 check "--max-probes" [ "$(placed)" -eq 30 ] \
-    and says said 'warning: the error is .* %, not 0.10 % or less: the best'
+    and says said 'warning: the error is .* %.*, not 0.10 % or less: the best'
 check "--curve has a line a round" probes lamp.obj --probes 60 --rays 64 --curve curve.tsv \
     and says curve.tsv '^4	' '^60	' \
     '^probes.bytes.error.held_out.held_out_low.held_out_high.seconds$'

@@ -305,9 +305,10 @@ static struct error *go_round(struct run *run, size_t *found)
     return err;
 }
 
+/* Whether the error is at most what was asked for, by the upper end of its interval. */
 static bool is_reached(const struct run *run, const struct choice *choice)
 {
-    return choice->error_of_judges <= run->job->limits.error;
+    return choice->error_of_judges + 1.96 * choice->judges_doubt <= run->job->limits.error;
 }
 
 static enum adapt_end find_end(const struct run *run, size_t found)

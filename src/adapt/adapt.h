@@ -21,7 +21,7 @@
 
 /* When to stop; 0: not for that. At least one is set. */
 struct adapt_limits {
-    double error;  /* of the judges, at most this; then as few probes as have it */
+    double error;  /* of the judges, the upper end of its interval: then as few as have it */
     size_t probes; /* at most so many, given ones too; 4 or more */
     size_t bytes;  /* of the packed file, at most so many */
     double gain;   /* the last doubling took less than this share off the error */

@@ -212,11 +212,14 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
                                        [ADAPT_MOST] = "there are as many as --max-probes allows",
                                        [ADAPT_FLAT] = "no other probe lowers the error",
                                        [ADAPT_INTERRUPT] = "interrupted"};
-    const double reached = result->row[result->rows - 1].judges;
+    const struct adapt_row *last = &result->row[result->rows - 1];
+    const double reached = last->judges + 1.96 * last->doubt;
     if (limits->error > 0 && result->end != ADAPT_ERROR && result->end != ADAPT_INTERRUPT)
-        warnings_add(world->warnings, "max-error",
-                     "the error is %.2f %%, not %.2f %% or less: the best of %zu probes (%s)",
-                     100 * reached, 100 * limits->error, result->count, ends[result->end]);
+        warnings_add(
+            world->warnings, "max-error",
+            "the error is %.2f %% at the upper end of its interval, not %.2f %% or less: the "
+            "best of %zu probes (%s)",
+            100 * reached, 100 * limits->error, result->count, ends[result->end]);
     if (world->program)
         fprintf(stderr, "%s: %zu probes of %zu points: %s\n", world->program, result->count,
                 result->candidates, ends[result->end]);
