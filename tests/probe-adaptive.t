@@ -134,6 +134,8 @@ refused 2 "expected a share between 0 and 1, or a percentage as in 10%, got '0'"
 refused 2 'does not look at light' probe-place grid --count 9 --sky 1,1,1 lamp.obj
 refused 2 'places no probes where there is no air' \
     probe-place adaptive --probes 9 --inside keep lamp.obj
+refused 1 '5 probes at most, with 20 given ones: expected room for 4 more' \
+    probe-place adaptive --probes 5 --keep kept.probe lamp.obj
 grep -v usemtl lamp.obj >dark.obj
 refused 1 'there is no light: --sky' probe-place adaptive --probes 9 --rays 16 dark.obj
 check "a sky is one" probes dark.obj --probes 9 --rays 16 --point 1,1,1,1,1,1

@@ -232,9 +232,13 @@ static struct error *grow(struct run *run, size_t wanted)
 static struct error *start(struct run *run)
 {
     const struct adapt_job *job = run->job;
-    const size_t probes = job->limits.probes;
+    const size_t probes = job->limits.probes,
+                 most = probes && probes < job->probes_most ? probes : job->probes_most;
     struct error *err = NULL;
     run->began = clock_seconds();
+    if (job->given + FIRST > most)
+        return error_new("%zu probes at most, with %zu given ones: expected room for 4 more", most,
+                         job->given);
     for (size_t i = 0; i < job->given && !err; i++)
         err = candidates_give(&run->candidates, job->position + 3 * i);
     if (!err)

@@ -67,8 +67,8 @@ struct adapt_result {
     size_t candidates;
 };
 
-/* Errors: no light, no free space, a box or free space that is flat, more given probes than a limit
- * allows. */
+/* Errors: no light, no free space, a box or free space that is flat, a limit that has no room for 4
+ * probes beside the given ones. */
 struct error *adapt(struct adapt_result *result, const struct adapt_job *job);
 void adapt_clear(struct adapt_result *result);
 
