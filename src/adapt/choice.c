@@ -63,7 +63,7 @@ static struct error *make_stream(struct choice *choice)
         memcpy(column_f64(position) + 3 * i,
                choice->world.candidates->position + 3 * (size_t)choice->probe[i],
                3 * sizeof(double));
-    return err ? err : cells_make(choice->stream);
+    return err ? err : cells_make(choice->stream, true);
 }
 
 static struct error *make_volume(struct choice *choice)

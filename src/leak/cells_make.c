@@ -45,9 +45,10 @@ static void find_program(char path[PATH_MAX])
     strcpy(path, plain);
 }
 
-static struct error *run(const char *input, const char *output)
+static struct error *run(const char *input, const char *output, bool full)
 {
-    char program[PATH_MAX], name[] = "probe-tet", quiet[] = "--quiet", to[] = "--output";
+    char program[PATH_MAX], name[] = "probe-tet", quiet[] = "--quiet", to[] = "--output",
+                            never_thin[] = "--thin=0";
     find_program(program);
     char *in = strdup(input), *out = strdup(output);
     if (!in || !out) {
@@ -55,7 +56,7 @@ static struct error *run(const char *input, const char *output)
         free(out);
         return error_memory();
     }
-    char *arguments[] = {name, quiet, to, out, in, NULL};
+    char *arguments[] = {name, quiet, to, out, in, full ? never_thin : NULL, NULL};
     pid_t pid;
     int status = 0;
     const int number = posix_spawnp(&pid, program, NULL, NULL, arguments, environ);
@@ -128,7 +129,7 @@ struct error *cells_copy(struct stream *to, const struct stream *from)
     return err;
 }
 
-struct error *cells_make(struct stream *stream)
+struct error *cells_make(struct stream *stream, bool full)
 {
     const char *parent = getenv("TMPDIR");
     char directory[PATH_MAX], input[PATH_MAX + 16], output[PATH_MAX + 16];
@@ -141,7 +142,7 @@ struct error *cells_make(struct stream *stream)
     struct stream *made = NULL;
     struct error *err = write_positions(stream_table(stream, "probe"), input);
     if (!err)
-        err = run(input, output);
+        err = run(input, output, full);
     if (!err)
         err = stream_read(&made, output);
     unlink(input);

@@ -8,13 +8,16 @@
 #ifndef CELLS_MAKE_H
 #define CELLS_MAKE_H
 
+#include <stdbool.h>
+
 struct error;
 struct stream;
 
 /* Makes the table of cells, and columns hull_normal and perhaps merged of table probe, anew from
- * the probes' positions and light. The child's own messages go to standard error. Errors: it is not
- * to be found, or failed. */
-struct error *cells_make(struct stream *stream);
+ * the probes' positions and light. full: tetrahedra, however near to a sheet or a line the probes
+ * are, if they are in none. The child's own messages go to standard error. Errors: it is not to be
+ * found, or failed. */
+struct error *cells_make(struct stream *stream, bool full);
 
 /* Gives `to` the cells of `from`, whole, and columns hull_normal and merged of its probes, in the
  * place of its own. Both have as many probes. Error: `from` has no cells. */

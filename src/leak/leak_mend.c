@@ -277,7 +277,7 @@ static struct error *add_probes(struct mend *m, const double *probe, size_t coun
            3 * count * sizeof *probe);
     err = m->job->capture(m->job->context, m->stream, before);
     if (!err)
-        err = cells_make(m->stream);
+        err = cells_make(m->stream, false);
     return err ? err : find(m);
 }
 
