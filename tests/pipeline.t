@@ -3,6 +3,7 @@
 # The whole pipe as users run it, on the bundled scenes: it works in one line, gives the same bytes
 # for any number of threads and in both encodings, does not depend on the order of the probes, and a
 # failure anywhere leaves nothing that passes for whole.
+looks_for_leaks=yes
 . "${SRC:?}/tests/support/setup.sh"
 
 scenes=$SRC/scenes

@@ -44,7 +44,7 @@ LAMP
     probe-leakfix --edges shadows --rounds 2 --offset $offset plate.obj $name.probe \
         >$name.fixed 2>said
     check "$name: how many edges go through the border is said" \
-        says said 'before: [1-9][0-9]* edges go through the border of a shadow'
+        says said ': [1-9][0-9]* edges go through the border of a shadow'
     added "$before" $name.fixed | awk '
         { y = $2; x = $1 - ('"$shift"'); x = x < 0 ? -x : x; z = $3 < 0 ? -$3 : $3
           print (x > z ? x : z) - ('"$half"') }' >off
@@ -80,7 +80,7 @@ check "1 and 3 threads give the same bytes" \
 baked bare.obj '--spacing .7' $spot >bare.probe
 probe-leakfix --edges shadows --rounds 1 bare.obj bare.probe 2>said >fixed
 check "the cone of a spot asks for no probe" \
-    says said 'before: 0 edges go through the border' \
+    says said ': 0 edges go through the border' \
     and [ "$(row_count probe fixed)" = "$(row_count probe bare.probe)" ]
 probe-leakfix --rounds 1 plate.obj spot.probe 2>said >fixed
 check "nor does a shadow, where walls alone are asked for" \
@@ -110,6 +110,6 @@ probe-place grid -q --bounds $box --spacing .9 plate.obj |
     probe-capture -q --sky 1,1,1 --rays 8 plate.obj | probe-tet >sky.probe
 probe-leakfix --edges shadows --rounds 1 plate.obj sky.probe 2>said >fixed
 check "without lamps there are no borders, and that is said" \
-    says said 'there is no sun, point or spot' and says said 'before: 0 edges'
+    says said 'there is no sun, point or spot' and says said ': 0 edges'
 refused 2 "expected one of" probe-leakfix --edges none plate.obj sky.probe
 tap_done

@@ -197,7 +197,8 @@ static struct error *store_leak(struct stream *stream, const struct unseen_cells
     return err;
 }
 
-/* Measures from points that nothing else knows of, says so, and keeps it with the cells. */
+/* Measures from points that nothing else knows of, says so, and keeps it with the cells. when:
+ * what is said before it, "after: " or the like. */
 static struct error *certify(struct mend *m, const char *when, struct report *report)
 {
     struct unseen_cells cells = {0};
@@ -215,7 +216,7 @@ static struct error *certify(struct mend *m, const char *when, struct report *re
     if (!err && m->job->program) {
         char before[64];
         snprintf(before, sizeof before, "%s: ", m->job->program);
-        fprintf(stderr, "%s%s: from %zu points in free space:\n", before, when, cells.points);
+        fprintf(stderr, "%s%sfrom %zu points in free space:\n", before, when, cells.points);
         report_print_leaks(report, before, stderr);
     }
     unseen_cells_clear(&cells);
@@ -228,12 +229,12 @@ static void say(const struct mend *m, const char *when)
     if (!m->job->program)
         return;
     fprintf(stderr,
-            "%s: %s: %zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n",
+            "%s: %s%zu of %zu edges leak (%.2f %%), %zu pass through a surface, %zu probes\n",
             m->job->program, when, leaks->leaking, leaks->edges,
             leaks->edges ? 100.0 * (double)leaks->leaking / (double)leaks->edges : 0.0,
             leaks->crossed, probes_of(m)->rows);
     if (m->job->settings.edges != LEAK_WALLS)
-        fprintf(stderr, "%s: %s: %zu edges go through the border of a shadow\n", m->job->program,
+        fprintf(stderr, "%s: %s%zu edges go through the border of a shadow\n", m->job->program,
                 when, leaks->shadowed);
 }
 
@@ -464,10 +465,11 @@ static struct error *begin(struct mend *m, struct report *report)
     if (err)
         return err;
     m->measures = m->job->points > 0 && mesh.corners > 1;
-    say(m, "before");
+    const char *when = m->job->rounds || m->job->probes ? "before: " : ""; /* if there is an after */
+    say(m, when);
     if (m->job->sight)
         err = store_sight(m->stream, m->job, true);
-    return err ? err : certify(m, "before", report);
+    return err ? err : certify(m, when, report);
 }
 
 struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
@@ -483,9 +485,9 @@ struct error *leak_mend(struct stream *stream, const struct leak_mend_job *job,
     if (!err && job->probes && m.measures)
         err = mend_need(&m);
     if (!err && (job->rounds || job->probes))
-        say(&m, "after");
+        say(&m, "after: ");
     if (!err && probes_of(&m)->rows > probes)
-        err = certify(&m, "after", report);
+        err = certify(&m, "after: ", report);
     if (!err)
         err = store_occlusion(stream, &m.leaks);
     leaks_clear(&m.leaks);
