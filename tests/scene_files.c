@@ -42,6 +42,8 @@ static void put_number(struct bytes *to, const void *number, size_t size, bool t
     put(to, bytes, size);
 }
 
+static bool lenient = true;
+
 /* Reads the file and expects so many triangles and this sum over their corners' x. */
 static void expect(const char *what, const char *name, const void *data, size_t size,
                    size_t triangles, double x)
@@ -50,7 +52,7 @@ static void expect(const char *what, const char *name, const void *data, size_t 
     warnings_clear(&warnings);
     files_write_bytes(name, data, size);
     struct scene_settings settings = scene_settings_default();
-    settings.lenient = true;
+    settings.lenient = lenient;
     struct error *err = scene_read(&s, files_path(name), &settings, true, &warnings);
     double sum = 0;
     for (size_t k = 0; s && s->mesh_count && k < 3 * s->meshes[0].triangle_count; k++)
@@ -598,9 +600,55 @@ static void test_guess(void)
     expect_text("OFF by content", "off", "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", 1, 2);
 }
 
+/* -- oddities --------------------------------------------------------------------------------- */
+
+#define BARE_PLY                                                                                   \
+    "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"                     \
+    "property float nx\nelement face 1\nproperty list uchar int vertex_indices\n"
+#define BARE_STL                                                                                   \
+    "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n"          \
+    "endloop\nendfacet\nendsolid x\n"
+
+/* What exporters write and what takes nothing away. */
+static void test_oddities(void)
+{
+    static const char body[] = "0 0 0 nan\n1 0 0 -nan(ind)\n1 1 0 -1.#IND00\nnan nan nan 1.#QNAN\n"
+                               "3 0 1 2\n";
+    struct bytes file = {.size = 0};
+    char ply[1024];
+    lenient = false;
+    snprintf(ply, sizeof ply, "\xef\xbb\xbfply \nformat ascii 1.0\n" BARE_PLY "end_header \n%s\x1a",
+             body);
+    expect_text("a byte order mark, blanks, Ctrl-Z, and numbers of Windows that are none",
+                "odd.ply", ply, 1, 2);
+    snprintf(ply, sizeof ply, "ply\nformat ascii 1.0\n" BARE_PLY "end_header\n%s", body);
+    for (char *at = ply; (at = strchr(at, '\n'));)
+        *at = '\r';
+    expect_text("lines of PLY that end as on old Macs", "mac.ply", ply, 1, 2);
+    for (char *at = ply; (at = strstr(at, "element "));)
+        at[7] = '\t';
+    expect_text("and tabs", "tabs.ply", ply, 1, 2);
+    expect_text("a byte order mark of STL", "odd.stl", "\xef\xbb\xbf" BARE_STL, 1, 2);
+    expect_text("no blank behind OFF, as in ModelNet", "odd.off",
+                "OFF3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n", 1, 2);
+    expect_text("a byte order mark and Ctrl-Z of OFF", "odd.off",
+                "\xef\xbb\xbfOFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n\x1a", 1, 2);
+    put_text(&file, "solid of a program that pads its files");
+    const float facet[12] = {0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1, 0};
+    const uint32_t one = 1;
+    memset(file.data + file.size, ' ', 80 - file.size);
+    memcpy(file.data + 80, &one, sizeof one);
+    memcpy(file.data + 84, facet, sizeof facet);
+    memset(file.data + 84 + sizeof facet, 0, 4);
+    expect("binary STL that begins with solid, with bytes behind it", "pad.stl", file.data, 84 + 52,
+           1, 2);
+    lenient = true;
+}
+
 int main(void)
 {
     files_begin();
+    test_oddities();
     test_ply();
     test_off();
     test_colours();

@@ -1210,6 +1210,10 @@ static void test_documents(void)
     ok(scene_triangle_count(s) == 1 && warnings.count == 0,
        "animations, cameras and extras are left alone, sound or not");
     scene_destroy(s);
+    s = read_scene(PLAIN ",'materials':[{'name':null,'alphaMode':null}],'skins':null");
+    ok(scene_triangle_count(s) == 1 && warnings_of_kind(&warnings, "glTF null") == 3,
+       "what is null is not there");
+    scene_destroy(s);
     s = read_scene(
         ACCESSORS
         ",'meshes':[{'primitives':[{'attributes':{'POSITION':0,'NORMAL':0,'COLOR_0':0,'JOINTS_0':0}"
@@ -1245,7 +1249,6 @@ static void test_documents(void)
         {"'scene':'main'", "scene: expected a whole number of 0 or more, got \"main\""},
         {"'nodes':[{'name':7}]", "nodes 0: name: expected text, got 7"},
         {"'meshes':[{'name':['a'],'primitives':[]}]", "meshes 0: name: expected text, got [\"a\"]"},
-        {"'materials':[{'name':null}]", "materials 0: name: expected text, got null"},
         {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'point','name':1}]}}",
          "lights 0: name: expected text, got 1"},
         {"'extensions':{'KHR_lights_punctual':{'lights':[{'type':'spot',"

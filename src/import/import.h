@@ -134,6 +134,14 @@ void scene_faces_clear(struct scene_faces *faces);
  * once. */
 void scene_import_content(struct scene_import *import, char **data, size_t *size);
 
+/* Takes off a text what programs of Windows and DOS put around it: a byte order mark before it,
+ * zero bytes and Ctrl-Z behind. `text` stays the caller's. */
+void scene_import_bare(const char **text, size_t *size);
+
+/* Reads a number of a text, as number_read_f64 does; also what the C libraries of Windows write for
+ * one that is not finite, as 1.#QNAN and -nan(ind). */
+const char *scene_import_number(const char *from, const char *end, double *value);
+
 /* Something that the file holds and that is lost: an error without the file's name, or where the
  * user said --lenient a warning of this kind. `line` of the file, from 1; 0: none. */
 struct error *scene_import_broken(struct scene_import *import, const char *kind, size_t line,

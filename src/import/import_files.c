@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What importers call: the files that a scene's file names, and its textures. */
 #include "base/file.h"
+#include "base/number.h"
 #include "import/import.h"
 
 #include <dirent.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,6 +20,36 @@ void scene_import_content(struct scene_import *import, char **data, size_t *size
     *data = import->content;
     *size = import->content_size;
     import->content = NULL;
+}
+
+void scene_import_bare(const char **text, size_t *size)
+{
+    if (*size >= 3 && !memcmp(*text, "\xef\xbb\xbf", 3)) {
+        *text += 3;
+        *size -= 3;
+    }
+    while (*size > 0 && (!(*text)[*size - 1] || (*text)[*size - 1] == 0x1a))
+        --*size;
+}
+
+const char *scene_import_number(const char *from, const char *end, double *value)
+{
+    static const struct {
+        const char *word;
+        double value;
+    } words[] = {{"nan(ind)", NAN}, {"nan(snan)", NAN}, {"1.#IND", NAN},
+                 {"1.#QNAN", NAN},  {"1.#SNAN", NAN},   {"1.#INF", INFINITY}};
+    const char *word = from + (from < end && *from == '-');
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        const size_t length = strlen(words[i].word);
+        if ((size_t)(end - word) < length || strncasecmp(word, words[i].word, length))
+            continue;
+        *value = word > from ? -words[i].value : words[i].value;
+        for (word += length; word < end && *word == '0';) /* 1.#INF00 */
+            word++;
+        return word;
+    }
+    return number_read_f64(from, end, value);
 }
 
 struct error *scene_import_broken(struct scene_import *import, const char *kind, size_t line,

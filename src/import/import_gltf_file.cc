@@ -551,7 +551,8 @@ struct checked {
     std::vector<string> path; /* of what is looked at */
 };
 
-/* Takes a member out that is of another type than it should be; an error but for --lenient. */
+/* Takes a member out that is of another type than it should be; an error but for --lenient. Null
+ * is what some write for what is not there. */
 void check_member(checked &c, json &object, const string &name, enum type type)
 {
     const json *const value = member(object, name.c_str());
@@ -567,9 +568,15 @@ void check_member(checked &c, json &object, const string &name, enum type type)
     }
     where += where.empty() ? "" : ": ";
     found = found && place.enter(name);
-    gltf_check(scene_import_broken(c.import, "glTF of the wrong type", found ? place.line() : 0,
-                                   "%.200s%.60s: expected %s, got %.60s", where.c_str(),
-                                   name.c_str(), type_names[type], value->dump().c_str()));
+    if (value->is_null())
+        warnings_add(c.import->warnings, "glTF null",
+                     "%s:%zu: %.200s%.60s: expected %s, got null: taken as not there",
+                     c.import->path, found ? place.line() : 1, where.c_str(), name.c_str(),
+                     type_names[type]);
+    else
+        gltf_check(scene_import_broken(c.import, "glTF of the wrong type", found ? place.line() : 0,
+                                       "%.200s%.60s: expected %s, got %.60s", where.c_str(),
+                                       name.c_str(), type_names[type], value->dump().c_str()));
     object.erase(name);
 }
 

@@ -100,6 +100,21 @@ bool is_number(string_view s)
     return digits && i == s.size();
 }
 
+/* Whether one of the first words of a line, at most `most`, is nan, inf or one of their kind. */
+bool has_not_finite(string_view line, size_t most)
+{
+    for (; most > 0; most--) {
+        const string_view word = take_word(line);
+        double value = 0;
+        if (!word.empty() && !is_number(word) &&
+            scene_import_number(word.data(), word.data() + word.size(), &value) ==
+                word.data() + word.size() &&
+            !std::isfinite(value))
+            return true;
+    }
+    return false;
+}
+
 size_t count_words(string_view line)
 {
     size_t count = 0;
@@ -132,16 +147,17 @@ struct error *check_encoding(const char *text, size_t size)
                : nullptr;
 }
 
-/* A text line by line. Lines end with \n, \r or both; a backslash at the end joins the next line,
- * which tinyobjloader takes for a new statement. A byte order mark, which hides the first statement
+/* A text line by line. Lines end with \n, \r or both; a backslash at the end, with blanks behind it
+ * or without, joins the next line, which tinyobjloader takes for a new statement; but not that of
+ * a comment, which may be the name of a folder. A byte order mark, which hides the first statement
  * from it, is skipped. */
 class lines
 {
   public:
-    lines(const char *text, size_t size) : rest(text, size)
+    lines(const char *text, size_t size)
     {
-        if (rest.substr(0, 3) == "\xef\xbb\xbf")
-            rest.remove_prefix(3);
+        scene_import_bare(&text, &size);
+        rest = string_view(text, size);
     }
 
     bool next(string_view &line)
@@ -150,11 +166,11 @@ class lines
             return false;
         first = taken + 1;
         line = take();
-        if (line.empty() || line.back() != '\\')
+        if (!goes_on(line) || trimmed(line)[0] == '#')
             return true;
         joined.clear();
-        for (; !line.empty() && line.back() == '\\'; line = rest.empty() ? string_view() : take())
-            joined.append(line.substr(0, line.size() - 1)).push_back(' ');
+        for (; goes_on(line); line = rest.empty() ? string_view() : take())
+            joined.append(line.substr(0, line.rfind('\\'))).push_back(' ');
         line = joined.append(line);
         return true;
     }
@@ -166,6 +182,12 @@ class lines
     bool is_cut() const { return rest.empty() && !ended; }
 
   private:
+    static bool goes_on(string_view line)
+    {
+        line = trimmed(line);
+        return !line.empty() && line.back() == '\\';
+    }
+
     string_view take()
     {
         taken++;
@@ -721,6 +743,8 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
                         import, "colour not understood", reader.number(),
                         "expected a vertex of 3 numbers, 4, or 6 with a colour, got '%.*s'",
                         (int)std::min<size_t>(whole.size(), 60), whole.data());
+            } else if (has_not_finite(rest, 3)) { /* lost where a face has it, which is told then */
+                out += "v 9e999 0 0\n";
             } else {
                 out += "v 9e999 0 0\n";
                 err = scene_import_broken(
@@ -730,8 +754,13 @@ struct error *obj_clean(const char *text, size_t size, geometry &g, materials &a
             }
         } else if (word == "vt") {
             string_view rest = whole.substr(2);
-            out.append(whole).push_back('\n');
-            if (take_numbers(rest, 1).empty())
+            const bool finite = !has_not_finite(rest, 2);
+            out.append(finite ? whole : "vt 0 0").push_back('\n');
+            if (!finite)
+                warnings_add(import->warnings, "texture coordinate not finite",
+                             "%s:%zu: a texture coordinate is '%.*s': 0 0 is used", import->path,
+                             reader.number(), (int)std::min<size_t>(rest.size(), 60), rest.data());
+            else if (take_numbers(rest, 1).empty())
                 err = scene_import_broken(import, "texture coordinate not understood",
                                           reader.number(),
                                           "expected a texture coordinate, got '%.*s'",
@@ -946,6 +975,7 @@ struct error *read(struct scene_import *import)
     polygons.corner = g.corner.data();
     polygons.uv = uv.empty() ? nullptr : uv.data();
     polygons.material = g.material.data();
+    polygons.edges = true; /* of old Blenders */
     g.colour.unstated = 1;
     polygons.colour = &g.colour;
     if (g.line.size() == g.size.size()) {

@@ -89,11 +89,11 @@ static struct error *take_header(struct off *off, uint32_t *vertices, uint32_t *
     uint32_t edges;
     skip_blanks(off);
     const char *word = off->at;
-    while (off->at < off->end && isalnum((unsigned char)*off->at))
-        off->at++;
-    size_t length = (size_t)(off->at - word);
-    if (length < 3 || memcmp(off->at - 3, "OFF", 3))
+    off->at += strspn(word, "STCN4n");
+    if (off->end - off->at < 3 || memcmp(off->at, "OFF", 3))
         return error_new("expected OFF");
+    off->at += 3; /* the counts may follow without a blank, as in ModelNet */
+    const size_t length = (size_t)(off->at - word);
     if (strcspn(word, "4n") < length)
         return error_new("%.*s: only three dimensions are understood", (int)length, word);
     off->coloured = strcspn(word, "C") < length;
@@ -187,7 +187,9 @@ struct error *scene_read_off(struct scene_import *import)
     uint32_t vertex_count = 0, face_count = 0;
     struct scene_faces faces = {.edges = true};
     scene_import_content(import, &data, &size);
-    struct off off = {.at = data, .end = data + size};
+    const char *text = data;
+    scene_import_bare(&text, &size);
+    struct off off = {.at = text, .end = text + size};
     struct error *err = take_header(&off, &vertex_count, &face_count);
     for (uint32_t v = 0; v < vertex_count && !err; v++)
         err = error_wrap(take_vertex(&off, import, &faces), "vertex %u of %u", v + 1, vertex_count);
@@ -199,7 +201,7 @@ struct error *scene_read_off(struct scene_import *import)
     if (!err)
         err = scene_import_faces(import, &faces);
     if (!err)
-        scene_import_warn_end(import, import->path, data, size);
+        scene_import_warn_end(import, import->path, text, size);
     scene_faces_clear(&faces);
     free(data);
     return err;

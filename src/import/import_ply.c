@@ -47,6 +47,7 @@ struct element {
 
 struct ply {
     const unsigned char *at, *end; /* what is left to read */
+    char newline;                  /* what ends the header's lines */
     bool text, big_endian;
     struct element elements[ELEMENTS_MOST];
     size_t element_count;
@@ -54,11 +55,12 @@ struct ply {
 
 /* -- the header ------------------------------------------------------------------------------- */
 
-/* Takes the next line of the header, without its end; false when there is none. */
+/* Takes the next line of the header, without its end and blanks before it, and with blanks for
+ * tabs; false when there is none. Lines end with \n or, where the first one does, with \r alone. */
 static bool take_line(struct ply *ply, char *line, size_t size)
 {
     const size_t left = (size_t)(ply->end - ply->at);
-    const unsigned char *newline = memchr(ply->at, '\n', left);
+    const unsigned char *newline = memchr(ply->at, ply->newline, left);
     if (!newline)
         return false;
     size_t length = (size_t)(newline - ply->at);
@@ -66,6 +68,10 @@ static bool take_line(struct ply *ply, char *line, size_t size)
     memcpy(line, ply->at, kept);
     line[kept] = 0;
     line[strcspn(line, "\r")] = 0;
+    for (length = strlen(line); length > 0 && isspace((unsigned char)line[length - 1]);)
+        line[--length] = 0;
+    for (char *tab = line; (tab = strchr(tab, '\t'));)
+        *tab = ' ';
     ply->at = newline + 1;
     return true;
 }
@@ -182,7 +188,7 @@ static bool take_value(struct ply *ply, enum type type, double *value)
     if (ply->text) {
         while (ply->at < ply->end && isspace(*ply->at))
             ply->at++;
-        const char *end = number_read_f64((const char *)ply->at, (const char *)ply->end, value);
+        const char *end = scene_import_number((const char *)ply->at, (const char *)ply->end, value);
         if (!end || (end != (const char *)ply->end && !isspace((unsigned char)*end)))
             return false;
         ply->at = (const unsigned char *)end;
@@ -387,9 +393,17 @@ struct error *scene_read_ply(struct scene_import *import)
     struct ply ply = {0};
     struct scene_faces faces = {0};
     scene_import_content(import, &data, &size);
-    ply.at = (const unsigned char *)data;
-    ply.end = ply.at + size;
+    const char *text = data;
+    size_t text_size = size;
+    scene_import_bare(&text, &text_size);
+    ply.at = (const unsigned char *)text;
+    ply.end = (const unsigned char *)data + size;
+    ply.newline = text[strcspn(text, "\r\n")] == '\r' && text[strcspn(text, "\r\n") + 1] != '\n'
+                      ? '\r'
+                      : '\n';
     struct error *err = parse_header(&ply, import);
+    if (ply.text)
+        ply.end = (const unsigned char *)text + text_size;
     set_roles(&ply);
     if (!err)
         err = check_vertices(&ply);
@@ -400,7 +414,7 @@ struct error *scene_read_ply(struct scene_import *import)
     if (!err)
         err = scene_import_faces(import, &faces);
     if (!err && ply.text)
-        scene_import_warn_end(import, import->path, data, size);
+        scene_import_warn_end(import, import->path, text, text_size);
     scene_faces_clear(&faces);
     for (size_t e = 0; e < ply.element_count; e++)
         free(ply.elements[e].properties);

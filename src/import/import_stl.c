@@ -167,14 +167,15 @@ static struct error *read_binary(const char *data, size_t size, struct scene_imp
     return err;
 }
 
-/* Text begins with "solid", but so do headers of some binary files. */
+/* Text begins with "solid", but so do headers of some binary files; in these there is some zero
+ * byte, the highest of the count if no other. */
 static bool is_text(const char *data, size_t size)
 {
     uint32_t count = 0;
     if (size >= HEADER)
         memcpy(&count, data + HEADER - sizeof count, sizeof count);
     return !strncasecmp(data + strspn(data, " \t\r\n"), "solid", 5) &&
-           (size < HEADER || size != HEADER + FACET * (size_t)count);
+           (size < HEADER || (size != HEADER + FACET * (size_t)count && !memchr(data, 0, HEADER)));
 }
 
 struct error *scene_read_stl(struct scene_import *import)
@@ -183,7 +184,11 @@ struct error *scene_read_stl(struct scene_import *import)
     size_t size = 0;
     struct scene_faces faces = {0};
     scene_import_content(import, &data, &size);
-    struct error *err = (is_text(data, size) ? read_text : read_binary)(data, size, import, &faces);
+    const char *text = data;
+    size_t text_size = size;
+    scene_import_bare(&text, &text_size);
+    struct error *err = is_text(text, text_size) ? read_text(text, text_size, import, &faces)
+                                                 : read_binary(data, size, import, &faces);
     if (!err)
         err = scene_import_faces(import, &faces);
     scene_faces_clear(&faces);
