@@ -405,4 +405,18 @@ probe-query -q --interpolate tricubic lit.probe beside >light
 check "a tricubic blend goes no farther below 0 than its nodes" every '$1 > -0.01' light
 awk '$1 > 5' light >bright
 check "and is there all the same" test -s bright
+# the same in an octree: a box of cells of 1, of which the one that begins at 2 2 2 is cut
+awk 'BEGIN {
+    print "#?probe 1\nsh-order 1\nsh-content radiance\ntable probe position:f64:3 sh:f32:3"
+    for (i = 0; i < 216; i++)
+        print i % 6, int(i / 6) % 6, int(i / 36), (i == 86 ? "10 10 10" : "0 0 0")
+    for (i = 0; i < 27; i++)
+        if (i % 3 == 1 || int(i / 3) % 3 == 1 || int(i / 9) == 1)
+            print 2 + i % 3 / 2, 2 + int(i / 3) % 3 / 2, 2 + int(i / 9) / 2, "0 0 0"
+    print "end"
+}' >lit.probe
+probe-query -q --interpolate tricubic lit.probe beside >light
+check "nor does one of an octree" every '$1 > -0.01' light
+awk '$1 > 5' light >bright
+check "and that is there as well" test -s bright
 tap_done

@@ -18,7 +18,8 @@
 struct own {
     struct nodes nodes;
     struct octree octree;
-    float *data;        /* of the octree's nodes; owned */
+    float *data;        /* of the octree's nodes, linear; owned, and so is */
+    float *cubic;       /* the same, cubic; NULL: it is not asked for */
     struct bound bound; /* cubic, of light */
 };
 
@@ -48,7 +49,11 @@ static struct error *open_nodes(struct interpolate *in, size_t probes, bool cubi
     error_destroy(no_grid);
     for (size_t i = 0; i < probes && !err; i++)
         err = interpolate_has(in, i) ? NULL : interpolate_unknown(in, (int32_t)i);
-    return err ? err : octree_fill(&own->octree, cubic, in->width, in->value, &own->data);
+    if (!err)
+        err = octree_fill(&own->octree, false, in->width, in->value, &own->data);
+    if (!err && cubic)
+        err = octree_fill(&own->octree, true, in->width, in->value, &own->cubic);
+    return err;
 }
 
 static struct error *open_linear(struct interpolate *in, size_t probes)
@@ -70,6 +75,7 @@ static void close_nodes(void *context)
     nodes_clear(&own->nodes);
     octree_clear(&own->octree);
     free(own->data);
+    free(own->cubic);
     free(own);
 }
 
@@ -120,43 +126,50 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
     return NULL;
 }
 
-static struct error *linear_at(const struct interpolate *in, const double point[3],
-                               const struct probe_place *place, float *out)
+static struct error *linear(const struct interpolate *in, const double point[3], float *out)
 {
     const struct own *own = in->own;
-    (void)place;
     if (!own->data)
         return blend_nodes(in, point, nodes_linear, out);
     octree_at(&own->octree, false, in->width, own->data, point, out);
     return NULL;
 }
 
-/* A cubic swings below what it goes through: where it takes more light from the linear blend, on
- * any side, than that has, it counts in part (bound.h). */
-static struct error *bounded_cubic(const struct interpolate *in, const double point[3], float *out)
+static struct error *cubic(const struct interpolate *in, const double point[3], float *out)
 {
-    const struct bound *bound = &((const struct own *)in->own)->bound;
-    float more[3 * SH_COUNT_MAX], share[3];
-    struct error *err = blend_nodes(in, point, nodes_linear, out);
-    if (!err)
-        err = blend_nodes(in, point, nodes_cubic, more);
-    for (size_t k = 0; k < in->width && !err; k++)
-        more[k] -= out[k];
-    if (!err)
-        bound_shares(bound, out, more, share);
-    for (size_t k = 0; k < in->width && !err; k++)
-        out[k] += share[k % 3] * more[k];
-    return err;
+    const struct own *own = in->own;
+    if (!own->data)
+        return blend_nodes(in, point, nodes_cubic, out);
+    octree_at(&own->octree, true, in->width, own->cubic, point, out);
+    return NULL;
 }
 
+static struct error *linear_at(const struct interpolate *in, const double point[3],
+                               const struct probe_place *place, float *out)
+{
+    (void)place;
+    return linear(in, point, out);
+}
+
+/* A cubic swings below what it goes through: where it takes more light from the linear blend, on
+ * any side, than that has, it counts in part (bound.h). */
 static struct error *cubic_at(const struct interpolate *in, const double point[3],
                               const struct probe_place *place, float *out)
 {
-    const struct own *own = in->own;
     (void)place;
-    if (!own->data)
-        return in->order ? bounded_cubic(in, point, out) : blend_nodes(in, point, nodes_cubic, out);
-    octree_at(&own->octree, true, in->width, own->data, point, out);
+    if (!in->order)
+        return cubic(in, point, out);
+    float more[3 * SH_COUNT_MAX], share[3];
+    struct error *err = linear(in, point, out);
+    if (!err)
+        err = cubic(in, point, more);
+    if (err)
+        return err;
+    for (size_t k = 0; k < in->width; k++)
+        more[k] -= out[k];
+    bound_shares(&((const struct own *)in->own)->bound, out, more, share);
+    for (size_t k = 0; k < in->width; k++)
+        out[k] += share[k % 3] * more[k];
     return NULL;
 }
 
