@@ -465,7 +465,8 @@ static struct error *begin(struct mend *m, struct report *report)
     if (err)
         return err;
     m->measures = m->job->points > 0 && mesh.corners > 1;
-    const char *when = m->job->rounds || m->job->probes ? "before: " : ""; /* if there is an after */
+    const char *when = m->job->rounds || m->job->probes ? "before: "
+                                                        : ""; /* if there is an after */
     say(m, when);
     if (m->job->sight)
         err = store_sight(m->stream, m->job, true);
