@@ -35,6 +35,9 @@ printf '1 2 3\n4 5 6 # so\n' | probe-place points - 2>err >cut.probe
 check "one with an end is whole" empty err
 printf '4 5 6' | probe-place points - 2>err >cut.probe
 check "and one line alone needs none" empty err
+printf '\357\273\2771 2 3\r\n\t4\t5\t6 # so\r\n' | probe-place points - --text 2>err >cut.probe
+check "points as Windows writes them: byte order mark, tabs, CR" holds cut.probe 2 \
+    and says rows '^1 2 3$' '^4 5 6$' and empty err
 check "points come as they are" says points.probe '^-4 50 0.5$'
 probe-place points - --text <points.txt >points.probe
 check "from standard input as well" says points.probe '^1 2 3$'

@@ -240,6 +240,9 @@ struct error *points_take(struct points *p, size_t most, struct points_block *bl
         err = keep_rest(p, block, whole);
     if (err)
         return err;
+    if (p->format == POINTS_TEXT && p->next == 1 && block->bytes >= 3 &&
+        !memcmp(block->data, "\xef\xbb\xbf", 3)) /* a byte order mark */
+        memset(block->data, ' ', 3);
     if (p->format == POINTS_TEXT && !p->width)
         find_width(p, block->data, block->data + block->bytes);
     p->cut = p->format == POINTS_TEXT && p->in.ended &&
