@@ -643,6 +643,13 @@ static void test_oddities(void)
     expect("binary STL that begins with solid, with bytes behind it", "pad.stl", file.data, 84 + 52,
            1, 2);
     lenient = true;
+    snprintf(ply, sizeof ply, "ply\nformat ascii 1.0\n%send_header\n%s4 0 1 2", BARE_PLY, body);
+    *strstr(strstr(ply, "face 1"), "1") = '2';
+    expect_text("the whole faces of a PLY that is cut off, with --lenient", "cut.ply", ply, 1, 2);
+    expect_text("those of a text of STL", "cut.stl",
+                "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 9 0 0\n", 1, 2 * far_away);
+    file = make_stl("made by hand", 4000000000u, 3);
+    expect("and those of a binary one", "cut.stl", file.data, file.size, 3, 6);
 }
 
 int main(void)

@@ -338,18 +338,33 @@ static struct error *read_row(struct ply *ply, const struct element *element,
     return err;
 }
 
+/* Takes back the faces behind the first `count`. */
+static void forget_faces(struct scene_faces *faces, size_t count)
+{
+    while (faces->count > count)
+        faces->corner_count -= faces->size[--faces->count];
+}
+
 static struct error *read_element(struct ply *ply, const struct element *element,
-                                  struct scene_faces *faces)
+                                  struct scene_import *import, struct scene_faces *faces)
 {
     struct error *err = NULL;
     bool ended = false;
-    for (uint64_t row = 0; row < element->count && element->property_count > 0 && !err; row++) {
+    for (uint64_t row = 0; row < element->count && element->property_count > 0 && !ended && !err;
+         row++) {
+        const size_t face_count = faces->count;
         err = read_row(ply, element, faces, &ended);
-        if (!err && ended)
-            err = error_new("%s %llu of %llu: %s", element->name, (unsigned long long)row + 1,
-                            (unsigned long long)element->count,
-                            ply->text && ply->at < ply->end ? "expected a number"
-                                                            : "the file ends here");
+        if (err || !ended)
+            continue;
+        forget_faces(faces, face_count);
+        if (ply->text && ply->at < ply->end)
+            err = error_new("%s %llu of %llu: expected a number", element->name,
+                            (unsigned long long)row + 1, (unsigned long long)element->count);
+        else
+            err = scene_import_broken(
+                import, "file cut off", 0, "%s %llu of %llu: the file ends here", element->name,
+                (unsigned long long)row + 1, (unsigned long long)element->count);
+        ply->at = ply->end;
     }
     return err;
 }
@@ -408,7 +423,7 @@ struct error *scene_read_ply(struct scene_import *import)
     if (!err)
         err = check_vertices(&ply);
     for (size_t e = 0; e < ply.element_count && !err; e++)
-        err = read_element(&ply, &ply.elements[e], &faces);
+        err = read_element(&ply, &ply.elements[e], import, &faces);
     if (!err)
         err = check_end(&ply, import);
     if (!err)

@@ -79,7 +79,8 @@ static struct error *read_text(const char *data, size_t size, struct scene_impor
         }
     }
     if (!err && !ended)
-        err = error_new("the file ends in facet %zu, without endsolid", faces->count);
+        err = scene_import_broken(import, "file cut off", 0,
+                                  "the file ends in facet %zu, without endsolid", faces->count);
     return err;
 }
 
@@ -142,11 +143,14 @@ static struct error *read_binary(const char *data, size_t size, struct scene_imp
     if (size < HEADER)
         return error_new("expected STL, got %zu bytes", size);
     memcpy(&count, data + HEADER - sizeof count, sizeof count);
-    if ((size - HEADER) / FACET < count)
-        return error_new("the header promises %u facets, there is room for %zu", (unsigned)count,
-                         (size - HEADER) / FACET);
-    const size_t behind = (size - HEADER) / FACET - count;
+    const size_t room = (size - HEADER) / FACET, behind = room > count ? room - count : 0;
     struct error *err = NULL;
+    if (room < count) {
+        err = scene_import_broken(import, "file cut off", 0,
+                                  "the header promises %u facets, there is room for %zu",
+                                  (unsigned)count, room);
+        count = (uint32_t)room;
+    }
     if (behind > 0)
         err = scene_import_broken(import, "behind the last facet", 0,
                                   "the header promises %u facets, and %zu more follow",
