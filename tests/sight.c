@@ -698,9 +698,25 @@ static void test_any_sight(const struct halls *h)
     probe_volume_destroy(v);
 }
 
+/* What sight is read from: every finite half, subnormal ones and signs as well. */
+static void test_halves(void)
+{
+    size_t wrong = 0;
+    for (uint32_t half = 0; half < 0x10000; half++) {
+        const int exponent = (int)(half >> 10 & 31), fraction = (int)(half & 1023);
+        const float size = ldexpf((float)(exponent ? 1024 + fraction : fraction),
+                                  exponent ? exponent - 25 : -24),
+                    got = half_value((uint16_t)half);
+        if (half_finite((uint16_t)half))
+            wrong += fabsf(got) != size || !signbit(got) != !(half & 0x8000);
+    }
+    ok(wrong == 0, "every finite half is the number that it stands for");
+}
+
 int main(void)
 {
     static struct halls halls;
+    test_halves();
     test_fit_of_planes();
     test_flat_walls();
     test_touching();

@@ -30,9 +30,10 @@ static inline double sight_left(double depth)
     const double fade = 0.1, least = 0x1p-30, far = 0.001;
     if (depth >= fade)
         return 1;
-    const double behind = depth < 0 ? far / (far - depth) : 1,
-                 floor = least * (behind * behind) * (behind * behind);
-    return depth / fade > floor ? depth / fade : floor;
+    if (depth >= 0)
+        return depth / fade > least ? depth / fade : least;
+    const double behind = far / (far - depth);
+    return least * (behind * behind) * (behind * behind);
 }
 
 /* Weights of a cell's corners, not yet divided by their sum, which it returns. sight: the cell's
@@ -41,11 +42,15 @@ static inline double sight_weights(int corners, const uint16_t *sight, const dou
                                    double weight[4])
 {
     double sum = 0;
+    float value[12];
+    for (int i = 0; i < sight_width(corners); i++)
+        value[i] = half_value(sight[i]);
+    const float *next = value;
     for (int i = 0; i < corners; i++) {
         double depth = 1;
         for (int j = 0; j < corners; j++)
             if (j != i)
-                depth -= (double)half_value(*sight++) * u[j];
+                depth -= (double)*next++ * u[j];
         weight[i] = u[i] * sight_left(depth);
         sum += weight[i];
     }

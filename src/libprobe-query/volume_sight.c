@@ -20,7 +20,9 @@ void volume_see(const struct probe_volume *v, struct probe_place *place)
     const uint16_t *sight = v->sight + width * cell;
     if (sees_all(sight, width))
         return;
-    double weight[4] = {0}, sum = sight_weights(n, sight, place->weight, weight);
+    double weight[4] = {0};
+    double sum = n == 4 ? sight_weights(4, sight, place->weight, weight) /* unrolled */
+                        : sight_weights(n, sight, place->weight, weight);
     const int32_t stand_in = sum < SIGHT_ENOUGH ? volume_index(v->stand_in, v->stand_in_bytes, cell)
                                                 : -1;
     if (stand_in >= 0) { /* in the place of the corner that has least */
