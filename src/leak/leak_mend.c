@@ -152,9 +152,14 @@ struct asked {
     size_t count, capacity;
 };
 
+/* Of less unseen weight than this, of which light by sight always leaves a little, nobody asks. */
+static const double NOTHING = 1e-4;
+
 static struct error *ask(void *context, const struct unseen_point *p)
 {
     struct asked *asked = context;
+    if (p->weight < NOTHING)
+        return NULL;
     struct error *err =
         array_reserve(&asked->point, &asked->capacity, asked->count + 1, sizeof *asked->point);
     if (err)

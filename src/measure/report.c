@@ -165,7 +165,7 @@ static void print_part(const struct report *report, const char *of, FILE *out)
     fprintf(out, "\n");
 }
 
-/* A share in percent, and its interval where it has one, in 26 columns. */
+/* A share in percent, and its interval where it has one, in 28 columns or more. */
 static void print_column(const struct report *report, const char *measure, const char *of,
                          FILE *out)
 {
@@ -174,7 +174,7 @@ static void print_column(const struct report *report, const char *measure, const
     snprintf(text, sizeof text, "%8.3g %%", 100 * e.value);
     if (*interval_text(e, 100, interval))
         snprintf(text + strlen(text), sizeof text - strlen(text), " (%s)", interval);
-    fprintf(out, "%-28s", isnan(e.value) ? "       -" : text);
+    fprintf(out, "%-27s ", isnan(e.value) ? "       -" : text);
 }
 
 static void print_worst(const struct report *report, const char *of, const char *before, FILE *out)
