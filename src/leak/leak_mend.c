@@ -39,6 +39,7 @@ struct error *leak_mesh_of(const struct stream *stream, struct leak_mesh *mesh)
 /* Seeds of points: those that measure in the end, those that rounds are judged by, and those that
  * the first round chooses by; each further round has others. */
 enum { FOR_CERTIFICATE, FOR_JUDGING, FOR_CHOOSING };
+enum { JUDGES = 8 }; /* times as many points judge a round, which may win little */
 
 struct mend {
     struct stream *stream;
@@ -176,7 +177,8 @@ static struct error *measure(struct mend *m, uint64_t seed, struct unseen_cells 
 {
     struct baked baked;
     const struct unseen_settings settings = {.least = 2,
-                                             .points = m->job->points,
+                                             .points = (seed == FOR_JUDGING ? JUDGES : 1) *
+                                                       m->job->points,
                                              .seed = seed,
                                              .threads = m->settings.threads,
                                              .judge = &m->judge,
