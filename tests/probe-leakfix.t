@@ -321,4 +321,6 @@ captured one >one.probe
 probe-leakfix --rounds 4 "$rooms" one.probe 2>said >mended.probe
 check "one probe: there is nothing to look along" \
     says said '0 of 0 edges leak' and same_stream one.probe mended.probe
+refused 1 "max-leak is of what leaks in cells: the cell is a point" \
+    probe-leakfix --max-leak 1 "$rooms" one.probe
 tap_done

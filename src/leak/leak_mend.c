@@ -472,8 +472,10 @@ static struct error *begin(struct mend *m, struct report *report)
     if (err)
         return err;
     m->measures = m->job->points > 0 && mesh.corners > 1;
-    const char *when = m->job->rounds || m->job->probes ? "before: "
-                                                        : ""; /* if there is an after */
+    if (m->job->leak_most >= 0 && !m->measures)
+        return error_new("--max-leak is of what leaks in cells: the cell is a point");
+    const bool adds = m->job->rounds || m->job->probes;
+    const char *when = adds ? "before: " : ""; /* there is no after */
     say(m, when);
     if (m->job->sight)
         err = store_sight(m->stream, m->job, true);

@@ -36,7 +36,9 @@ struct leak_mend_job {
     int64_t probes;                /* where most leaks, at most */
     double probes_most;            /* never more probes than that in all: a warning */
     double points;                 /* that measure; 0: nothing is measured */
-    double leak_most;              /* where no more leaks (unseen_gate), no probe is added */
+    /* where no more leaks (unseen_gate), no probe is added; -1: as many as are asked for. Needs
+     * cells of two corners or more */
+    double leak_most;
     /* gives the probes from row `first` on light, where the others have some */
     struct error *(*capture)(void *context, struct stream *stream, size_t first);
     void *context;
