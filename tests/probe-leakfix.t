@@ -181,7 +181,8 @@ share=$(figure said 'see no probe' 1)
 check "points of a gap see no probe: $share %, by its volume 20 %" \
     holds_number "$share" 19 21
 for budget in 1 8 100; do
-    probe-leakfix --points 2000 --probes $budget sheets.obj gap.probe >more$budget.probe 2>said$budget
+    probe-leakfix --points 2000 --probes $budget sheets.obj gap.probe >more$budget.probe \
+        2>said$budget
     more=$(($(row_count probe more$budget.probe) - 32))
     check "--probes $budget puts $more in, and less leaks" \
         [ $more -ge 1 ] and [ $more -le $budget ] and holds_number \
@@ -195,7 +196,8 @@ echo '0.1 1.5 1.5' | probe-query -q more8.probe - | cut -d ' ' -f 1 >beside
 paste -d ' ' in_gap beside >gap_and_beside
 check "and it is dark there, and not beside it" every '$1 < 0.05 * $2 && $2 > 1' gap_and_beside
 for threads in 1 4; do
-    probe-leakfix -q --points 2000 --probes 8 --threads $threads sheets.obj gap.probe >threads$threads.probe
+    probe-leakfix -q --points 2000 --probes 8 --threads $threads sheets.obj gap.probe \
+        >threads$threads.probe
 done
 check "1 and 4 threads put the same in" cmp threads1.probe threads4.probe \
     and same_stream threads1.probe more8.probe
