@@ -387,6 +387,21 @@ check "a lake says nothing, its bed and its hills do" told lake.obj \
 # without they stand for matter.
 { ground 0; box -3 0 -3 3.01 3 3 | awk '!/^f/ || ++n > 3'; } >paper.obj
 check "in a house of paper is air" told paper.obj 'y < 0' --bounds -8,-1.9,-8,8,5,8
+{
+    ground 0
+    awk 'BEGIN { # quads of x y z: three walls, the roof, and the fourth wall beside a doorway
+        n = split("-4 0 -4 -4 3 -4 4 3 -4 4 0 -4  -4 0 -4 -4 0 4 -4 3 4 -4 3 -4 " \
+            "4 0 -4 4 3 -4 4 3 4 4 0 4  -4 3 -4 -4 3 4 4 3 4 4 3 -4 " \
+            "-4 0 4 -.9 0 4 -.9 3 4 -4 3 4  .9 0 4 4 0 4 4 3 4 .9 3 4", v)
+        for (i = 1; i <= n; i += 3) {
+            print "v", v[i], v[i + 1], v[i + 2]
+            if (i % 12 == 10)
+                print "f -4 -3 -2 -1"
+        }
+    }'
+} >doorway.obj
+check "and in one with a doorway, to its far corners" \
+    told doorway.obj 'y < 0' --bounds -8,-1.9,-8,8,5,8
 { ground 0; box -3 0 -3 3.01 3 3 | awk '!/^f/ || ++n != 3'; } >shut.obj
 check "but not where it is shut" told shut.obj \
     'y < 0 || x > -3 && x < 3.01 && y < 3 && z > -3 && z < 3' --bounds -8,-1.9,-8,8,5,8

@@ -4,12 +4,15 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "base/warning.h"
+#include "math/box.h"
+#include "math/cubes.h"
 #include "math/direction.h"
 #include "place/place.h"
 #include "place/place_pieces.h"
 #include "scene/scene.h"
 #include "trace/trace.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -104,6 +107,103 @@ static struct error *look_all(struct look_job *job)
     const size_t first = (job->count + STEP - 1) / STEP;
     struct error *err = threads_for(threads, first, look_first, job);
     return err ? err : threads_for(threads, first, look_between, job);
+}
+
+/* -- air that goes on ------------------------------------------------------------------------- */
+
+/* How far who asks looks for who is in the air, in the mean distance between positions. */
+#define SPREAD_REACH 2.5
+
+struct spread {
+    const struct look_job *job;
+    double reach;
+    size_t *asking, *fresh; /* positions: behind sheets on a floor, newly in the air; owned */
+    bool *found;            /* of those that ask: they see who is; owned */
+    struct cubes air;       /* of the fresh */
+};
+
+struct spread_view {
+    const struct tracer *tracer;
+    const double *from;
+};
+
+static bool sees_air(void *context, const double *point)
+{
+    const struct spread_view *view = context;
+    return trace_visibility(view->tracer, view->from, point) >= 1;
+}
+
+static struct error *look_for_air(void *context, size_t index, int thread)
+{
+    (void)thread;
+    const struct spread *s = context;
+    const double *p = s->job->place->position + 3 * s->asking[index];
+    struct spread_view view = {s->job->tracer, p};
+    s->found[index] = cubes_find(&s->air, p, s->reach, sees_air, &view, NULL);
+    return NULL;
+}
+
+/* The mean distance between positions, by the box that they are in. */
+static double mean_distance(const struct place *place)
+{
+    struct box box = box_empty();
+    double size = 1;
+    int axes = 0;
+    for (size_t i = 0; i < place->count; i++)
+        box_add(&box, place->position + 3 * i);
+    for (int k = 0; k < 3 && place->count; k++)
+        if (box.high[k] > box.low[k]) {
+            size *= box.high[k] - box.low[k];
+            axes++;
+        }
+    return axes ? pow(size / (double)place->count, 1.0 / axes) : 0;
+}
+
+static struct error *look_from_fresh(struct spread *s, size_t fresh, size_t asking)
+{
+    struct error *err = cubes_init(&s->air, s->reach, fresh);
+    for (size_t i = 0; i < fresh && !err; i++)
+        cubes_add(&s->air, s->job->place->position + 3 * s->fresh[i]);
+    if (!err)
+        err = threads_for(s->job->settings->threads, asking, look_for_air, s);
+    cubes_clear(&s->air);
+    return err;
+}
+
+/* The air is one: who stands on a floor behind sheets and sees, near by, who is in the air, is in it
+ * as well, and so is who sees that one. So the far corners of a house of walls without thickness
+ * are what its doorway is. */
+static struct error *spread_air(const struct look_job *job, enum place_side *side)
+{
+    struct spread s = {.job = job, .reach = SPREAD_REACH * mean_distance(job->place)};
+    size_t fresh = 0, asking = 0;
+    struct error *err = array_create(&s.asking, job->place->count, sizeof *s.asking);
+    if (!err)
+        err = array_create(&s.fresh, job->place->count, sizeof *s.fresh);
+    if (!err)
+        err = array_create(&s.found, job->place->count, sizeof *s.found);
+    for (size_t i = 0; i < job->place->count && !err; i++) {
+        if (side[i] == PLACE_AIR)
+            s.fresh[fresh++] = i;
+        else if (side[i] == PLACE_BEHIND && job->look[i].floor)
+            s.asking[asking++] = i;
+    }
+    while (!err && fresh && asking && s.reach > 0) {
+        err = look_from_fresh(&s, fresh, asking);
+        const size_t asked = asking;
+        fresh = asking = 0;
+        for (size_t i = 0; i < asked && !err; i++) {
+            const size_t position = s.asking[i];
+            if (s.found[i])
+                side[s.fresh[fresh++] = position] = PLACE_AIR;
+            else
+                s.asking[asking++] = position;
+        }
+    }
+    free(s.asking);
+    free(s.fresh);
+    free(s.found);
+    return err;
 }
 
 /* -- surfaces that are seen from both sides ---------------------------------------------------- */
@@ -279,6 +379,8 @@ struct error *place_judge_create(struct place_judge **judge, const struct place 
     }
     for (size_t i = 0; i < place->count && !err && side; i++)
         side[i] = look_side(&job.look[i], settings);
+    if (!err && side)
+        err = spread_air(&job, side);
     free(job.look);
     if (err)
         place_judge_destroy(j);

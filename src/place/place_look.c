@@ -222,21 +222,29 @@ static bool is_free(const struct place_pieces *pieces, const struct place_sight 
     return 4 * backs <= asked;
 }
 
-/* Whether p stands on a floor that leads to the air: fronts are below it, and it sees something of
- * what is free or of nothing above. So it is in houses of walls without thickness and in tents. */
+/* Whether p stands on a floor: what is steeply below are mostly fronts, and level. */
 static bool has_floor(const struct place_pieces *pieces, const struct view *view)
 {
-    enum { FREE_LEAST = 2 };
-    int below = 0, floor = 0, free_ways = 0;
+    int below = 0, floor = 0;
     for (int i = 0; i < view->count; i++) {
         const struct place_sight *s = &view->sight[i];
-        const double rise = vec3_dot(pieces->way[i], pieces->up);
-        free_ways += rise > 0 && s->what == SIGHT_ESCAPED;
-        below += rise < -.85;
-        floor += rise < -.85 && is_front(s->what) && fabs(vec3_dot(s->hit.normal, pieces->up)) > .5;
+        if (vec3_dot(pieces->way[i], pieces->up) >= -.85)
+            continue;
+        below++;
+        floor += is_front(s->what) && fabs(vec3_dot(s->hit.normal, pieces->up)) > .5;
     }
-    if (2 * floor < below)
-        return false;
+    return 2 * floor >= below;
+}
+
+/* Whether it sees something of what is free, or of nothing above. So it is on the floors of houses
+ * of walls without thickness, and of tents. */
+static bool sees_free(const struct place_pieces *pieces, const struct view *view)
+{
+    enum { FREE_LEAST = 2 };
+    int free_ways = 0;
+    for (int i = 0; i < view->count; i++)
+        free_ways += vec3_dot(pieces->way[i], pieces->up) > 0 &&
+                     view->sight[i].what == SIGHT_ESCAPED;
     for (int i = 0; i < view->count && free_ways < FREE_LEAST; i++)
         free_ways += is_front(view->sight[i].what) &&
                      is_free(pieces, &view->sight[i], pieces->way[i]);
@@ -321,7 +329,8 @@ struct look look_at(const struct place_pieces *pieces, const struct tracer *trac
     }
     if (look_side(&look, settings) > PLACE_SOLID && is_lit(tracer, p))
         look.count[SIGHT_LAMP]++;
-    if (look_side(&look, settings) == PLACE_BEHIND && has_floor(pieces, &view)) {
+    look.floor = look_side(&look, settings) == PLACE_BEHIND && has_floor(pieces, &view);
+    if (look.floor && sees_free(pieces, &view)) {
         look.asked = true;
         look.side = PLACE_AIR;
     }

@@ -25,6 +25,7 @@ struct look {
     int count[SIGHTS];
     bool asked;
     enum place_side side;
+    bool floor; /* it has backs around, and a floor below */
 };
 
 /* Looks from p. A quarter of the rays comes first: where they all say the same, the others are
