@@ -170,9 +170,9 @@ static struct error *look_from_fresh(struct spread *s, size_t fresh, size_t aski
     return err;
 }
 
-/* The air is one: who stands on a floor behind sheets and sees, near by, who is in the air, is in it
- * as well, and so is who sees that one. So the far corners of a house of walls without thickness
- * are what its doorway is. */
+/* The air is one: who stands on a floor behind sheets and sees, near by, who is in the air, is in
+ * it as well, and so is who sees that one. So the far corners of a house of walls without
+ * thickness are what its doorway is. */
 static struct error *spread_air(const struct look_job *job, enum place_side *side)
 {
     struct spread s = {.job = job, .reach = SPREAD_REACH * mean_distance(job->place)};
