@@ -66,17 +66,21 @@ check "is the same with one thread" probes lamp.obj --probes 37 --rays 64 --thre
     and same_stream placed.probe of-37
 check "and another with another seed" probes lamp.obj --probes 37 --rays 64 --seed 1 \
     and not same_stream placed.probe of-37
-{
-    grep -v '^f\|^usemtl' lamp.obj
-    echo usemtl lamp
-    echo f 9 11 10
-    echo usemtl wall
-    grep '^f' lamp.obj | head -n 12 | tac | awk '{ print "f", $3 + 9, $4 + 9, $2 + 9 }'
-} >turned.obj
-check "whatever the order of triangles" probes turned.obj --probes 37 --rays 64
-probe-cat --text of-37 | numbers >a
-probe-cat --text placed.probe | numbers >b
-check "it is the same to rounding" near 1e-6 a b
+if sanitized; then
+    skip "orders of triangles are seen in the plain build"
+else
+    {
+        grep -v '^f\|^usemtl' lamp.obj
+        echo usemtl lamp
+        echo f 9 11 10
+        echo usemtl wall
+        grep '^f' lamp.obj | head -n 12 | tac | awk '{ print "f", $3 + 9, $4 + 9, $2 + 9 }'
+    } >turned.obj
+    check "whatever the order of triangles" probes turned.obj --probes 37 --rays 64
+    probe-cat --text of-37 | numbers >a
+    probe-cat --text placed.probe | numbers >b
+    check "it is the same to rounding" near 1e-6 a b
+fi
 check "--bytes" probes lamp.obj --bytes 20000 --rays 64 and says said 'as --bytes allows'
 probe-capture -q --rays 16 lamp.obj placed.probe | probe-tet -q | probe-leakfix -q lamp.obj |
     probe-query --pack float - >packed
