@@ -170,9 +170,9 @@ int main(int argc, char **argv)
          .help = "points in free space that measure what leaks; 0: nothing is measured"},
         {.name = "max-leak",
          .argument = "SHARE",
-         .kind = OPTION_REAL,
+         .kind = OPTION_CALL,
+         .parse = options_share,
          .value = &leak_most,
-         .most = 1,
          .given = &gate,
          .shown = "none",
          .help = "exit with status 3 where more of the light may leak; where no more\n"

@@ -136,7 +136,7 @@ check "of all but two" has_lines 28 rows
 # -- what cannot be --------------------------------------------------------------------------------
 refused 2 'expected --max-error, --probes, --bytes or --gain' probe-place adaptive lamp.obj
 refused 2 '--probes: expected a number at least 4' probe-place adaptive --probes 3 lamp.obj
-refused 2 "expected a share between 0 and 1, or a percentage as in 10%, got '0'" \
+refused 2 "expected a share between 0 and 1, got '0'" \
     probe-place adaptive --max-error 0 lamp.obj
 refused 2 'does not look at light' probe-place grid --count 9 --sky 1,1,1 lamp.obj
 refused 2 'places no probes where there is no air' \

@@ -201,7 +201,7 @@ for threads in 1 4; do
 done
 check "1 and 4 threads put the same in" cmp threads1.probe threads4.probe \
     and same_stream threads1.probe more8.probe
-probe-leakfix -q --points 2000 --probes 100 --max-leak 0.05 sheets.obj gap.probe >enough.probe 2>err
+probe-leakfix -q --points 2000 --probes 100 --max-leak 5% sheets.obj gap.probe >enough.probe 2>err
 check "no more than --max-leak needs" [ $? = 0 ] \
     and [ "$(row_count probe enough.probe)" -le "$(row_count probe more100.probe)" ]
 probe-leakfix --points 2000 --probes 100 --max-leak 1 sheets.obj gap.probe >enough.probe 2>err
@@ -279,7 +279,8 @@ refused 1 "No space left" into /dev/full probe-leakfix -q "$rooms" cells.probe
 refused 2 "--max-leak needs --points" probe-leakfix --points 0 --max-leak 0.1 "$rooms" cells.probe
 refused 2 "--probes needs --points" probe-leakfix --points 0 --probes 1 "$rooms" cells.probe
 refused 2 "--points: expected 0 or at least 100" probe-leakfix --points 3 "$rooms" cells.probe
-refused 2 "--max-leak" probe-leakfix --max-leak 1% "$rooms" cells.probe
+refused 2 "--max-leak: expected a share from 0 to 1, or a percentage as in 10%, got '101%'" \
+    probe-leakfix --max-leak 101% "$rooms" cells.probe
 refused 2 "--margin" probe-leakfix --margin 2 "$rooms" cells.probe
 refused 2 "SCENE" probe-leakfix
 

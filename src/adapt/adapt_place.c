@@ -21,21 +21,14 @@
 
 /* -- options ---------------------------------------------------------------------------------- */
 
-/* "10%" or "0.1": above 0 and below 1. */
+/* A share that is neither none nor all. */
 static struct error *parse_share(void *value, const char *text)
 {
-    char number[64];
-    double *share = value;
-    const size_t length = strlen(text);
-    const bool percent = length && length < sizeof number && text[length - 1] == '%';
-    snprintf(number, sizeof number, "%.*s", (int)(length - percent), text);
-    struct error *err = options_real("share", number, share);
-    *share /= percent ? 100 : 1;
-    if (!err && *share > 0 && *share < 1)
-        return NULL;
-    error_destroy(err);
-    return error_usage("expected a share between 0 and 1, or a percentage as in 10%%, got '%s'",
-                       text);
+    const double *share = value;
+    struct error *err = options_share(value, text);
+    return err || (*share > 0 && *share < 1)
+               ? err
+               : error_usage("expected a share between 0 and 1, got '%s'", text);
 }
 
 static struct option_row *rows(struct place_options *options, struct option_row *row)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/insert.h"
 #include "adapt/cavity.h"
+#include "adapt/rank.h"
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
@@ -9,20 +10,6 @@
 
 enum { OF_A_CELL = 12 };         /* candidates of one that are looked at */
 enum { FOR_EACH = 8, AND = 64 }; /* candidates that are looked at for each one wanted, and more */
-
-/* What is sorted: the largest first, and of equals that of the lowest number. */
-struct rank {
-    double value;
-    uint32_t number;
-};
-
-static int compare(const void *a, const void *b)
-{
-    const struct rank *x = a, *y = b;
-    if (x->value != y->value)
-        return x->value > y->value ? -1 : 1;
-    return x->number < y->number ? -1 : x->number > y->number;
-}
 
 static bool can_be_chosen(const struct choice *choice, uint32_t x)
 {
@@ -45,7 +32,7 @@ static struct error *rank_cells(const struct choice *choice, struct rank **cell)
         }
     }
     if (!err)
-        qsort(*cell, cells, sizeof **cell, compare);
+        qsort(*cell, cells, sizeof **cell, rank_compare);
     return err;
 }
 
@@ -57,7 +44,7 @@ static size_t pick(const struct choice *choice, uint32_t cell, struct rank *all,
     for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++)
         if (can_be_chosen(choice, choice->at[k]))
             all[count++] = (struct rank){(double)choice->error[choice->at[k]], choice->at[k]};
-    qsort(all, count, sizeof *all, compare);
+    qsort(all, count, sizeof *all, rank_compare);
     const size_t take = count < OF_A_CELL ? count : OF_A_CELL;
     for (size_t i = 0; i < take; i++)
         picked[i] = all[i * count / take];
@@ -134,7 +121,7 @@ struct error *insert_find(const struct choice *choice, size_t most, double share
     if (!err)
         err = threads_for(threads, count, find_gain, &g);
     if (!err && count) {
-        qsort(g.picked, count, sizeof *g.picked, compare);
+        qsort(g.picked, count, sizeof *g.picked, rank_compare);
         err = take(choice, g.picked, count, share * g.picked[0].value, g.cavity, most, candidate,
                    found, gain);
     }

@@ -8,4 +8,5 @@ adapt_sources = \
 	%D%/choice.c %D%/choice.h \
 	%D%/insert.c %D%/insert.h \
 	%D%/place_methods.c \
+	%D%/rank.h \
 	%D%/thin_out.c %D%/thin_out.h

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/thin_out.h"
+#include "adapt/rank.h"
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
@@ -12,20 +13,6 @@
 #include <string.h>
 
 enum { NEIGHBOURS = 64 };
-
-struct rank {
-    double value;
-    uint32_t number;
-};
-
-/* The smallest first, and of equals the lowest number. */
-static int compare(const void *a, const void *b)
-{
-    const struct rank *x = a, *y = b;
-    if (x->value != y->value)
-        return x->value < y->value ? -1 : 1;
-    return x->number < y->number ? -1 : x->number > y->number;
-}
 
 /* The probes in the cells around one, as candidates. */
 static int find_neighbours(const struct choice *choice, size_t probe, uint32_t *neighbour)
@@ -142,7 +129,7 @@ static double loss_of(const struct choice *choice, size_t probe)
 
 struct losing {
     const struct choice *choice;
-    struct rank *rank;
+    struct rank *rank; /* of each probe, less its loss: those that are missed least come first */
 };
 
 static struct error *find_loss(void *context, size_t i, int thread)
@@ -150,7 +137,7 @@ static struct error *find_loss(void *context, size_t i, int thread)
     (void)thread;
     struct losing *l = context;
     const bool given = l->choice->world.candidates->kind[l->choice->probe[i]] == CANDIDATE_GIVEN;
-    l->rank[i] = (struct rank){given ? (double)INFINITY : loss_of(l->choice, i), (uint32_t)i};
+    l->rank[i] = (struct rank){given ? -(double)INFINITY : -loss_of(l->choice, i), (uint32_t)i};
     return NULL;
 }
 
@@ -166,11 +153,11 @@ struct error *thin_out_find(const struct choice *choice, size_t most, uint32_t *
     if (!err)
         err = threads_for(choice->world.job->threads, choice->count, find_loss, &l);
     if (!err)
-        qsort(l.rank, choice->count, sizeof *l.rank, compare);
+        qsort(l.rank, choice->count, sizeof *l.rank, rank_compare);
     for (size_t i = 0; i < choice->count && *found < most && !err; i++) {
         const uint32_t number = l.rank[i].number;
         const size_t first = choice->stars.first[number], end = choice->stars.first[number + 1];
-        bool alone = l.rank[i].value < (double)INFINITY;
+        bool alone = l.rank[i].value > -(double)INFINITY;
         for (size_t s = first; s < end; s++)
             alone = alone && !taken[choice->stars.slot[s] / 4];
         for (size_t s = first; s < end && alone; s++)

@@ -49,6 +49,21 @@ struct error *options_real(const char *what, const char *text, double *value)
     return err;
 }
 
+struct error *options_share(void *value, const char *text)
+{
+    char number[64];
+    double *share = value;
+    const size_t length = strlen(text);
+    const bool percent = length && text[length - 1] == '%', fits = length < sizeof number;
+    snprintf(number, sizeof number, "%.*s", fits ? (int)(length - percent) : 0, text);
+    struct error *err = options_real("share", number, share);
+    *share /= percent ? 100 : 1;
+    if (!err && *share >= 0 && *share <= 1)
+        return NULL;
+    error_destroy(err);
+    return error_usage("expected a share from 0 to 1, or a percentage as in 10%%, got '%s'", text);
+}
+
 struct error *options_reals(const char *what, const char *text, int count, double *values)
 {
     const char *at = text;

@@ -101,6 +101,9 @@ void program_clear(struct program *program);
 /* A number from the whole of `text`, finite; `what` names it in the error ("--spacing"). */
 struct error *options_real(const char *what, const char *text, double *value);
 
+/* A share from 0 to 1, "0.1" or "10%", into a double: the `parse` of an OPTION_CALL. */
+struct error *options_share(void *value, const char *text);
+
 /* `count` comma-separated numbers from the whole of `text`. */
 struct error *options_reals(const char *what, const char *text, int count, double *values);
 
