@@ -11,7 +11,10 @@ if [ ! -x "$BUILD/src/probe-vtk" ]; then
 fi
 
 python=/usr/bin/python3
-if "$python" -c 'import numpy, vtk' 2>/dev/null; then
+if sanitized; then
+    skip "what arrives in VTK's readers is seen in the plain build"
+    look() { :; }
+elif "$python" -c 'import numpy, vtk' 2>/dev/null; then
     look() { # look NAME CHECK ARGUMENT...
         look_name=$1
         shift
@@ -274,10 +277,10 @@ done
 
 # -- pictures --------------------------------------------------------------------------------------
 probe-vtk --quiet -o rooms.vtu --scene "$rooms" baked.probe
-if ! "$python" -c 'import numpy, vtk' 2>/dev/null; then
-    skip "scripts/picture: python3-vtk9 or python3-numpy is not installed"
-elif sanitized; then
+if sanitized; then
     skip "scripts/picture: it runs nothing that is built with sanitizers"
+elif ! "$python" -c 'import numpy, vtk' 2>/dev/null; then
+    skip "scripts/picture: python3-vtk9 or python3-numpy is not installed"
 elif [ -z "${DISPLAY:-}" ] && ! command -v Xvfb >/dev/null; then
     skip "scripts/picture: there is neither a display nor Xvfb"
 else
