@@ -90,6 +90,10 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
         err = table_add_column(probes, "normal", COLUMN_F32, 3, NULL);
     if (!err && place->origin)
         err = table_add_column(probes, "origin", COLUMN_I32, 1, NULL);
+    for (size_t i = 0; i < place->columns.column_count && !err; i++) {
+        const struct column *c = &place->columns.columns[i];
+        err = table_add_column(probes, c->name, c->type, c->width, NULL);
+    }
     position = err ? NULL : table_column(probes, "position");
     normal = err ? NULL : table_column(probes, "normal");
     origin = err ? NULL : table_column(probes, "origin");
@@ -106,6 +110,7 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
             column_i32(origin)[kept] = place->origin[i];
         if (mark)
             column_i32(mark)[kept] = (int32_t)side[i];
+        table_copy_rows(probes, kept, &place->columns, i, 1);
         kept++;
     }
     if (!err)

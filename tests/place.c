@@ -269,6 +269,16 @@ static bool in_usage(const char *help, const struct place_method *method)
     return false;
 }
 
+/* Whether a help begins with the method, alone or the first of several, or goes for those by
+ * light, of which it is one. */
+static bool names(const char *help, const struct place_method *method)
+{
+    const size_t named = strlen(method->name);
+    if (!strncmp(help, "by light: ", 10))
+        return method->sees_light;
+    return !strncmp(help, method->name, named) && strchr(":,", help[named]);
+}
+
 static void test_told(void)
 {
     char *help = help_text(), *manual = manual_text();
@@ -286,9 +296,8 @@ static void test_told(void)
             snprintf(text, sizeof text, "Fl -%s", rows[k].name);
             char *in_manual = strstr(manual, text);
             snprintf(text, sizeof text, "--%s %s", rows[k].name, rows[k].argument);
-            const size_t named = strlen(method->name);
             told = told && in_manual && strstr(help, text) && rows[k].given &&
-                   !strncmp(rows[k].help, method->name, named) && rows[k].help[named] == ':';
+                   names(rows[k].help, method);
         }
         if (!count)
             continue;
@@ -357,8 +366,8 @@ static void test_options(void)
         const int count = rows_of(place_methods[i], &options, rows);
         bool refused = true;
         char text[128];
-        snprintf(text, sizeof text, "with the method %s", place_methods[i]->name);
         for (int k = 0; k < count; k++) {
+            snprintf(text, sizeof text, "--%s goes with the method", rows[k].name);
             *rows[k].given = true;
             for (int j = 0; place_methods[j]; j++)
                 refused = refused &&

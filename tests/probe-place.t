@@ -516,9 +516,11 @@ check "but not one that floats reach" sh -c '! grep -q "units away" near.err'
 
 # -- what is refused -------------------------------------------------------------------------------
 refused 2 "vertices: expected a SCENE" probe-place vertices
-refused 2 "go with the method vertices" probe-place grid --spacing 1 --offset 1 cube.obj
-refused 2 "go with the method vertices" probe-place points --crease 1 points.txt
-refused 2 "--spacing, --count and --bounds go with" probe-place vertices --spacing 1 cube.obj
+refused 2 "--offset goes with the method vertices" \
+    probe-place grid --spacing 1 --offset 1 cube.obj
+refused 2 "--bounds goes with the methods grid" \
+    probe-place points --bounds 0,0,0,1,1,1 points.txt
+refused 2 "--spacing goes with the method grid" probe-place vertices --spacing 1 cube.obj
 refused 2 "--step goes with" probe-place vertices --step 1 cube.obj
 refused 2 "unexpected operand 'x'" probe-place vertices cube.obj x
 refused 2 "--offset" probe-place vertices --offset 0 cube.obj

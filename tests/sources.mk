@@ -14,6 +14,7 @@ MODULE_TESTS = \
 	tests/stream_edit \
 	tests/points \
 	tests/content \
+	tests/contrast \
 	tests/dering \
 	tests/basis \
 	tests/query \

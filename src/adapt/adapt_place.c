@@ -1,23 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The method `adaptive` of probe-place: its options, and adapt.h. */
 #include "adapt/adapt.h"
-#include "base/array.h"
+#include "adapt/place_light.h"
 #include "base/error.h"
 #include "base/file.h"
-#include "base/interrupt.h"
 #include "base/options.h"
 #include "base/warning.h"
 #include "capture/capture.h"
-#include "libprobe-query/sh.h"
 #include "place/place_method.h"
-#include "scene/scene.h"
-#include "stream/stream.h"
-#include "trace/trace.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { RAYS = 512 }; /* that a probe will be captured with, unless told otherwise */
 
 /* -- options ---------------------------------------------------------------------------------- */
 
@@ -33,8 +30,6 @@ static struct error *parse_share(void *value, const char *text)
 
 static struct option_row *rows(struct place_options *options, struct option_row *row)
 {
-    static const char *const lights[] = {
-        [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
     const struct option_row all[] = {
         {.name = "max-error",
          .argument = "SHARE",
@@ -72,13 +67,6 @@ static struct option_row *rows(struct place_options *options, struct option_row 
          .shown = "none",
          .help = "adaptive: stop where twice the probes took less than this share\n"
                  "off the error"},
-        {.name = "keep",
-         .argument = "FILE",
-         .kind = OPTION_TEXT,
-         .value = &options->adaptive.keep,
-         .given = &options->adaptive.keep_given,
-         .shown = "none",
-         .help = "adaptive: a stream of probes that stay"},
         {.name = "curve",
          .argument = "FILE",
          .kind = OPTION_TEXT,
@@ -87,40 +75,9 @@ static struct option_row *rows(struct place_options *options, struct option_row 
          .shown = "none",
          .unrecorded = true,
          .help = "adaptive: write probes, bytes, errors and seconds of each round\n"
-                 "to FILE"},
-        {.name = "rays",
-         .argument = "N",
-         .kind = OPTION_INT,
-         .value = &options->adaptive.rays,
-         .given = &options->adaptive.rays_given,
-         .least = 16,
-         .most = CAPTURE_RAYS_MOST,
-         .help = "adaptive: rays a probe, as it will be captured: points that could\n"
-                 "be one get half, those that are chosen or judge four times as many"},
-        {.name = "bounces",
-         .argument = "N",
-         .kind = OPTION_INT,
-         .value = &options->adaptive.bounces,
-         .given = &options->adaptive.bounces_given,
-         .most = CAPTURE_BOUNCES_MOST,
-         .help = "adaptive: how often light may scatter on its way"},
-        {.name = "light",
-         .argument = "WHICH",
-         .kind = OPTION_CHOICE,
-         .choices = lights,
-         .value = OPTION_ENUM(options->adaptive.light),
-         .given = &options->adaptive.light_given,
-         .help = "adaptive: probes for all light, direct or indirect alone"},
-        {.name = "order",
-         .argument = "N",
-         .kind = OPTION_INT,
-         .value = &options->adaptive.order,
-         .given = &options->adaptive.order_given,
-         .least = 1,
-         .most = SH_ORDER_MAX,
-         .help = "adaptive: SH order that the probes will have"}};
+                 "to FILE"}};
     memcpy(row, all, sizeof all);
-    return row + sizeof all / sizeof *all;
+    return place_light_rows(options, row + sizeof all / sizeof *all);
 }
 
 static struct error *check(const struct place_options *o, bool scene)
@@ -130,43 +87,6 @@ static struct error *check(const struct place_options *o, bool scene)
         !o->adaptive.gain_given)
         return error_usage("adaptive: expected --max-error, --probes, --bytes or --gain");
     return NULL;
-}
-
-/* -- what is kept ----------------------------------------------------------------------------- */
-
-/* Borrows from *stream. */
-static struct error *read_kept(const char *file, struct stream **stream, struct adapt_job *job)
-{
-    struct column *position = NULL;
-    struct error *err = stream_read(stream, file);
-    const struct table *probes = err ? NULL : stream_table(*stream, "probe");
-    if (err)
-        return err;
-    if (!probes)
-        return error_new("%s: there is no table probe", file);
-    if (table_column(probes, "normal"))
-        return error_new("%s: expected probes in space, got probes with normals", file);
-    err = table_require(probes, "position", COLUMN_F64, 3, &position);
-    if (!err) {
-        job->given = probes->rows;
-        job->position = column_f64(position);
-    }
-    return error_wrap(err, "%s", file);
-}
-
-static struct error *give(struct place *place, const struct adapt_result *result,
-                          const struct stream *kept)
-{
-    const struct table *probes = kept ? stream_table(kept, "probe") : NULL;
-    const struct column *origin = probes ? table_column(probes, "origin") : NULL;
-    struct error *err = array_create(&place->origin, result->count, sizeof *place->origin);
-    for (size_t i = 0; i < result->count && !err; i++) {
-        place->origin[i] = place_method_adaptive.origin;
-        if (probes && i < probes->rows)
-            place->origin[i] = origin ? column_i32(origin)[i] : -1;
-        err = place_append(place, result->position + 3 * i);
-    }
-    return err;
 }
 
 /* -- what is told ----------------------------------------------------------------------------- */
@@ -223,51 +143,40 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       struct place_world *world)
 {
-    struct capture_settings settings = capture_settings_default();
-    struct tracer *tracer = NULL;
-    struct path_tracer path = {0};
-    struct stream *kept = NULL;
+    struct place_light light = {0};
     struct adapt_result result = {0};
-    settings.order = o->adaptive.order;
-    settings.rays = o->adaptive.rays;
-    settings.bounces = o->adaptive.bounces;
-    settings.light = (enum capture_light)o->adaptive.light;
-    settings.seed = world->seed;
-    struct adapt_job job = {.candidates = {.path = &path,
-                                           .settings = &settings,
-                                           .threads = world->inside.threads,
-                                           .inside_rays = world->inside.rays,
-                                           .backface_share = world->inside.backface_share,
-                                           .warnings = world->warnings},
-                            .limits = {.error = o->adaptive.error,
-                                       .gain = o->adaptive.gain,
-                                       .probes = (size_t)o->adaptive.probes,
-                                       .bytes = (size_t)o->adaptive.bytes},
-                            .probes_most = (size_t)world->most,
-                            .program = world->program,
-                            .progress = world->progress};
-    struct error *err = place_box(o, world->scene, job.candidates.low, job.candidates.high);
-    if (!err && o->adaptive.keep)
-        err = read_kept(o->adaptive.keep, &kept, &job);
+    struct error *err = place_light_open(&light, o, world, RAYS, CAPTURE_ALL);
+    const struct adapt_job job = {
+        .candidates = {.path = &light.path,
+                       .settings = &light.settings,
+                       .low = {light.low[0], light.low[1], light.low[2]},
+                       .high = {light.high[0], light.high[1], light.high[2]},
+                       .threads = world->inside.threads,
+                       .inside_rays = world->inside.rays,
+                       .backface_share = world->inside.backface_share,
+                       .warnings = world->warnings},
+        .limits = {.error = o->adaptive.error,
+                   .gain = o->adaptive.gain,
+                   .probes = (size_t)o->adaptive.probes,
+                   .bytes = (size_t)o->adaptive.bytes},
+        .probes_most = (size_t)world->most,
+        .program = world->program,
+        .progress = world->progress,
+        .given = light.kept_count,
+        .position = light.kept};
     if (!err)
-        err = trace_create(&tracer, world->scene);
-    if (!err)
-        err = path_init(&path, tracer, settings.bounces);
-    if (!err) {
-        interrupt_catch(); /* from here on there is something to lose */
         err = adapt(&result, &job);
-    }
     if (!err)
-        err = give(place, &result, kept);
+        err = place_light_give(&light, place, result.count - light.kept_count,
+                               result.position + 3 * light.kept_count,
+                               place_method_adaptive.origin);
     if (!err)
         tell_end(&result, &job.limits, world);
     if (!err && o->adaptive.curve)
         err = write_curve(&result, o->adaptive.curve);
     world->interrupted = !err && result.end == ADAPT_INTERRUPT;
     adapt_clear(&result);
-    stream_destroy(kept);
-    path_clear(&path);
-    trace_destroy(tracer);
+    place_light_close(&light);
     return err;
 }
 

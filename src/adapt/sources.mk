@@ -6,7 +6,9 @@ adapt_sources = \
 	%D%/candidates.c %D%/candidates.h \
 	%D%/cavity.c %D%/cavity.h \
 	%D%/choice.c %D%/choice.h \
+	%D%/contrast.c %D%/contrast.h \
 	%D%/insert.c %D%/insert.h \
+	%D%/place_light.c %D%/place_light.h \
 	%D%/place_methods.c \
 	%D%/rank.h \
 	%D%/thin_out.c %D%/thin_out.h

@@ -11,7 +11,18 @@ void place_clear(struct place *place)
     free(place->position);
     free(place->normal);
     free(place->origin);
+    table_clear(&place->columns);
     *place = (struct place){0};
+}
+
+struct error *place_add_column(struct place *place, const char *name, enum column_type type,
+                               size_t width, struct column **column)
+{
+    struct table *columns = &place->columns;
+    struct error *err = columns->name ? NULL : table_init(columns, "probe");
+    if (!err)
+        err = table_resize(columns, place->count);
+    return err ? err : table_add_column(columns, name, type, width, column);
 }
 
 struct error *place_check_count(double count, double most)

@@ -8,6 +8,8 @@
 #ifndef PLACE_H
 #define PLACE_H
 
+#include "stream/table.h"
+
 #include <stddef.h>
 
 struct error;
@@ -20,9 +22,16 @@ struct place {
     /* of the surfaces that they are at, unit: 3 * count, owned; NULL: they are at none */
     float *normal;
     int *origin; /* numbers of the methods that placed them, owned; NULL: not told */
+    /* what else a method tells of them, a row each; owned; see place_add_column */
+    struct table columns;
     size_t count, capacity;
 };
 void place_clear(struct place *place);
+
+/* Adds a column (man probe.5) to what is told of the positions, of which all are there; the method
+ * fills it. Columns handed out before become invalid. */
+struct error *place_add_column(struct place *place, const char *name, enum column_type type,
+                               size_t width, struct column **column);
 
 /* What methods are made of: the error when `count` probes, known before they are made, are more
  * than `most`; and one position more. */

@@ -18,7 +18,7 @@ struct place_options place_options_default(void)
                                   .step = NAN,
                                   .offset = NAN,
                                   .crease = 60,
-                                  .adaptive = {.order = 3, .rays = 512, .bounces = 64}};
+                                  .light = {.order = 3, .bounces = 64, .light = -1}};
 }
 
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)
@@ -111,22 +111,31 @@ static bool has_share(const struct place_method *method, const char *name)
     return false;
 }
 
+/* Says which methods take an option of `owner`. */
+static struct error *goes_with(const char *option, const struct place_method *owner)
+{
+    const struct place_method *takes[64];
+    char names[512] = "";
+    int count = 0;
+    for (int i = 0; place_methods[i]; i++)
+        if (place_methods[i] == owner || has_share(place_methods[i], option))
+            takes[count++] = place_methods[i];
+    for (int i = 0; i < count; i++)
+        join(names, sizeof names, i, count, " and ", "", takes[i]->name);
+    return error_usage("--%s goes with the method%s %s", option, count > 1 ? "s" : "", names);
+}
+
 /* Error: an option of a method was given, which is not `used`, the one that places. */
 static struct error *check_not_given(struct place_options *options,
                                      const struct place_method *method,
                                      const struct place_method *used)
 {
     struct option_row rows[PLACE_OPTION_ROWS];
-    char names[512] = "";
-    bool given = false;
     const int count = method->rows ? (int)(method->rows(options, rows) - rows) : 0;
-    for (int i = 0; i < count; i++) {
-        given = given || (*rows[i].given && !has_share(used, rows[i].name));
-        join(names, sizeof names, i, count, " and ", "--", rows[i].name);
-    }
-    return given ? error_usage("%s %s with the method %s", names, count > 1 ? "go" : "goes",
-                               method->name)
-                 : NULL;
+    for (int i = 0; i < count; i++)
+        if (*rows[i].given && !has_share(used, rows[i].name))
+            return goes_with(rows[i].name, method);
+    return NULL;
 }
 
 struct error *place_options_check(struct place_options *options, const struct place_method *method,

@@ -36,15 +36,20 @@ struct place_options {
     /* vertices; crease: degrees */
     double offset, crease;
     bool offset_given, crease_given;
+    /* methods by light; rays 0, light -1: as is usual for the method */
+    struct {
+        int rays, bounces, order;
+        int light; /* enum capture_light */
+        const char *keep;
+        bool rays_given, bounces_given, order_given, light_given, keep_given;
+    } light;
     /* adaptive; shares and numbers, 0: none */
     struct {
         double error, gain;
-        int probes, order, rays, bounces;
+        int probes;
         int64_t bytes;
-        int light; /* enum capture_light */
-        const char *keep, *curve;
-        bool error_given, gain_given, probes_given, order_given, rays_given, bounces_given,
-            bytes_given, light_given, keep_given, curve_given;
+        const char *curve;
+        bool error_given, gain_given, probes_given, bytes_given, curve_given;
     } adaptive;
 };
 
@@ -88,7 +93,7 @@ extern const struct place_method place_method_grid, place_method_points, place_m
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];
 
-enum { PLACE_OPTION_ROWS = 48 }; /* room for those of all methods and the end */
+enum { PLACE_OPTION_ROWS = 96 }; /* room for those of all methods and the end */
 
 /* Fills rows with the options of all methods, and returns them. */
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows);

@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "adapt/place_light.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/interrupt.h"
+#include "base/options.h"
+#include "base/progress.h"
+#include "base/threads.h"
+#include "math/vec.h"
+#include "place/place_inside.h"
+#include "place/place_method.h"
+#include "stream/stream.h"
+#include "trace/trace.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct option_row *place_light_rows(struct place_options *options, struct option_row *row)
+{
+    static const char *const lights[] = {
+        [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
+    const struct option_row all[] = {
+        {.name = "rays",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->light.rays,
+         .given = &options->light.rays_given,
+         .least = 16,
+         .most = CAPTURE_RAYS_MOST,
+         .shown = "256; adaptive 512",
+         .help = "by light: rays at each position that is looked at; adaptive: rays a\n"
+                 "probe, as it will be captured: points that could be one get half,\n"
+                 "those that are chosen or judge four times as many"},
+        {.name = "bounces",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->light.bounces,
+         .given = &options->light.bounces_given,
+         .most = CAPTURE_BOUNCES_MOST,
+         .help = "by light: how often it may scatter on its way"},
+        {.name = "light",
+         .argument = "WHICH",
+         .kind = OPTION_CHOICE,
+         .choices = lights,
+         .value = OPTION_ENUM(options->light.light),
+         .given = &options->light.light_given,
+         .shown = "all",
+         .help = "by light: probes for all light, direct or indirect alone"},
+        {.name = "order",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &options->light.order,
+         .given = &options->light.order_given,
+         .least = 1,
+         .most = SH_ORDER_MAX,
+         .help = "by light: SH order that the probes will have"},
+        {.name = "keep",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &options->light.keep,
+         .given = &options->light.keep_given,
+         .shown = "none",
+         .help = "by light: a stream of probes that stay"}};
+    memcpy(row, all, sizeof all);
+    return row + sizeof all / sizeof *all;
+}
+
+/* -- open and close --------------------------------------------------------------------------- */
+
+static struct error *read_kept(struct place_light *light, const char *file)
+{
+    struct column *position = NULL;
+    struct error *err = stream_read(&light->stream, file);
+    const struct table *probes = err ? NULL : stream_table(light->stream, "probe");
+    if (err)
+        return err;
+    if (!probes)
+        return error_new("%s: there is no table probe", file);
+    if (table_column(probes, "normal"))
+        return error_new("%s: expected probes in space, got probes with normals", file);
+    err = table_require(probes, "position", COLUMN_F64, 3, &position);
+    if (!err) {
+        light->kept_count = probes->rows;
+        light->kept = column_f64(position);
+    }
+    return error_wrap(err, "%s", file);
+}
+
+struct error *place_light_open(struct place_light *light, const struct place_options *o,
+                               struct place_world *world, int rays, enum capture_light which)
+{
+    light->world = world;
+    light->settings = capture_settings_default();
+    light->settings.order = o->light.order;
+    light->settings.rays = o->light.rays_given ? o->light.rays : rays;
+    light->settings.bounces = o->light.bounces;
+    light->settings.light = o->light.light_given ? (enum capture_light)o->light.light : which;
+    light->settings.seed = world->seed;
+    light->settings.columns = 0;
+    struct error *err = place_box(o, world->scene, light->low, light->high);
+    if (!err && o->light.keep)
+        err = read_kept(light, o->light.keep);
+    if (!err)
+        err = trace_create(&light->tracer, world->scene);
+    if (!err)
+        err = path_init(&light->path, light->tracer, light->settings.bounces);
+    if (!err)
+        interrupt_catch(); /* from here on there is something to lose */
+    return err;
+}
+
+void place_light_close(struct place_light *light)
+{
+    place_judge_destroy(light->judge);
+    stream_destroy(light->stream);
+    path_clear(&light->path);
+    trace_destroy(light->tracer);
+    *light = (struct place_light){0};
+}
+
+/* -- light ------------------------------------------------------------------------------------ */
+
+struct capturing {
+    const struct place_light *light;
+    const double *position;
+    float *sh;
+    struct progress *progress;
+};
+
+size_t place_light_width(const struct place_light *light)
+{
+    return 3 * (size_t)light->settings.order * (size_t)light->settings.order;
+}
+
+static struct error *capture_one(void *context, size_t i, int thread)
+{
+    (void)thread;
+    const struct capturing *c = context;
+    const double *p = c->position + 3 * i;
+    const size_t width = place_light_width(c->light);
+    float *sh = c->sh + width * i;
+    struct capture_probe probe;
+    if (interrupt_came()) {
+        for (size_t k = 0; k < width; k++)
+            sh[k] = NAN;
+        return NULL;
+    }
+    struct error *err = capture_probe(&c->light->path, &c->light->settings, p, NULL, &probe);
+    for (size_t k = 0; k < width && !err; k++) {
+        sh[k] = probe.sh[k];
+        if (!isfinite(sh[k]))
+            err = error_new("light is beyond what 32 bits can hold: --light-scale brings it down");
+    }
+    progress_add(c->progress, 1);
+    return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
+}
+
+struct error *place_light_capture(struct place_light *light, size_t count, const double *position,
+                                  float *sh)
+{
+    const struct place_world *world = light->world;
+    struct capturing c = {light, position, sh,
+                          progress_start(world->progress, world->program, "points", count)};
+    struct error *err = threads_for(world->inside.threads, count, capture_one, &c);
+    progress_end(c.progress);
+    for (size_t i = 0; i < count && !err; i++)
+        if (!isnan(sh[place_light_width(light) * i]))
+            light->rays += (size_t)capture_ray_count(light->settings.rays);
+    return err;
+}
+
+/* -- air -------------------------------------------------------------------------------------- */
+
+struct asking {
+    const struct place_light *light;
+    const double *position;
+    bool *air;
+};
+
+static struct error *ask_one(void *context, size_t i, int thread)
+{
+    (void)thread;
+    struct asking *a = context;
+    a->air[i] = place_judge_side(a->light->judge, a->position + 3 * i) == PLACE_AIR;
+    return NULL;
+}
+
+/* Makes the judge of these positions, and says which are in the air. */
+static struct error *find_first(struct place_light *light, size_t count, const double *position,
+                                bool *air)
+{
+    struct place place = {.count = count};
+    enum place_side *side = NULL;
+    struct error *err = array_create(&place.position, 3 * count, sizeof *place.position);
+    if (!err)
+        err = array_create(&side, count, sizeof *side);
+    if (!err) {
+        memcpy(place.position, position, 3 * count * sizeof *position);
+        err = place_judge_create(&light->judge, &place, light->tracer, &light->world->inside, side,
+                                 light->world->warnings);
+    }
+    for (size_t i = 0; i < count && !err; i++)
+        air[i] = side[i] == PLACE_AIR;
+    place_clear(&place);
+    free(side);
+    return err;
+}
+
+struct error *place_light_air(struct place_light *light, size_t count, const double *position,
+                              bool *air)
+{
+    struct asking a = {light, position, air};
+    return light->judge ? threads_for(light->world->inside.threads, count, ask_one, &a)
+                        : find_first(light, count, position, air);
+}
+
+bool place_light_is_free(const struct place_light *light, const double a[3], const double b[3])
+{
+    const struct vec3 way = vec3_sub(vec3_load(b), vec3_load(a));
+    const double length = vec3_length(way);
+    double direction[3];
+    if (!(length > 0))
+        return true;
+    vec3_store(direction, vec3_scale(1 / length, way));
+    return !trace_nearest(light->tracer, a, direction, length).hit;
+}
+
+/* -- what comes out --------------------------------------------------------------------------- */
+
+struct error *place_light_give(const struct place_light *light, struct place *place, size_t count,
+                               const double *position, int origin)
+{
+    const struct table *probes = light->stream ? stream_table(light->stream, "probe") : NULL;
+    const struct column *known = probes ? table_column(probes, "origin") : NULL;
+    const size_t kept = light->kept_count;
+    struct error *err = array_create(&place->origin, kept + count, sizeof *place->origin);
+    for (size_t i = 0; i < kept && !err; i++) {
+        place->origin[i] = known ? column_i32(known)[i] : -1;
+        err = place_append(place, light->kept + 3 * i);
+    }
+    for (size_t i = 0; i < count && !err; i++) {
+        place->origin[kept + i] = origin;
+        err = place_append(place, position + 3 * i);
+    }
+    return err;
+}
