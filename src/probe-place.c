@@ -137,7 +137,7 @@ static struct error *check_given(const struct arguments *a, const struct scene_s
 {
     if (a->inside_given && !scene)
         return error_usage("--inside needs a SCENE");
-    if (a->inside_given && method->sees_light && a->inside != INSIDE_DROP)
+    if (a->inside_given && method->sees_light && !method->asks_air && a->inside != INSIDE_DROP)
         return error_usage("%s places no probes where there is no air: --inside goes with others",
                            method->name);
     if (settings->choice.count && !scene)
@@ -184,7 +184,7 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = method->place(&place, &a->options, &world);
     if (!err && place.normal && !a->inside_given) /* at a surface half of the rays may be inside */
         a->inside = INSIDE_KEEP;
-    if (!err && method->sees_light)
+    if (!err && method->sees_light && !method->asks_air)
         a->inside = INSIDE_KEEP;
     if (!err)
         err = find_inside(a, scene, &place, common->threads, &side, warnings);
@@ -292,7 +292,8 @@ int main(int argc, char **argv)
         .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or "
                    "x y z nx ny nz), "
                    "along the\n"
-                   "path through them, at its vertices, or adaptive: where they lower the error "
+                   "path through them, at its vertices, around its lights, or adaptive: where they "
+                   "lower the error "
                    "most that a player\nsees. Probes inside solids, under the ground "
                    "or outside of a closed level are dropped.",
         .operands_least = 1,

@@ -295,7 +295,8 @@ static void test_told(void)
         for (int k = 0; k < count; k++) {
             snprintf(text, sizeof text, "Fl -%s", rows[k].name);
             char *in_manual = strstr(manual, text);
-            snprintf(text, sizeof text, "--%s %s", rows[k].name, rows[k].argument);
+            snprintf(text, sizeof text, "--%s %s", rows[k].name,
+                     rows[k].argument ? rows[k].argument : "");
             told = told && in_manual && strstr(help, text) && rows[k].given &&
                    names(rows[k].help, method);
         }

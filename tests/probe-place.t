@@ -103,6 +103,69 @@ check "whose normals do not depend on how its faces are cut into triangles" \
 check "by default the offset is 0.001 of the diagonal" each corners.probe \
     'near(sqrt(($1 - 2) ^ 2 + ($2 - 2) ^ 2 + ($3 - 2) ^ 2), sqrt(3) * 1.002, 1e-12)'
 
+probe-place vertices --volume --offset .3 --text cube.obj >volume.probe
+check "--volume: one probe in space at a cube's corner, off all three faces" holds volume.probe 8 \
+    and says volume.probe '^table probe position:f64:3$' and each volume.probe \
+    'near(($1 - 2) ^ 2, (1 + .3 / sqrt(3)) ^ 2, 1e-12) && near(($1 - 2) ^ 2, ($2 - 2) ^ 2, 1e-12) &&
+    near(($1 - 2) ^ 2, ($3 - 2) ^ 2, 1e-12)'
+probe-place vertices -q --volume --inside keep --crease 60 --text cube.obj >volume.probe
+check "or one off each, with a crease that says so" holds volume.probe 24
+
+# -- lights ----------------------------------------------------------------------------------------
+cat >lamps.mtl <<'MTL'
+newmtl lamp
+Ke 3 2 1
+newmtl picture
+Ke 1 1 1
+map_Ke half.ppm
+newmtl out
+Ke 0 0 0
+MTL
+white='\377\377\377\377\377\377\377\377\377\377\377\377' black='\0\0\0\0\0\0\0\0\0\0\0\0'
+printf "P6 8 1 255\n$white$black" >half.ppm
+# lamps MATERIAL: what comes in is of it
+lamps() { echo mtllib lamps.mtl; grep '^v' && echo "usemtl $1" && grep '^f' "${2-sheet.faces}"; }
+lights="probe-place lights -q --text"
+$lights --offset .5 --point 1.75,2,2,5,5,5 --spot 2,2,2,0,1,0,10,20,1,1,1 --inside keep cube.obj \
+    >lights.probe
+check "a point and a spot have six probes each, on the axes" holds lights.probe 12 and says rows \
+    '^1.25 2 2 10$' '^1.75 1.5 2 10$' '^1.75 2 2.5 10$' '^2 2.5 2 10$' '^2 2 1.5 10$'
+$lights --offset .5 --point 3.25,2,2,5,5,5 cube.obj >lights.probe
+check "but none where a wall is between" holds lights.probe 5 and each lights.probe '$1 > 3'
+grep '^f' cube.obj >cube.faces
+lamps lamp cube.faces <cube.obj >bulb.obj
+$lights --offset .25 --emit front bulb.obj >lights.probe
+check "a box that shines has one before each side" holds lights.probe 6 and each lights.probe \
+    'near(($1 - 2) ^ 2 + ($2 - 2) ^ 2 + ($3 - 2) ^ 2, 1.25 ^ 2, 1e-9) &&
+    near(($1 - 2) * ($2 - 2), 0, 1e-9) && near(($1 - 2) * ($3 - 2), 0, 1e-9)'
+printf '%s\n' 'v 0 0 0' 'v 4 0 0' 'v 4 0 2' 'v 0 0 2' 'vt 0 0' 'vt 1 0' 'vt 1 1' 'vt 0 1' >sheet.txt
+echo 'f 1/1 2/2 3/3 4/4' >sheet.faces
+lamps lamp <sheet.txt >sheet.obj
+$lights --offset .5 sheet.obj >lights.probe
+check "a sheet one on each side" holds lights.probe 2 and each lights.probe \
+    'near($1, 2, 1e-9) && near($3, 1, 1e-9) && $2 ^ 2 == .25'
+$lights --offset .5 --emit front sheet.obj >lights.probe
+check "or before its front alone" holds lights.probe 1 and each lights.probe '$2 == -.5'
+$lights --offset .1 --emit front sheet.obj >lights.probe
+check "a large one is cut into pieces of ten offsets" holds lights.probe 8 and each lights.probe \
+    'near($1 % 1, .5, .02) && near($3 % 1, .5, .02)'
+lamps picture <sheet.txt >picture.obj
+$lights --offset .5 --emit front picture.obj >lights.probe
+check "where its picture shines" holds lights.probe 1 and each lights.probe \
+    'near($1, 1, .3) && near($3, 1, 1e-2)'
+sed 's/^v 4/v -1e-3/; s/^v 0 /v -4 /' sheet.txt >other.txt
+{ lamps lamp <sheet.txt; cat other.txt; echo 'f 5/1 6/2 7/3 8/4'; } >two.obj
+$lights --offset .5 --emit front two.obj >lights.probe
+check "what shares no corner is another surface" holds lights.probe 2
+lamps out <sheet.txt >out.obj
+refused 1 "no point or spot light and no surface that emits" $lights out.obj
+refused 1 "no point or spot light and no surface that emits" \
+    $lights --sky 1,1,1 --sun 0,-1,0,1,1,1 --point 1,1,1,0,0,0 out.obj
+refused 1 "a smaller --offset" $lights --offset 5 --point 2,2,2,1,1,1 cube.obj
+refused 1 "are too large for pieces of ten times --offset" $lights --offset 1e-4 sheet.obj
+refused 1 "more than --max-probes 5" $lights --max-probes 5 --offset .1 sheet.obj
+refused 2 "--volume goes with the method vertices" probe-place grid --volume --spacing 1 cube.obj
+
 # A prism of six sides, which turn by 60 degrees, without its ends; each has corners of its own.
 awk 'BEGIN {
         for (i = 0; i < 6; i++)
@@ -516,7 +579,7 @@ check "but not one that floats reach" sh -c '! grep -q "units away" near.err'
 
 # -- what is refused -------------------------------------------------------------------------------
 refused 2 "vertices: expected a SCENE" probe-place vertices
-refused 2 "--offset goes with the method vertices" \
+refused 2 "--offset goes with the methods vertices and lights" \
     probe-place grid --spacing 1 --offset 1 cube.obj
 refused 2 "--bounds goes with the methods grid" \
     probe-place points --bounds 0,0,0,1,1,1 points.txt
@@ -533,7 +596,7 @@ refused 1 "all 8 probes are inside solids" \
 refused 1 "1000000000 probes" probe-place grid --spacing .001 --bounds 0,0,0,1,1,1
 check "unless --max-probes says so" into /dev/null \
     probe-place grid --spacing .01 --bounds 0,0,0,1,1,1.1 --max-probes 1200000
-refused 2 "expected a method grid, points, path, vertices or adaptive, got 'net'" \
+refused 2 "expected a method grid, points, path, vertices, lights or adaptive, got 'net'" \
     probe-place net "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid --spacing 1 --count 3 "$rooms"

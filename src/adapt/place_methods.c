@@ -3,6 +3,11 @@
 #include "place/place_method.h"
 
 const struct place_method *const place_methods[] = {
-    &place_method_grid,     &place_method_points,   &place_method_path,
-    &place_method_vertices, &place_method_adaptive, NULL,
+    &place_method_grid,
+    &place_method_points,
+    &place_method_path,
+    &place_method_vertices,
+    &place_method_lights,
+    &place_method_adaptive,
+    NULL,
 };

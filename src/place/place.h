@@ -10,6 +10,7 @@
 
 #include "stream/table.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct error;
@@ -69,8 +70,9 @@ struct error *place_path(struct place *place, const char *path, double step, dou
                          struct warnings *warnings);
 
 /* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h),
- * moved by `offset` along their normals. crease: degrees. Errors: more than `most`. */
+ * moved by `offset` along their normals, which they keep unless volume. crease: degrees. Errors:
+ * more than `most`. */
 struct error *place_vertices(struct place *place, const struct scene *scene, double offset,
-                             double crease, double most);
+                             double crease, bool volume, double most);
 
 #endif

@@ -17,7 +17,7 @@ struct place_options place_options_default(void)
                                   .bounds = {NAN},
                                   .step = NAN,
                                   .offset = NAN,
-                                  .crease = 60,
+                                  .crease = NAN,
                                   .light = {.order = 3, .bounces = 64, .light = -1}};
 }
 

@@ -35,7 +35,7 @@ struct place_options {
     bool step_given;
     /* vertices; crease: degrees */
     double offset, crease;
-    bool offset_given, crease_given;
+    bool volume, offset_given, crease_given, volume_given;
     /* methods by light; rays 0, light -1: as is usual for the method */
     struct {
         int rays, bounces, order;
@@ -73,7 +73,8 @@ struct place_method {
     const char *name;    /* the first operand */
     const char *file_of; /* the second is a FILE of these; NULL: it has none */
     bool needs_scene;    /* the last; else it may be left out */
-    bool sees_light;     /* and where there is air: all of its positions are in it */
+    bool sees_light;     /* and where there is air: all of its positions are in it, */
+    bool asks_air;       /* or not: they are looked at as those of others are */
     int origin;          /* its number in column origin (man probe.5) */
     /* Names of other methods' options that it takes as well, NULL after the last; NULL: none. */
     const char *const *shares;
@@ -88,7 +89,7 @@ struct place_method {
 };
 
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
-    place_method_vertices, place_method_adaptive;
+    place_method_vertices, place_method_lights, place_method_adaptive;
 /* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];

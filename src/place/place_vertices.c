@@ -13,8 +13,13 @@
  * otherwise. */
 #define OFFSET_SHARE 1e-3
 
+/* Faces that turn less share a probe, unless told otherwise: of probes in space the two or three
+ * walls of a corner do, and so one stands off them all; the sides of a sheet do not. */
+#define CREASE 60
+#define CREASE_VOLUME 120
+
 struct error *place_vertices(struct place *place, const struct scene *scene, double offset,
-                             double crease, double most)
+                             double crease, bool volume, double most)
 {
     struct vertices vertices = {0};
     struct error *err = vertices_find(scene, crease, &vertices);
@@ -22,13 +27,13 @@ struct error *place_vertices(struct place *place, const struct scene *scene, dou
         err = error_new("no face of the scene has an area: there are no vertices");
     if (!err)
         err = place_check_count((double)vertices.count, most);
-    if (!err)
+    if (!err && !volume)
         err = array_create(&place->normal, 3 * vertices.count, sizeof *place->normal);
     for (size_t i = 0; i < vertices.count && !err; i++) {
         const struct vertex *v = &vertices.list[i];
         double p[3];
         vec3_store(p, vec3_fma(vec3_load(v->position), offset, vec3_load(v->normal)));
-        for (size_t k = 0; k < 3; k++)
+        for (size_t k = 0; k < 3 && !volume; k++)
             place->normal[3 * i + k] = (float)v->normal[k];
         err = place_append(place, p);
     }
@@ -38,16 +43,15 @@ struct error *place_vertices(struct place *place, const struct scene *scene, dou
 
 static struct option_row *rows(struct place_options *o, struct option_row *row)
 {
-    *row++ =
-        (struct option_row){.name = "offset",
-                            .argument = "D",
-                            .kind = OPTION_REAL,
-                            .value = &o->offset,
-                            .least_open = true,
-                            .most = INFINITY,
-                            .given = &o->offset_given,
-                            .shown = "0.001 of the scene's diagonal",
-                            .help = "vertices: how far off the surface, in units of the scene"};
+    *row++ = (struct option_row){.name = "offset",
+                                 .argument = "D",
+                                 .kind = OPTION_REAL,
+                                 .value = &o->offset,
+                                 .least_open = true,
+                                 .most = INFINITY,
+                                 .given = &o->offset_given,
+                                 .shown = "0.001 of the scene's diagonal; lights: 0.02",
+                                 .help = "vertices, lights: how far off, in units of the scene"};
     *row++ = (struct option_row){
         .name = "crease",
         .argument = "DEGREES",
@@ -55,7 +59,13 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
         .value = &o->crease,
         .most = 180,
         .given = &o->crease_given,
+        .shown = "60; with --volume 120",
         .help = "vertices: faces that turn more than this do not share a probe"};
+    *row++ = (struct option_row){.name = "volume",
+                                 .kind = OPTION_FLAG,
+                                 .value = &o->volume,
+                                 .given = &o->volume_given,
+                                 .help = "vertices: probes in space, without normals"};
     return row;
 }
 
@@ -64,7 +74,8 @@ static struct error *place_by_options(struct place *place, const struct place_op
 {
     const struct vec3 size = vec3_sub(world->scene->box_max, world->scene->box_min);
     const double offset = o->offset_given ? o->offset : OFFSET_SHARE * vec3_length(size);
-    return place_vertices(place, world->scene, offset, o->crease, world->most);
+    const double crease = o->crease_given ? o->crease : o->volume ? CREASE_VOLUME : CREASE;
+    return place_vertices(place, world->scene, offset, crease, o->volume, world->most);
 }
 
 const struct place_method place_method_vertices = {

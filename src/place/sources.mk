@@ -4,6 +4,7 @@ place_sources = \
 	%D%/place.c %D%/place.h \
 	%D%/place_grid.c \
 	%D%/place_inside.c %D%/place_inside.h \
+	%D%/place_lights.c \
 	%D%/place_look.c %D%/place_look.h \
 	%D%/place_pieces.c %D%/place_pieces.h \
 	%D%/place_method.c %D%/place_method.h \
