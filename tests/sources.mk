@@ -72,6 +72,7 @@ PROGRAM_TESTS = \
 	tests/format.t \
 	tests/manual.t \
 	tests/pipeline.t \
+	tests/probe-bake.t \
 	tests/probe-cat.t \
 	tests/choice.t \
 	tests/told-once.t \

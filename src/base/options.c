@@ -335,6 +335,16 @@ static struct error *record_option(struct program *program, const struct option_
     return err;
 }
 
+static struct error *keep_given(struct program *program, const struct option_row *row,
+                                const char *text)
+{
+    struct error *err = array_reserve(&program->given, &program->given_capacity,
+                                      program->given_count + 1, sizeof *program->given);
+    if (!err)
+        program->given[program->given_count++] = (struct option_given){row, text};
+    return err;
+}
+
 /* -- parsing --------------------------------------------------------------------------------- */
 
 /* The table in the form of getopt_long; its arrays are owned. */
@@ -444,6 +454,8 @@ struct error *options_parse(struct program *program, const struct option_row *co
         err = row ? parse_value(row, optarg) : bad_option(&table, argv, id);
         if (!err)
             err = record_option(program, row, optarg);
+        if (!err)
+            err = keep_given(program, row, optarg);
     }
     getopt_table_clear(&table);
     if (err)
@@ -461,5 +473,8 @@ struct error *options_parse(struct program *program, const struct option_row *co
 void program_clear(struct program *program)
 {
     free(program->recorded);
+    free(program->given);
     program->recorded = NULL;
+    program->given = NULL;
+    program->given_count = program->given_capacity = 0;
 }

@@ -71,6 +71,12 @@ struct option_row {
  * option in a way of its own: option_row(shared, "seed")->given = &seed_given. */
 struct option_row *option_row(struct option_row *rows, const char *name);
 
+/* An option as it was given: its row, and its argument in argv, or NULL. */
+struct option_given {
+    const struct option_row *row;
+    const char *text;
+};
+
 struct program {
     const char *name;    /* "probe-tet" */
     const char *usage;   /* what follows the name: "[OPTION]... [STREAM]" */
@@ -84,6 +90,8 @@ struct program {
     /* the command line for the provenance: options that matter, in order, quoted for a shell where
      * needed; no operands: options_record adds those that matter */
     char *recorded;
+    struct option_given *given; /* all, in order, for who hands them on; owned */
+    size_t given_count, given_capacity;
 };
 
 /* Parses argv by the tables in groups, NULL after the last, in whose order --help prints them; they

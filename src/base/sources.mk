@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # errors, arrays, warnings, threads, what is made once, signals, progress, clock, numbers as text,
-# options, bytes of files
+# options, bytes of files, where other programs are
 base_sources = \
 	%D%/array.c %D%/array.h \
 	%D%/clock.c %D%/clock.h \
@@ -12,5 +12,6 @@ base_sources = \
 	%D%/once.c %D%/once.h \
 	%D%/options.c %D%/options.h \
 	%D%/progress.c %D%/progress.h \
+	%D%/sibling.c %D%/sibling.h \
 	%D%/threads.c %D%/threads.h \
 	%D%/warning.c %D%/warning.h

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "leak/cells_make.h"
 #include "base/error.h"
+#include "base/sibling.h"
 #include "stream/cells.h"
 #include "stream/stream.h"
 
@@ -15,41 +16,11 @@
 
 extern char **environ;
 
-/* Where probe-tet is: beside this program, under a name that was changed in the same way
- * (x-probe-leakfix, x-probe-tet: --program-prefix and the like) or under its own; or to be found on
- * the PATH. */
-static void find_program(char path[PATH_MAX])
-{
-    static const char *const mine[] = {"leakfix", "place"}; /* who makes cells */
-    static const char wanted[] = "tet", plain[] = "probe-tet";
-    char self[PATH_MAX];
-    const ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-    char *name = NULL;
-    if (length > 0) {
-        self[length] = 0;
-        name = strrchr(self, '/');
-    }
-    if (name) {
-        *name++ = 0;
-        for (size_t i = 0; i < sizeof mine / sizeof *mine; i++) {
-            const char *at = strstr(name, mine[i]);
-            if (at &&
-                snprintf(path, PATH_MAX, "%s/%.*s%s%s", self, (int)(at - name), name, wanted,
-                         at + strlen(mine[i])) < PATH_MAX &&
-                !access(path, X_OK))
-                return;
-        }
-        if (snprintf(path, PATH_MAX, "%s/%s", self, plain) < PATH_MAX && !access(path, X_OK))
-            return;
-    }
-    strcpy(path, plain);
-}
-
 static struct error *run(const char *input, const char *output, bool full)
 {
     char program[PATH_MAX], name[] = "probe-tet", quiet[] = "--quiet", to[] = "--output",
                             never_thin[] = "--thin=0";
-    find_program(program);
+    sibling_find("tet", program);
     char *in = strdup(input), *out = strdup(output);
     if (!in || !out) {
         free(in);

@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "bake/plan.h"
+#include "base/error.h"
+#include "base/options.h"
+
+#include <stdio.h>
+#include <string.h>
+
+const char *const plan_quality_names[] = {
+    [PLAN_DRAFT] = "draft", [PLAN_GOOD] = "good", [PLAN_BEST] = "best", NULL};
+
+/* -- what a quality means --------------------------------------------------------------------- */
+
+struct quality {
+    bool adaptive; /* or a grid */
+    const char *probes, *gain, *rays, *error, *order, *dering;
+    const char *points, *truth_rays, *size;
+    const char *samples, *few; /* of a path-traced picture, and of one by the probes alone */
+};
+
+static const struct quality qualities[] = {
+    [PLAN_DRAFT] = {.adaptive = false,
+                    .probes = "400",
+                    .rays = "512",
+                    .order = "3",
+                    .points = "200",
+                    .truth_rays = "512",
+                    .size = "320x180",
+                    .samples = "16",
+                    .few = "4"},
+    [PLAN_GOOD] = {.adaptive = true,
+                   .probes = "500",
+                   .gain = "5%",
+                   .rays = "512",
+                   .order = "3",
+                   .points = "500",
+                   .truth_rays = "2048",
+                   .size = "640x360",
+                   .samples = "64",
+                   .few = "16"},
+    [PLAN_BEST] = {.adaptive = true,
+                   .probes = "3000",
+                   .gain = "3%",
+                   .rays = "2048",
+                   .order = "3",
+                   .points = "1000",
+                   .truth_rays = "4096",
+                   .size = "960x540",
+                   .samples = "256",
+                   .few = "16"},
+};
+
+/* -- routes ----------------------------------------------------------------------------------- */
+
+enum {
+    TO_GRID = 1 << 8, /* of probe-place, by its method */
+    TO_ADAPTIVE = 1 << 9,
+    TO_PLACE = TO_GRID | TO_ADAPTIVE,
+    TO_CAPTURE = 1 << PLAN_CAPTURE,
+    TO_TET = 1 << PLAN_TET,
+    TO_LEAKFIX = 1 << PLAN_LEAKFIX,
+    TO_ERROR = 1 << PLAN_ERROR,
+    TO_PACK = 1 << PLAN_PACK,
+    TO_PICTURES = 1 << PLAN_PAIR | 1 << PLAN_PROBES,
+    TO_LIGHT = TO_ADAPTIVE | TO_CAPTURE, /* who looks at light; the header tells the others */
+    TO_ALL = TO_PLACE | TO_CAPTURE | TO_TET | TO_LEAKFIX | TO_ERROR | TO_PACK | TO_PICTURES,
+    UNSHOWN = 1 << 10 /* it changes no result */
+};
+
+/* Where an option goes. */
+struct route {
+    const char *name;
+    unsigned to;
+};
+
+static const struct route routes[] = {
+    /* where probes may be */
+    {"bounds", TO_PLACE | TO_ERROR},
+    /* how many */
+    {"max-error", TO_ADAPTIVE},
+    {"probes", TO_ADAPTIVE},
+    {"count", TO_GRID},
+    {"bytes", TO_ADAPTIVE},
+    {"gain", TO_ADAPTIVE},
+    /* their light */
+    {"rays", TO_LIGHT},
+    {"error", TO_CAPTURE},
+    {"order", TO_LIGHT},
+    {"bounces", TO_LIGHT},
+    {"light", TO_LIGHT},
+    {"dering", TO_CAPTURE},
+    {"seed", TO_LIGHT},
+    /* how the scene's file is read: the header tells who comes behind */
+    {"lenient", TO_PLACE},
+    {"exclude", TO_PLACE},
+    {"only", TO_PLACE},
+    /* of the work */
+    {"text", TO_LEAKFIX},
+    {"binary", TO_LEAKFIX},
+    {"threads", TO_ALL | UNSHOWN},
+    {"progress", TO_PLACE | TO_CAPTURE | TO_LEAKFIX | TO_ERROR | TO_PICTURES | UNSHOWN},
+    {"quiet", TO_PLACE | TO_CAPTURE | TO_TET | TO_LEAKFIX | UNSHOWN},
+    /* ours alone */
+    {"quality", 0},
+    {"output", 0},
+    {"report", 0},
+    {"pack", 0},
+    {"dry-run", 0},
+};
+
+/* What has no route is the scene's light. */
+static unsigned route_of(const char *name)
+{
+    for (size_t i = 0; i < sizeof routes / sizeof *routes; i++)
+        if (!strcmp(routes[i].name, name))
+            return routes[i].to;
+    return TO_LIGHT;
+}
+
+/* -- words ------------------------------------------------------------------------------------ */
+
+static const struct option_given *given(const struct plan_job *job, const char *name)
+{
+    for (size_t i = job->given_count; i-- > 0;)
+        if (!strcmp(job->given[i].row->name, name))
+            return &job->given[i];
+    return NULL;
+}
+
+/* The quality's word, where the command line has none. */
+static void add_usual(const struct plan_job *job, struct words *words, const char *name,
+                      const char *text)
+{
+    if (text && !given(job, name))
+        words_add_option(words, name, text);
+}
+
+static void add_given(const struct plan_job *job, struct words *words, unsigned to)
+{
+    for (size_t i = 0; i < job->given_count; i++) {
+        const char *name = job->given[i].row->name;
+        const unsigned route = route_of(name);
+        if (route & to && !(job->shown && route & UNSHOWN))
+            words_add_option(words, name, job->given[i].text);
+    }
+}
+
+static void add_light(const struct plan_job *job, struct words *words)
+{
+    if (!job->day)
+        return;
+    words_add_option(words, "sky", PLAN_DAY_SKY);
+    words_add_option(words, "sun", PLAN_DAY_SUN);
+}
+
+static void place(const struct plan_job *job, const struct quality *q, struct words *words)
+{
+    const bool limited = given(job, "max-error") || given(job, "bytes");
+    const struct option_given *probes = given(job, "probes");
+    if (q->adaptive || limited) {
+        words_add(words, "adaptive");
+        if (!limited) {
+            add_usual(job, words, "probes", q->probes);
+            if (!probes)
+                words_add_option(words, "gain", q->gain);
+        }
+        add_usual(job, words, "rays", q->rays);
+        add_usual(job, words, "order", q->order);
+        add_light(job, words);
+        add_given(job, words, TO_ADAPTIVE);
+    } else {
+        words_add(words, "grid");
+        words_add_option(words, "count", probes ? probes->text : q->probes);
+        add_given(job, words, TO_GRID);
+    }
+    words_add_file(words, job->scene);
+}
+
+static void capture(const struct plan_job *job, const struct quality *q, struct words *words)
+{
+    add_usual(job, words, "rays", q->rays);
+    add_usual(job, words, "error", q->error);
+    add_usual(job, words, "order", q->order);
+    add_usual(job, words, "dering", q->dering);
+    add_light(job, words);
+    add_given(job, words, TO_CAPTURE);
+    words_add_file(words, job->scene);
+}
+
+static void leakfix(const struct plan_job *job, struct words *words)
+{
+    add_given(job, words, TO_LEAKFIX);
+    if (strcmp(job->output, "-") != 0)
+        words_add_option(words, "output", job->output);
+    words_add_file(words, job->scene);
+}
+
+static void error(const struct plan_job *job, const struct quality *q, struct words *words)
+{
+    words_add(words, "--tsv");
+    words_add_option(words, "paths", "0");
+    words_add_option(words, "points", q->points);
+    words_add_option(words, "truth-rays", q->truth_rays);
+    if (!job->shown)
+        words_add(words, "--quiet");
+    add_given(job, words, TO_ERROR);
+    words_add_file(words, job->scene);
+    words_add_file(words, job->baked);
+}
+
+static void pack(const struct plan_job *job, struct words *words)
+{
+    words_add_option(words, "pack", "float");
+    if (!job->shown)
+        words_add(words, "--quiet");
+    add_given(job, words, TO_PACK);
+    words_add_option(words, "output", job->packed);
+    words_add_file(words, job->baked);
+}
+
+static void picture(const struct plan_job *job, const struct quality *q, bool pair,
+                    struct words *words)
+{
+    const struct option_given *light = given(job, "light");
+    const bool mixed = light && !strcmp(light->text, "indirect");
+    words_add_option(words, "mode", pair ? "pair" : mixed ? "mixed" : "probes");
+    if (!pair) {
+        words_add_option(words, "draw-probes", "auto");
+        if (job->exposure)
+            words_add_option(words, "exposure", job->exposure);
+    }
+    words_add_option(words, "samples", pair || mixed ? q->samples : q->few);
+    words_add_option(words, "size", q->size);
+    if (!job->shown)
+        words_add(words, "--quiet");
+    add_given(job, words, TO_PICTURES);
+    words_add_option(words, "output", pair ? job->pair : job->probes);
+    words_add_file(words, job->scene);
+    words_add_file(words, job->baked);
+}
+
+struct error *plan_stage(const struct plan_job *job, enum plan_stage which,
+                         struct pipe_stage *stage)
+{
+    const struct quality *q = &qualities[job->quality];
+    struct words *words = &stage->words;
+    switch (which) {
+    case PLAN_PLACE:
+        stage->name = "place";
+        place(job, q, words);
+        break;
+    case PLAN_CAPTURE:
+        stage->name = "capture";
+        capture(job, q, words);
+        break;
+    case PLAN_TET:
+        stage->name = "tet";
+        add_given(job, words, TO_TET);
+        break;
+    case PLAN_LEAKFIX:
+        stage->name = "leakfix";
+        leakfix(job, words);
+        break;
+    case PLAN_ERROR:
+        stage->name = "error";
+        error(job, q, words);
+        break;
+    case PLAN_PACK:
+        stage->name = "query";
+        pack(job, words);
+        break;
+    case PLAN_PAIR:
+    case PLAN_PROBES:
+        stage->name = "render";
+        picture(job, q, which == PLAN_PAIR, words);
+        break;
+    case PLAN_ALL: break;
+    }
+    struct error *err = words->err;
+    words->err = NULL;
+    return err;
+}

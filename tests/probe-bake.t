@@ -1,0 +1,111 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# probe-bake as users run it: what it writes is what its pipe writes, its report is what the
+# programs say that it names, and nothing is left of a run that fails or is stopped.
+. "${SRC:?}/tests/support/setup.sh"
+box=$SRC/scenes/cornell-box.obj
+mkdir temporary
+TMPDIR=$PWD/temporary
+export TMPDIR
+
+nothing_left() { [ -z "$(ls -A temporary)" ]; }
+# figure NAME: of the report, as it stands
+figure() { sed -n "s/^  $1  *\([0-9.]*\)\( .*\)*$/\1/p" report | head -n 1; }
+# percent MEASURE OF: probe-error's figure
+percent() { awk -v m="$1" -v of="$2" '$1 == m && $2 == of { printf "%.1f\n", 100 * $3 }' figures; }
+
+# -- a bake ----------------------------------------------------------------------------------------
+probe-bake --quality draft --probes 60 --rays 16 --pack packed -j1 "$box" -o baked.probe \
+    >report 2>said
+check "it bakes, and leaves nothing else behind" test -s baked.probe and nothing_left \
+    and says report '^probe-bake: baked.probe$' and cmp report baked.report/report.txt
+check "two pictures" test -s baked.report/light.png and test -s baked.report/probes.png
+grep '^ *probe-[a-z]* .*\|^ *probe-tet' said | sed '/: /d' >pipe
+probe-bake --dry-run --quality draft --probes 60 --rays 16 "$box" -o baked.probe >dry
+check "the pipe is printed, and by --dry-run it alone" has_lines 4 dry and diff pipe dry
+mv baked.probe whole.probe
+sh dry 2>/dev/null
+check "pasted it gives the same bytes" cmp whole.probe baked.probe
+probe-bake -q --report none --quality draft --probes 60 --rays 16 -j3 "$box" >threads.probe 2>said
+check "on any number of threads, and to standard output" cmp whole.probe threads.probe \
+    and empty said
+probe-query -q --pack float -o packed.again baked.probe
+check "the packed file" cmp packed packed.again
+
+grep '^  probe-error' report >commands
+sh commands >figures 2>/dev/null
+check "the report's error is what its command says" [ "$(figure error)" = "$(percent error all)" ] \
+    and [ "$(figure bad)" = "$(percent bad all)" ] \
+    and [ "$(figure leaks)" = "$(percent leak_light all)" ] \
+    and [ "$(figure 'not mended')" = "$(percent leak_light all-probes)" ] and test -s figures
+check "its counts are the stream's" [ "$(figure probes)" = "$(row_count probe baked.probe)" ] \
+    and [ "$(figure cells)" = "$(row_count tet baked.probe)" ]
+check "of the scene" says report '^  triangles  *[0-9]' '^  lights .*emissive'
+
+# -- options go where they belong, and are quoted --------------------------------------------------
+cp "$box" "it's a box.obj"
+probe-bake --dry-run --quality draft --text --sun 0,-1,0,1,1,1 --exclude 'short*' --bounces 3 \
+    --light indirect "it's a box.obj" -o 'a b' >dry
+check "quoting" says dry "'it'.''s a box.obj'" "--output 'a b'" "--exclude 'short\*'" \
+    and sh -n dry
+check "light goes to who looks at it, the choice to who reads first" \
+    [ "$(grep -c -- '--sun' dry)" = 1 ] and [ "$(grep -c -- '--exclude' dry)" = 1 ] \
+    and says dry 'probe-capture.*--light indirect' 'probe-leakfix.*--text'
+probe-bake --dry-run --max-error 10% --sun 0,-1,0,1,1,1 "$box" >dry
+check "--max-error is of adaptive probes, which look at light" \
+    says dry 'probe-place adaptive .*--max-error 10%.*--sun' 'probe-capture.*--sun'
+
+# under other names it runs programs of such names
+mkdir named
+cp "$BUILD/src/probe-bake" named/my-probe-bake-2
+for name in place capture tet leakfix; do printf '#!/bin/sh\n' >named/my-probe-$name-2; done
+chmod +x named/*
+named/my-probe-bake-2 --dry-run "$box" >dry
+check "under other names it runs others so named" \
+    says dry '^my-probe-place-2 ' ' my-probe-capture-2 ' ' my-probe-tet-2 ' ' my-probe-leakfix-2 '
+
+# -- no light --------------------------------------------------------------------------------------
+printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 1 0 1' 'f 1 3 2' 'f 2 3 4' >floor.obj
+probe-bake --quality draft --probes 40 --rays 16 --report none -j1 floor.obj -o floor.probe \
+    2>said >report
+check "a scene without light is baked by day, and says so" \
+    says said 'no light.*by day.*--sky.*--sun' 'probe-capture.*--sky.*--sun' \
+    and test -s floor.probe and empty report
+refused 1 "none of --sky" probe-bake --sky 0,0,0 floor.obj -o dark.probe
+check "nothing is written" test ! -e dark.probe -a ! -e dark.report
+
+# -- bad input -------------------------------------------------------------------------------------
+refused 2 "got 0 operands" probe-bake -o x.probe
+refused 2 "standard input" probe-bake - -o x.probe
+refused 1 "nowhere.obj" probe-bake nowhere.obj -o x.probe
+refused 2 "--quality: expected one of draft, good, best" probe-bake --quality fast "$box"
+refused 2 "--max-error: expected" probe-bake --max-error 0 "$box"
+refused 2 "same file" probe-bake --pack x.probe "$box" -o x.probe
+refused 1 "no/such: No such file" probe-bake "$box" -o no/such
+refused 1 "no/such: No such file" probe-bake --report no/such "$box" -o x.probe
+# a cube seen from within its own matter: there is nowhere to put a probe
+refused 1 "probe-place failed with status 1" probe-bake --quality draft --probes 40 \
+    --bounds 9,9,9,9,9,9 --quality draft -q "$box" -o x.probe
+check "of these nothing is left" test ! -e x.probe -a ! -e x.report and nothing_left
+refused 1 "No space left" probe-bake -q --quality draft --probes 40 --rays 16 "$box" -o /dev/full
+{
+    probe-bake -q --quality draft --probes 40 --rays 16 --report none "$box" 2>said
+    echo $? >status
+} | true
+check "a closed pipe ends it quietly" empty said and [ "$(cat status)" -ne 0 ] and nothing_left
+
+# -- stopped ---------------------------------------------------------------------------------------
+children_of() { cat "/proc/$1/task/$1/children"; }
+begun() { [ -e "$(echo temporary/probe-bake-*/figures)" ] && [ -n "$(children_of $pid)" ]; }
+probe-bake -q --quality best --rays 1000000 "$box" -o x.probe &
+pid=$!
+wait_for begun
+children=$(children_of $pid)
+kill -TERM $pid
+wait $pid 2>said
+status=$?
+gone() { for child in $children; do ! kill -0 "$child" 2>/dev/null || return; done; }
+check "a signal ends it and its programs" [ $status -eq 143 ] and test -n "$children" and gone
+check "and nothing is left" test ! -e x.probe -a ! -e x.report and nothing_left
+
+tap_done
