@@ -182,7 +182,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
     world.scene = scene;
     if (!err)
         err = method->place(&place, &a->options, &world);
-    if (!err && place.normal && !a->inside_given) /* at a surface half of the rays may be inside */
+    /* at a surface half of the rays may be inside; and a stream's probes are there already */
+    if (!err && (place.normal || place.from) && !a->inside_given)
         a->inside = INSIDE_KEEP;
     if (!err && method->sees_light && !method->asks_air)
         a->inside = INSIDE_KEEP;
@@ -190,9 +191,11 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = find_inside(a, scene, &place, common->threads, &side, warnings);
     if (!err)
         err = stream_create(&stream);
+    if (!err && place.from)
+        err = header_copy(&stream->header, &place.from->header);
     if (!err)
         err = fill(stream, a, &place, side, warnings);
-    if (!err)
+    if (!err && !place.from)
         err = scene_file_to_header(settings, &stream->header);
     if (!err)
         err = scene_told_in(warnings, &stream->header, common->quiet);
@@ -239,15 +242,14 @@ int main(int argc, char **argv)
          .value = &a.max_probes,
          .least = 1,
          .most = INT32_MAX,
-         .help = "refuse to make more",
-         .unrecorded = true},
+         .help = "refuse to make more; adaptive and spawn-merge end there"},
         {.name = "inside",
          .argument = "HOW",
          .kind = OPTION_CHOICE,
          .choices = insides,
          .value = OPTION_ENUM(a.inside),
          .given = &a.inside_given,
-         .shown = "drop; with a normal keep",
+         .shown = "drop; with a normal, and unlit, keep",
          .help = "probes in no air: drop, keep, or mark in a column `inside` (1 in a\n"
                  "solid, 2 under or behind an open surface, 3 outside of a room)"},
         {.name = "inside-rays",
@@ -292,10 +294,11 @@ int main(int argc, char **argv)
         .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or "
                    "x y z nx ny nz), "
                    "along the\n"
-                   "path through them, at its vertices, around its lights, or adaptive: where they "
-                   "lower the error "
-                   "most that a player\nsees. Probes inside solids, under the ground "
-                   "or outside of a closed level are dropped.",
+                   "path through them, at its vertices, around its lights; or by its light: adaptive, where they "
+                   "lower the error most that\na player sees; spawn-merge, where light differs; "
+                   "ascent, where it comes from; unlit, a few for the dark.\n"
+                   "Probes inside solids, under the ground or outside of a closed level are "
+                   "dropped.",
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};

@@ -583,7 +583,8 @@ refused 2 "--offset goes with the methods vertices and lights" \
     probe-place grid --spacing 1 --offset 1 cube.obj
 refused 2 "--bounds goes with the methods grid" \
     probe-place points --bounds 0,0,0,1,1,1 points.txt
-refused 2 "--spacing goes with the method grid" probe-place vertices --spacing 1 cube.obj
+refused 2 "--spacing goes with the methods grid" \
+    probe-place vertices --spacing 1 cube.obj
 refused 2 "--step goes with" probe-place vertices --step 1 cube.obj
 refused 2 "unexpected operand 'x'" probe-place vertices cube.obj x
 refused 2 "--offset" probe-place vertices --offset 0 cube.obj
@@ -596,7 +597,7 @@ refused 1 "all 8 probes are inside solids" \
 refused 1 "1000000000 probes" probe-place grid --spacing .001 --bounds 0,0,0,1,1,1
 check "unless --max-probes says so" into /dev/null \
     probe-place grid --spacing .01 --bounds 0,0,0,1,1,1.1 --max-probes 1200000
-refused 2 "expected a method grid, points, path, vertices, lights or adaptive, got 'net'" \
+refused 2 "expected a method grid, points, path, vertices" \
     probe-place net "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid --spacing 1 --count 3 "$rooms"

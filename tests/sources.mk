@@ -66,6 +66,7 @@ PROGRAM_TESTS = \
 	tests/bench.t \
 	tests/probe-place.t \
 	tests/probe-adaptive.t \
+	tests/place-by-light.t \
 	tests/probe-capture.t \
 	tests/libprobe-query.t \
 	tests/layers.t \

@@ -78,8 +78,8 @@ static double largest(const struct contrast *c, int directions, const float *a, 
     return most;
 }
 
-/* Of irradiance by the difference of two SH, or where b is NULL by one. */
-static double root_mean_square(const struct contrast *c, const float *a, const float *b)
+/* Mean square of irradiance by the difference of two SH, or where b is NULL by one. */
+static double mean_difference(const struct contrast *c, const float *a, const float *b)
 {
     double sum = 0;
     for (int i = 0; i < c->order * c->order; i++) {
@@ -89,7 +89,7 @@ static double root_mean_square(const struct contrast *c, const float *a, const f
             sum += d * d;
         }
     }
-    return sqrt(sum / (3 * 4 * ANGLE_PI));
+    return sum / (3 * 4 * ANGLE_PI);
 }
 
 static double mean_square(const struct contrast *c, const float *a, const float *b)
@@ -105,12 +105,17 @@ static double mean_square(const struct contrast *c, const float *a, const float 
 
 double contrast(const struct contrast *c, const float *a, const float *b)
 {
+    return contrast_clean(c, a, b, 0);
+}
+
+double contrast_clean(const struct contrast *c, const float *a, const float *b, double noise)
+{
     switch (c->kind) {
     case CONTRAST_SIX: return largest(c, 6, a, b);
     case CONTRAST_TWENTYSIX: return largest(c, CONTRAST_DIRECTIONS, a, b);
     case CONTRAST_MSE: return mean_square(c, a, b);
     default:
-        return share(c, root_mean_square(c, a, b),
-                     root_mean_square(c, a, NULL) + root_mean_square(c, b, NULL));
+        return share(c, sqrt(fmax(mean_difference(c, a, b) - noise, 0)),
+                     sqrt(mean_difference(c, a, NULL)) + sqrt(mean_difference(c, b, NULL)));
     }
 }

@@ -46,4 +46,9 @@ double contrast_mean(int order, size_t count, const float *sh);
 /* Of two SH, 3 order^2 floats each; 0 where both are black. */
 double contrast(const struct contrast *contrast, const float *a, const float *b);
 
+/* The same; rms without what noise adds to it: the sum of the variances of both in irradiance, in
+ * the mean over directions and colours (place_light_capture_noise). */
+double contrast_clean(const struct contrast *contrast, const float *a, const float *b,
+                      double noise);
+
 #endif

@@ -6,6 +6,7 @@
 #include "base/options.h"
 #include "base/progress.h"
 #include "base/threads.h"
+#include "math/angle.h"
 #include "math/vec.h"
 #include "place/place_inside.h"
 #include "place/place_method.h"
@@ -13,6 +14,7 @@
 #include "trace/trace.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -125,12 +127,24 @@ struct capturing {
     const struct place_light *light;
     const double *position;
     float *sh;
+    double *noise; /* NULL: nobody asks */
     struct progress *progress;
 };
 
 size_t place_light_width(const struct place_light *light)
 {
     return 3 * (size_t)light->settings.order * (size_t)light->settings.order;
+}
+
+static double noise_of(int order, const float *error)
+{
+    double sum = 0;
+    for (int l = 0, i = 0; l < order; l++)
+        for (; i < 3 * (l + 1) * (l + 1); i++) {
+            const double e = sh_cosine(l) * (double)error[i];
+            sum += e * e;
+        }
+    return sum / (3 * 4 * ANGLE_PI);
 }
 
 static struct error *capture_one(void *context, size_t i, int thread)
@@ -152,6 +166,8 @@ static struct error *capture_one(void *context, size_t i, int thread)
         if (!isfinite(sh[k]))
             err = error_new("light is beyond what 32 bits can hold: --light-scale brings it down");
     }
+    if (c->noise && !err)
+        c->noise[i] = noise_of(c->light->settings.order, probe.sh_error);
     progress_add(c->progress, 1);
     return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
 }
@@ -159,8 +175,14 @@ static struct error *capture_one(void *context, size_t i, int thread)
 struct error *place_light_capture(struct place_light *light, size_t count, const double *position,
                                   float *sh)
 {
+    return place_light_capture_noise(light, count, position, sh, NULL);
+}
+
+struct error *place_light_capture_noise(struct place_light *light, size_t count,
+                                        const double *position, float *sh, double *noise)
+{
     const struct place_world *world = light->world;
-    struct capturing c = {light, position, sh,
+    struct capturing c = {light, position, sh, noise,
                           progress_start(world->progress, world->program, "points", count)};
     struct error *err = threads_for(world->inside.threads, count, capture_one, &c);
     progress_end(c.progress);
@@ -224,6 +246,24 @@ bool place_light_is_free(const struct place_light *light, const double a[3], con
         return true;
     vec3_store(direction, vec3_scale(1 / length, way));
     return !trace_nearest(light->tracer, a, direction, length).hit;
+}
+
+/* -- what is told ----------------------------------------------------------------------------- */
+
+void place_light_tell_round(const struct place_light *light, const struct place_round *round)
+{
+    if (light->world->program)
+        fprintf(stderr,
+                "%s: round %d: %zu probes, %zu merged, %zu added, %zu moved, %zu stepped back, "
+                "%zu rays\n",
+                light->world->program, round->number, round->probes, round->merged, round->added,
+                round->moved, round->back, light->rays);
+}
+
+void place_light_tell_end(const struct place_light *light, size_t probes, const char *why)
+{
+    if (light->world->program)
+        fprintf(stderr, "%s: %zu probes: %s\n", light->world->program, probes, why);
 }
 
 /* -- what comes out --------------------------------------------------------------------------- */

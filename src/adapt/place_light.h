@@ -67,6 +67,11 @@ size_t place_light_width(const struct place_light *light);
 struct error *place_light_capture(struct place_light *light, size_t count, const double *position,
                                   float *sh);
 
+/* The same, with the variance that the rays leave in irradiance, in the mean over directions and
+ * colours. */
+struct error *place_light_capture_noise(struct place_light *light, size_t count,
+                                        const double *position, float *sh, double *noise);
+
 /* Tells which positions are in the air (place_inside.h). Those of the first call, the method's
  * start, tell what the scene's surfaces are; later calls ask by them. */
 struct error *place_light_air(struct place_light *light, size_t count, const double *position,
@@ -74,6 +79,16 @@ struct error *place_light_air(struct place_light *light, size_t count, const dou
 
 /* Whether no surface is between a and b. Any thread. */
 bool place_light_is_free(const struct place_light *light, const double a[3], const double b[3]);
+
+/* What a round did. */
+struct place_round {
+    int number;
+    size_t probes, merged, added, moved, back; /* back: steps that were taken back */
+};
+
+/* Says on standard error what a round did, and why it was the last; not where nobody is to. */
+void place_light_tell_round(const struct place_light *light, const struct place_round *round);
+void place_light_tell_end(const struct place_light *light, size_t probes, const char *why);
 
 /* Appends the probes that stay, with their own origins, and then `count` positions with this
  * one. The place is empty before. */

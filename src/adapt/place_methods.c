@@ -9,5 +9,8 @@ const struct place_method *const place_methods[] = {
     &place_method_vertices,
     &place_method_lights,
     &place_method_adaptive,
+    &place_method_spawn_merge,
+    &place_method_ascent,
+    &place_method_unlit,
     NULL,
 };

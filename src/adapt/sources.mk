@@ -6,9 +6,14 @@ adapt_sources = \
 	%D%/candidates.c %D%/candidates.h \
 	%D%/cavity.c %D%/cavity.h \
 	%D%/choice.c %D%/choice.h \
+	%D%/cloud.c %D%/cloud.h \
 	%D%/contrast.c %D%/contrast.h \
 	%D%/insert.c %D%/insert.h \
+	%D%/place_ascent.c \
 	%D%/place_light.c %D%/place_light.h \
 	%D%/place_methods.c \
+	%D%/place_spawn_merge.c \
+	%D%/place_unlit.c \
 	%D%/rank.h \
-	%D%/thin_out.c %D%/thin_out.h
+	%D%/thin_out.c %D%/thin_out.h \
+	%D%/unlit.c %D%/unlit.h

@@ -2,6 +2,7 @@
 #include "place/place.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "stream/stream.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@ void place_clear(struct place *place)
     free(place->normal);
     free(place->origin);
     table_clear(&place->columns);
+    stream_destroy(place->from);
     *place = (struct place){0};
 }
 

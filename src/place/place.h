@@ -15,6 +15,7 @@
 
 struct error;
 struct scene;
+struct stream;
 struct warnings;
 
 /* Positions, owned: 3 * count doubles; starts as {0}. */
@@ -25,6 +26,7 @@ struct place {
     int *origin; /* numbers of the methods that placed them, owned; NULL: not told */
     /* what else a method tells of them, a row each; owned; see place_add_column */
     struct table columns;
+    struct stream *from; /* that they are of, whose header goes on; owned; NULL: of none */
     size_t count, capacity;
 };
 void place_clear(struct place *place);

@@ -92,14 +92,16 @@ static struct error *parse_spacing(void *value, const char *text)
 
 static struct option_row *rows(struct place_options *o, struct option_row *row)
 {
-    *row++ = (struct option_row){.name = "spacing",
-                                 .letter = 's',
-                                 .argument = "S|SX,SY,SZ",
-                                 .kind = OPTION_CALL,
-                                 .value = o->spacing,
-                                 .parse = parse_spacing,
-                                 .given = &o->spacing_given,
-                                 .help = "grid: distance between probes, in units of the scene"};
+    *row++ = (struct option_row){
+        .name = "spacing",
+        .letter = 's',
+        .argument = "S|SX,SY,SZ",
+        .kind = OPTION_CALL,
+        .value = o->spacing,
+        .parse = parse_spacing,
+        .given = &o->spacing_given,
+        .help = "grid, and those that start from one: distance between probes, in units\n"
+                "of the scene"};
     *row++ = (struct option_row){
         .name = "count",
         .letter = 'n',
@@ -109,25 +111,28 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
         .least = 1,
         .most = 1e15,
         .given = &o->count_given,
-        .help = "grid: the finest spacing that makes at most N probes, before those\n"
-                "in no air go"};
-    *row++ = (struct option_row){.name = "bounds",
-                                 .argument = "X0,Y0,Z0,X1,Y1,Z1",
-                                 .kind = OPTION_REALS,
-                                 .count = 6,
-                                 .value = o->bounds,
-                                 .given = &o->bounds_given,
-                                 .help = "grid: fill this box (default: the scene's, with\n"
-                                         "some air above an open ground); adaptive: stay in it"};
+        .help = "grid, and those that start from one: the finest spacing that makes at\n"
+                "most N probes, before those"
+                " in no air go"};
+    *row++ =
+        (struct option_row){.name = "bounds",
+                            .argument = "X0,Y0,Z0,X1,Y1,Z1",
+                            .kind = OPTION_REALS,
+                            .count = 6,
+                            .value = o->bounds,
+                            .given = &o->bounds_given,
+                            .help = "grid, and those that start from one: fill this box (default:\n"
+                                    "the scene's, with some air above an open ground); adaptive:\n"
+                                    "stay in it"};
     return row;
 }
 
 static struct error *check(const struct place_options *o, bool scene)
 {
     if (o->spacing_given == o->count_given)
-        return error_usage("grid: expected either --spacing or --count");
+        return error_usage("expected either --spacing or --count");
     if (!scene && !o->bounds_given)
-        return error_usage("grid: expected a SCENE or --bounds");
+        return error_usage("expected a SCENE or --bounds");
     return NULL;
 }
 
@@ -241,6 +246,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     }
     if (!err && !o->bounds_given)
         err = fit_scene(&grid, o, world);
+    memcpy(world->spacing, grid.spacing, sizeof world->spacing);
     return err ? err : place_grid(place, &grid, world->most);
 }
 

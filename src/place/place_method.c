@@ -18,7 +18,12 @@ struct place_options place_options_default(void)
                                   .step = NAN,
                                   .offset = NAN,
                                   .crease = NAN,
-                                  .light = {.order = 3, .bounces = 64, .light = -1}};
+                                  .light = {.order = 3, .bounces = 64, .light = -1},
+                                  .merge = {.merge_distance = 1.01,
+                                            .merge_contrast = NAN,
+                                            .spawn_distance = 1.8,
+                                            .spawn_contrast = NAN,
+                                            .levels = 2}};
 }
 
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)

@@ -43,6 +43,21 @@ struct place_options {
         const char *keep;
         bool rays_given, bounces_given, order_given, light_given, keep_given;
     } light;
+    /* spawn-merge and ascent: merging and adding by contrast; lengths in spacings; rounds 0: as is
+     * usual */
+    struct {
+        int contrast, form; /* enum contrast_kind, contrast_form */
+        double merge_distance, merge_contrast, spawn_distance, spawn_contrast;
+        int levels, rounds;
+        bool contrast_given, form_given, merge_distance_given, merge_contrast_given,
+            spawn_distance_given, spawn_contrast_given, levels_given, rounds_given;
+    } merge;
+    /* ascent */
+    int step_back; /* enum step_back */
+    bool step_back_given;
+    /* unlit, and ascent; 0: as many as there are areas */
+    int unlit;
+    bool unlit_given;
     /* adaptive; shares and numbers, 0: none */
     struct {
         double error, gain;
@@ -67,6 +82,7 @@ struct place_world {
     const char *program; /* says on standard error how it goes; NULL: nobody does */
     bool progress;       /* and how far it is */
     bool interrupted;    /* out: a signal came, and less was done than was asked for */
+    double spacing[3];   /* out, of grid: between nodes, at the most */
 };
 
 struct place_method {
@@ -89,7 +105,8 @@ struct place_method {
 };
 
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
-    place_method_vertices, place_method_lights, place_method_adaptive;
+    place_method_vertices, place_method_lights, place_method_adaptive, place_method_spawn_merge,
+    place_method_ascent, place_method_unlit;
 /* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];
