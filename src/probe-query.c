@@ -27,7 +27,7 @@ struct arguments {
     enum probe_packing pack;
     enum interpolate_visible visible;
     bool normals, explain;
-    const char *column, *scene;
+    const char *column, *along, *scene;
 };
 
 /* What --visible rays looks through. */
@@ -58,7 +58,10 @@ static struct error *open_baked(struct interpolate **in, struct stream **stream,
                                 const struct arguments *a, struct warnings *warnings)
 {
     struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
+    settings.along = a->along;
     settings.outside |= interpolate_visible_flags(a->visible);
+    if (interpolate_is_packed(path) && a->along)
+        return error_new("%s: a packed file has no column %s", path, a->along);
     if (interpolate_is_packed(path))
         return interpolate_open_packed(in, path, &settings);
     struct error *err = stream_read(stream, path);
@@ -123,10 +126,18 @@ static struct error *answer(struct interpolate *in, const struct arguments *a, c
     if (!err)
         err = query_open(&query, in, &settings);
     if (!err)
-        err = points_open(&points, input, a->from, a->normals);
+        err = points_open(&points, input, a->along ? POINTS_TIMES : POINTS_PLACES, a->from,
+                          a->normals);
     if (!err)
         err = query_run(query, points);
-    if (!err && query_outside(query))
+    if (!err && query_outside(query) && a->along)
+        warnings_add(warnings, "outside",
+                     "%zu points are before the first probe or behind the "
+                     "last: %s",
+                     query_outside(query),
+                     settings.outside == QUERY_ZERO ? "they have no light"
+                                                    : "their light is that end's");
+    else if (!err && query_outside(query))
         warnings_add(warnings, "outside", "%zu points are outside the hull of the probes: %s",
                      query_outside(query), light_outside(in, settings.outside));
     if (!err)
@@ -182,6 +193,13 @@ int main(int argc, char **argv)
          .kind = OPTION_TEXT,
          .value = &a.column,
          .help = "interpolate this column of the probes"},
+        {.name = "along",
+         .argument = "NAME",
+         .kind = OPTION_TEXT,
+         .value = &a.along,
+         .shown = "none",
+         .help = "points are numbers of this column (time, of probe-place path), t or\n"
+                 "t nx ny nz, and light is between that of the probes before and behind"},
         {0}};
     struct option_row how[INTERPOLATE_OPTIONS_ROWS];
     const struct option_row more[] = {
@@ -234,6 +252,9 @@ int main(int argc, char **argv)
     struct error *err = options_parse(&program, groups, argc, argv);
     if (!err && (a.visible == INTERPOLATE_VISIBLE_RAYS) != (a.scene != NULL))
         err = error_usage("--visible rays and --scene need each other");
+    if (!err && a.along && (a.scene || pack || a.how.outside == QUERY_EXTEND))
+        err = error_usage("--along needs neither cells nor a hull: no --visible rays, --pack or "
+                          "--outside extend");
     if (!err && pack && a.scene)
         err = error_usage("--pack packs what all probes of a cell hold: no --visible rays");
     if (!err && a.explain && a.to != QUERY_TEXT)
@@ -242,7 +263,7 @@ int main(int argc, char **argv)
         err = error_usage("--pack takes no points, and packs no column but sh");
     if (!err && pack && !interpolate_kind_is_plain(a.how.kind))
         err = error_usage("--pack packs cells: it needs --interpolate barycentric");
-    if (!err && a.explain && !a.how.kind->needs_cells) {
+    if (!err && a.explain && (a.along || !a.how.kind->needs_cells)) {
         char names[256];
         interpolate_kind_names(names, sizeof names, true, " or ");
         err = error_usage("--explain needs cells: --interpolate %s", names);

@@ -75,7 +75,8 @@ static void test_path(void)
     fputs("# a corner\n0 0 0\n\n10 0 0\n10 3.5 0\n10 3.5 0\n", f);
     fclose(f);
     struct place place = {0};
-    must(place_path(&place, name, 1, 1e6, NULL));
+    const struct place_way way = {.step = 1}, smooth = {.step = 0.05, .spline = true};
+    must(place_path(&place, name, &way, 1e6, NULL));
     double longest = 0, length = 0;
     for (size_t i = 1; i < place.count; i++) {
         const double d = vec3_length(
@@ -85,6 +86,27 @@ static void test_path(void)
     }
     ok(longest <= 1 + 1e-12 && fabs(length - 13.5) < 1e-9 && place.count == 1 + 10 + 4 + 1,
        "a path of 13.5 in steps of at most 1: %zu probes", place.count);
+    const double *time = column_f64(table_column(&place.columns, "time"));
+    ok(time[0] == 0 && time[10] == 10 && fabs(time[place.count - 1] - 13.5) < 1e-9,
+       "whose time is how far it came");
+    place_clear(&place);
+    /* a parabola in time, and a point on it is one of the spline */
+    f = fopen(name, "w");
+    fputs("0 0 7 0\n1 1 7 1\n3 9 7 3\n4 16 7 4\n4.5 20.25 7 4.5\n", f);
+    fclose(f);
+    must(place_path(&place, name, &smooth, 1e6, NULL));
+    double off = 0;
+    longest = length = 0;
+    time = column_f64(table_column(&place.columns, "time"));
+    for (size_t i = 0; i < place.count; i++) {
+        const double *p = place.position + 3 * i;
+        off = fmax(off, fabs(p[1] - time[i] * time[i]) + fabs(p[0] - time[i]) + fabs(p[2] - 7));
+        if (i)
+            longest = fmax(longest, vec3_length(vec3_sub(vec3_load(p), vec3_load(p - 3))));
+    }
+    ok(off < 1e-12 && longest <= 0.05 && time[place.count - 1] == 4.5 && place.count < 440,
+       "a spline through points of a parabola is that, in even steps: %g, %g, %zu", off, longest,
+       place.count);
     place_clear(&place);
     f = fopen(name, "w");
     fputs("0 0 0\n1 2\n", f);

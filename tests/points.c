@@ -54,7 +54,7 @@ static bool reads_back(const struct written *w, const char *path, enum points_fo
     double *value = malloc((most + POINTS) * 6 * sizeof *value);
     size_t total = 0, got = 1, width;
     bool same = value;
-    must(points_open(&points, path, format, w->width == 6));
+    must(points_open(&points, path, POINTS_PLACES, format, w->width == 6));
     while (same && got) {
         must(points_read(points, most, value, &width, &got));
         same = got <= most && total + got <= POINTS && (!got || width == w->width) &&
@@ -97,7 +97,7 @@ static void test_places(const struct written *w, enum points_format format)
     struct points *points;
     struct points_block block = {0};
     size_t total = 0, wrong = 0, blocks = 0;
-    must(points_open(&points, path, format, w->width == 6));
+    must(points_open(&points, path, POINTS_PLACES, format, w->width == 6));
     for (;; blocks++) {
         must(points_take(points, 10, &block));
         if (!block.bytes)
@@ -121,7 +121,7 @@ static struct error *read_all(const char *path, enum points_format format, bool 
     struct points *points;
     double value[6 * 20];
     size_t width, got = 1;
-    must(points_open(&points, path, format, normals));
+    must(points_open(&points, path, POINTS_PLACES, format, normals));
     struct error *err = NULL;
     while (!err && got)
         err = points_read(points, 20, value, &width, &got);

@@ -48,7 +48,42 @@ check "points with a normal are surface probes, and it has length 1" says points
 echo '3 1 1 1 2 2' | probe-place points - --text --inside drop "$rooms" >points.probe
 check "of any length, and with a scene" says points.probe '^3 1 1 0.333'
 printf '%s\n' '0 0 0' '10 0 0' | probe-place path - --step 2.5 --text >path.probe
-check "a path has its ends and its steps" says path.probe '^0 0 0$' '^2.5 0 0$' '^10 0 0$'
+check "a path has its ends and its steps" says path.probe '^0 0 0 0$' '^2.5 0 0 2.5$' '^10 0 0 10$'
+
+check "whose time is how far along they are" says path.probe \
+    '^table probe position:f64:3 time:f64:1$' '^2.5 0 0 2.5$' '^10 0 0 10$'
+printf '%s\n' '0 0 0 10' '10 0 0 12' '10 8 0 20' |
+    probe-place path - --interval 2 --text >path.probe
+check "or the 4th number, in steps of --interval" holds path.probe 6 \
+    and says rows '^0 0 0 10$' '^10 0 0 12$' '^10 2 0 14$' '^10 8 0 20$'
+probe-place path - --step 5 --interval 3 --text >path.probe <<'WAY'
+0 0 0 10
+10 0 0 12
+10 8 0 20
+WAY
+check "or both" holds path.probe 6 and says rows '^5 0 0 11$' '^10 5.33'
+# a quarter of a circle and on
+awk 'BEGIN { for (i = 0; i < 6; i++) print cos(i * .3), sin(i * .3), 0, i }' |
+    probe-place path - --spline --step .01 --text >path.probe
+check "--spline: a smooth way, in even steps" of path.probe and every \
+    'near($1 ^ 2 + $2 ^ 2, 1, 4e-3) && near($1, cos($4 * .3), 3e-3) &&
+    (NR == 1 || ($1 - x) ^ 2 + ($2 - y) ^ 2 <= 1.001e-4) && (x = $1) + (y = $2) < 9' rows
+printf '%s\n' '0 0 0' '1 0 0' '1 0 0' '1 1 0' |
+    probe-place path - --spline --step .5 --text >path.probe
+check "a point that is given twice is a corner" holds path.probe 6 \
+    and says rows '^0.5 0 0 0.5$' '^1 0.5 0 1.5$'
+echo '1 2 3' | probe-place path - --step 1 --text >path.probe
+check "one point is one probe" holds path.probe 1 and says rows '^1 2 3 0$'
+refused 1 "stdin:3: expected times that grow, got 4 after 5" \
+    given "0 0 0 1
+1 0 0 5
+2 0 0 4" probe-place path - --step 1
+refused 1 "stdin:1: expected x y z or x y z t, got 6 numbers" \
+    given "0 0 0 1 0 0" probe-place path - --step 1
+refused 1 "more than --max-probes 5" \
+    given "0 0 0
+9 0 0" probe-place path - --step 1 --max-probes 5
+refused 2 "--spline goes with the method path" probe-place points --spline points.txt
 
 # A cube of 2 in a grid of 4: the inside goes, stays, or is marked.
 cat >cube.obj <<'OBJ'
@@ -602,7 +637,7 @@ refused 2 "expected a method grid, points, path, vertices" \
 refused 2 "expected either --spacing or --count" probe-place grid "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid --spacing 1 --count 3 "$rooms"
 refused 2 "expected a SCENE or --bounds" probe-place grid --spacing 1
-refused 2 "expected --step" probe-place path points.txt
+refused 2 "expected --step or --interval" probe-place path points.txt
 refused 2 "greater than 0, got 0" probe-place grid --spacing 0 "$rooms"
 refused 2 "above" probe-place grid --spacing 1 --bounds 1,0,0,0,1,1
 refused 1 "nothing.obj" probe-place grid --count 10 nothing.obj
@@ -636,8 +671,6 @@ printf '1 2 nan\n' >nan.txt
 refused 1 "nan.txt:1: expected finite numbers, got nan" probe-place points nan.txt
 : >none.txt
 refused 1 "none.txt: expected at least one position" probe-place points none.txt
-refused 1 "normals.txt:2: expected x y z, without a normal, got 6 numbers" \
-    probe-place path --step 1 normals.txt
 printf '%s\n' '1 2 3 0 0 1' '1 2 3 0 0 0' >flat.txt
 refused 1 "flat.txt:2: expected a normal with a length, got 0 0 0" probe-place points flat.txt
 printf '%s\n' '1 2 3 0 0 1' '1 2 3' >mixed.txt

@@ -419,4 +419,48 @@ probe-query -q --interpolate tricubic lit.probe beside >light
 check "nor does one of an octree" every '$1 > -0.01' light
 awk '$1 > 5' light >bright
 check "and that is there as well" test -s bright
+# -- along a way -----------------------------------------------------------------------------------
+# x = 2 t, v = x^2, whose gradient along x is 2 x; rows in no order
+printf '%s\n' '4 0 0 2 16 8 0 0' '0 0 0 0 0 0 0 0' '6 0 0 3 36 12 0 0' '2 0 0 1 4 4 0 0' |
+    stream_of "table probe position:f64:3 time:f64:1 v:f32:1 v_gradient:f32:3" >way.probe
+# numbers_are FILE NUMBER...: a line each
+numbers_are() { file=$1; shift; printf '%s\n' "$@" | cmp - "$file"; }
+along() { probe-query -q --column v --along time "$@" way.probe times; }
+printf '%s\n' 0 .5 1.25 3 >times
+along >light
+check "--along time: between the probes before and behind" numbers_are light 0 2 7 36
+along --interpolate cubic >light
+check "cubic: by their gradients along the way's velocity" numbers_are light 0 1 6.25 36
+along --interpolate cubic --to stream | probe-cat --text >stream
+check "a stream says where that is" says stream \
+    '^table probe position:f64:3 time:f64:1 v:f32:1$' '^2.5 0 0 1.25 6.25$'
+printf '%s\n' -1 4.5 >times
+probe-query --column v --along time way.probe times >light 2>err
+check "before the first and behind the last: theirs, and it says so" numbers_are light 0 36 \
+    and says err '2 points are before the first probe or behind the last'
+refused 1 "times:1: expected a number from the first probe's to the last one's" \
+    along --outside error
+refused 1 "linear, or cubic where there are gradients" along --interpolate nearest
+refused 1 "no column when: probe-place path writes time" \
+    probe-query --column v --along when way.probe times
+refused 1 "stdin:1: expected t or t nx ny nz, got 2 numbers" \
+    given '1 2' probe-query --column v --along time way.probe
+refused 2 "--along needs neither cells nor a hull" along --outside extend
+refused 1 "a packed file has no column time" probe-query --along time baked.pack times
+# a circle, lit by a field that is linear in place: the cubic is nearly it, the line is not
+awk 'BEGIN {
+        for (i = 0; i <= 12; i++) print cos(i * .5), sin(i * .5), 0, i, cos(i * .5), 1, 0, 0
+    }' |
+    stream_of "table probe position:f64:3 time:f64:1 v:f32:1 v_gradient:f32:3" >way.probe
+awk 'BEGIN { for (i = 0; i < 12; i += .25) print i }' >times
+along | paste -d ' ' times - >straight
+along --interpolate cubic | paste -d ' ' times - >smooth
+check "a way that bends: cubic is that of the bend" every 'near($2, cos($1 * .5), .006)' smooth
+check "and linear that of the chord" sh -c "! awk '{ d = \$2 - cos(\$1 * .5) }
+    d * d > 9e-4 { exit 1 }' straight"
+printf '%s\n' '0 0 0 0 1 1 2' '1 0 0 1 3 1 2' |
+    stream_of "sh-order 1" "sh-content radiance" "table probe position:f64:3 time:f64:1 sh:f32:3" \
+        >lit.probe
+echo '.5 0 3 0' | probe-query --along time lit.probe >light
+check "t and a normal: irradiance" every 'near($1, 3.14159265 * 0.282095 * 2, 1e-5)' light
 tap_done

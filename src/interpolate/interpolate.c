@@ -124,6 +124,18 @@ static struct error *open_kind(struct interpolate *in, const struct stream *stre
     return err;
 }
 
+/* The kind that a column is asked by. */
+static struct error *along_kind(struct interpolate_settings *settings)
+{
+    const bool cubic = settings->kind == &interpolate_cubic;
+    if (!cubic && settings->kind != &interpolate_barycentric)
+        return error_new("along a column light is linear, or cubic where there are gradients "
+                         "(--interpolate barycentric or cubic), not %s",
+                         settings->kind->name);
+    settings->kind = cubic ? &interpolate_along_cubic : &interpolate_along_linear;
+    return NULL;
+}
+
 struct error *interpolate_open(struct interpolate **interpolate, const struct stream *stream,
                                const struct interpolate_settings *settings)
 {
@@ -136,7 +148,9 @@ struct error *interpolate_open(struct interpolate **interpolate, const struct st
     *in = (struct interpolate){.settings = *settings, .stream = stream};
     if (!settings->kind)
         in->settings.kind = &interpolate_barycentric;
-    if (in->settings.kind->needs_cells)
+    if (settings->along)
+        err = along_kind(&in->settings);
+    if (!err && in->settings.kind->needs_cells)
         err = cells_volume_mesh(stream, &mesh);
     if (!err)
         err = open_column(in, stream);

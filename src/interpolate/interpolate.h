@@ -54,6 +54,9 @@ struct interpolate_settings {
     double radius;                       /* Shepard; 0: scatter_spacing */
     /* an f32 column of table probe; gradients are in the column of that name and _gradient */
     const char *column;
+    /* a column by which points are asked for, in place of where they are: their first number is
+     * one of it, and kinds are interpolate_barycentric and interpolate_cubic; NULL: none */
+    const char *along;
     /* of the hull: PROBE_NEAREST, PROBE_EXTEND, or 0 (probe-query.h) */
     unsigned outside;
 };
@@ -107,6 +110,10 @@ struct error *interpolate_set_sight(struct interpolate *interpolate,
 /* The place of a point (finite). place->cell: where to start. */
 void interpolate_find(const struct interpolate *interpolate, const double point[3],
                       struct probe_place *place);
+
+/* Where a point of settings.along is: on the straight line between its two probes. */
+void interpolate_along_position(const struct interpolate *interpolate,
+                                const struct probe_place *place, double position[3]);
 
 /* The places of many points (probe_volume_locate_many). */
 void interpolate_find_many(const struct interpolate *interpolate, size_t count, const double *point,

@@ -43,6 +43,9 @@ static inline bool interpolate_kind_is_plain(const struct interpolate_kind *kind
 
 extern const struct interpolate_kind *const interpolate_kinds[]; /* all; NULL after the last */
 
+/* What interpolate_barycentric and interpolate_cubic are along a column (interpolate_along.c). */
+extern const struct interpolate_kind interpolate_along_linear, interpolate_along_cubic;
+
 /* The kind of that name; NULL: there is none. */
 const struct interpolate_kind *interpolate_kind_find(const char *name);
 

@@ -32,6 +32,7 @@ struct query {
     struct file_output out;
     struct stream_writer *writer;
     size_t point_width; /* 0 before the first point */
+    size_t normal_at;   /* of a point's numbers: where its normal begins; 0: it has none */
     /* 3 a probe, where surface probes are asked by points with a normal; else NULL */
     const float *normal;
     struct points *points;
@@ -104,7 +105,7 @@ struct error *query_open(struct query **query, const struct interpolate *in,
 
 static size_t result_width(const struct query *q)
 {
-    return q->point_width == 6 ? 3 : q->in->width;
+    return q->normal_at ? 3 : q->in->width;
 }
 
 /* A stream like the baked one's, of points in place of probes. */
@@ -114,9 +115,11 @@ static struct error *make_rows(const struct query *q, struct table *rows)
     struct error *err = table_init(rows, "probe");
     if (!err)
         err = table_add_column(rows, "position", COLUMN_F64, 3, &column);
-    if (!err && q->point_width == 6)
+    if (!err && q->in->settings.along)
+        err = table_add_column(rows, q->in->settings.along, COLUMN_F64, 1, &column);
+    if (!err && q->normal_at)
         err = table_add_column(rows, "normal", COLUMN_F32, 3, &column);
-    if (!err && q->point_width == 6)
+    if (!err && q->normal_at)
         err = table_add_column(rows, "irradiance", COLUMN_F32, 3, &column);
     else if (!err)
         err = table_add_column(rows, q->in->settings.column, COLUMN_F32, q->in->width, &column);
@@ -143,7 +146,7 @@ static struct error *start_stream(struct query *q)
 
 static struct error *write_legend(struct query *q)
 {
-    const char *what = q->point_width == 6 ? "irradiance:3" : q->in->settings.column;
+    const char *what = q->normal_at ? "irradiance:3" : q->in->settings.column;
     char *room;
     struct error *err = file_output_room(&q->out, strlen(what) + 80, &room);
     if (!err)
@@ -174,10 +177,12 @@ static struct error *check_normals(struct query *q)
 /* The first point says what comes out. */
 static struct error *start(struct query *q, size_t point_width)
 {
-    struct error *err = point_width == 6 ? check_normals(q) : NULL;
+    const size_t least = q->in->settings.along ? 1 : 3;
+    struct error *err = point_width > least ? check_normals(q) : NULL;
     if (err)
         return err;
     q->point_width = point_width;
+    q->normal_at = point_width > least ? least : 0;
     if (q->settings.format == QUERY_STREAM)
         return start_stream(q);
     return q->settings.explain ? write_legend(q) : NULL;
@@ -232,11 +237,22 @@ static struct error *make_stream(const struct query *q, struct job *job)
     if (err)
         return err;
     const size_t width = job->block.width;
+    struct column *along = q->in->settings.along ? table_column(&job->rows, q->in->settings.along)
+                                                 : NULL,
+                  *normal = q->normal_at ? table_column(&job->rows, "normal") : NULL;
     for (size_t i = 0; i < job->block.count; i++) {
         const double *point = job->block.value + i * width;
-        memcpy(column_f64(&job->rows.columns[0]) + 3 * i, point, 3 * sizeof *point);
-        for (size_t k = 0; k < 3 && width == 6; k++)
-            column_f32(&job->rows.columns[1])[3 * i + k] = (float)point[3 + k];
+        double *position = column_f64(&job->rows.columns[0]) + 3 * i;
+        if (along) {
+            struct probe_place place;
+            interpolate_find(q->in, point, &place);
+            interpolate_along_position(q->in, &place, position);
+            column_f64(along)[i] = *point;
+        } else {
+            memcpy(position, point, 3 * sizeof *point);
+        }
+        for (size_t k = 0; k < 3 && normal; k++)
+            column_f32(normal)[3 * i + k] = (float)point[q->normal_at + k];
     }
     memcpy(job->rows.columns[job->rows.column_count - 1].data, job->light,
            job->block.count * result_width(q) * sizeof *job->light);
@@ -316,14 +332,20 @@ static struct error *light_point(struct worker *w, const double *point,
     if (!place->inside) {
         w->job->outside++;
         if (q->settings.outside == QUERY_ERROR)
-            return error_new("the point is outside of the hull of the probes, %g away from it",
+            return q->in->settings.along
+                       ? error_new(
+                             "expected a number from the first probe's to the last one's, from "
+                             "which it is %g away",
+                             place->distance)
+                       : error_new(
+                             "the point is outside of the hull of the probes, %g away from it",
                              place->distance);
         if (q->settings.outside == QUERY_ZERO) {
             memset(light, 0, q->in->width * sizeof *light);
             return NULL;
         }
     }
-    return q->normal ? blend_surfaces(q, point + 3, place, light)
+    return q->normal ? blend_surfaces(q, point + q->normal_at, place, light)
                      : interpolate_at(q->in, point, place, light);
 }
 
@@ -351,7 +373,7 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
 {
     const struct query *q = w->query;
     const struct points_block *block = &w->job->block;
-    const bool irradiance = q->point_width == 6 && !q->normal;
+    const bool irradiance = q->normal_at && !q->normal;
     const size_t width = q->in->width;
     struct probe_place place[RUN];
     place[0].cell = w->last;
@@ -374,7 +396,8 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
         const size_t i = order ? order[j] : first + j;
         if (i < wrong->point)
             take_error(wrong,
-                       make_irradiance(q, w->blend + j * width, block->value + i * block->width + 3,
+                       make_irradiance(q, w->blend + j * width,
+                                       block->value + i * block->width + q->normal_at,
                                        w->job->light + 3 * i),
                        i);
     }
@@ -566,7 +589,7 @@ struct error *query_finish(struct query *q)
 {
     struct error *err = NULL;
     if (q->settings.format == QUERY_STREAM && !q->writer)
-        err = start(q, 3); /* no point at all: an empty table */
+        err = start(q, q->in->settings.along ? 1 : 3); /* no point at all: an empty table */
     if (!err && q->writer) {
         err = stream_writer_finish(q->writer);
         q->writer = NULL;

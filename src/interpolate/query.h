@@ -8,7 +8,8 @@
  * A point alone gets the interpolated column; a point with a normal gets the irradiance (RGB) of a
  * surface there, of SH or of the surface probes that face as it does. Blocks of points are answered
  * by many threads and written in order. Points of a block that are far from one another are looked
- * up along a Morton curve.
+ * up along a Morton curve. Where interpolation goes along a column (interpolate.h), a point is one
+ * number of it, or that and a normal.
  */
 #ifndef QUERY_H
 #define QUERY_H

@@ -5,6 +5,7 @@ interpolate_sources = \
 	%D%/bound.c %D%/bound.h \
 	%D%/cells_volume.c %D%/cells_volume.h \
 	%D%/interpolate.c %D%/interpolate.h \
+	%D%/interpolate_along.c \
 	%D%/interpolate_cells.c \
 	%D%/interpolate_kind.h \
 	%D%/interpolate_nodes.c \

@@ -250,7 +250,7 @@ static struct error *place_all(const struct space *space, struct place *place, i
     if (!err)
         err = array_create(&rows, paths, sizeof *rows);
     if (!err && s->path_file) {
-        err = place_path(place, s->path_file, space->step, 1e9, NULL);
+        err = place_path(place, s->path_file, &(struct place_way){.step = space->step}, 1e9, NULL);
         rows[0] = place->count - *points;
     }
     for (size_t i = 0; i < paths && !s->path_file && !err; i++)
@@ -444,7 +444,8 @@ static struct error *check_positions(const struct truth *t, const struct truth_s
     struct place points = {0}, path = {0};
     struct error *err = s->points_file ? place_points(&points, s->points_file, 1e9, NULL) : NULL;
     if (!err && s->path_file)
-        err = place_path(&path, s->path_file, s->step_given ? s->step : t->step, 1e9, NULL);
+        err = place_path(&path, s->path_file,
+                         &(struct place_way){.step = s->step_given ? s->step : t->step}, 1e9, NULL);
     if (!err && s->points_file && !same_positions(t, 0, t->points, &points))
         err = error_new("this truth is not at the points of %s", s->points_file);
     if (!err && s->path_file && !same_positions(t, t->points, t->count - t->points, &path))

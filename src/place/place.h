@@ -67,9 +67,17 @@ struct error *place_points(struct place *place, const char *path, double most,
 struct error *place_surface_points(struct place *place, const char *path, double most,
                                    struct warnings *warnings);
 
-/* Appends positions every `step` along the polyline of such a file, and its vertices. */
-struct error *place_path(struct place *place, const char *path, double step, double most,
-                         struct warnings *warnings);
+/* Which probes a way gets. */
+struct place_way {
+    double step, interval; /* at most, along the way and in time; 0: does not matter */
+    bool spline;           /* smooth; else straight from point to point */
+};
+
+/* Makes the positions along the way through those of such a file, which are kept; lines "x y z t"
+ * tell when it is there. Column time is that, or else the length of the way so far. Errors: besides
+ * those of place_points, times that do not grow. */
+struct error *place_path(struct place *place, const char *path, const struct place_way *way,
+                         double most, struct warnings *warnings);
 
 /* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h),
  * moved by `offset` along their normals, which they keep unless volume. crease: degrees. Errors:

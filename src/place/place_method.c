@@ -15,7 +15,6 @@ struct place_options place_options_default(void)
     return (struct place_options){.spacing = {NAN, NAN, NAN},
                                   .count = NAN,
                                   .bounds = {NAN},
-                                  .step = NAN,
                                   .offset = NAN,
                                   .crease = NAN,
                                   .light = {.order = 3, .bounces = 64, .light = -1},

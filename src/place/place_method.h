@@ -31,8 +31,8 @@ struct place_options {
     double spacing[3], count, bounds[6];
     bool spacing_given, count_given, bounds_given;
     /* path */
-    double step;
-    bool step_given;
+    struct place_way way;
+    bool step_given, interval_given, spline_given;
     /* vertices; crease: degrees */
     double offset, crease;
     bool volume, offset_given, crease_given, volume_given;

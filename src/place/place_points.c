@@ -47,7 +47,7 @@ static struct error *append_points(struct place *place, const char *path, bool n
                                    struct warnings *warnings)
 {
     struct taking taking = {.place = place, .normals = normals, .most = most};
-    return points_read_all(path, take, &taking, warnings);
+    return points_read_all(path, POINTS_PLACES, take, &taking, warnings);
 }
 
 struct error *place_points(struct place *place, const char *path, double most,

@@ -180,7 +180,7 @@ static struct error *read_path(const char *path, const struct scene *scene, stru
 {
     way->centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
     way->reach = 1e6 * vec3_length(vec3_sub(scene->box_max, scene->box_min));
-    return points_read_all(path, take_points, way, NULL);
+    return points_read_all(path, POINTS_PLACES, take_points, way, NULL);
 }
 
 /* Frames side by side. */

@@ -13,8 +13,17 @@
 
 enum { LINE_BYTES = 32 }; /* about what a point of a text takes */
 
+/* Numbers of a point without more and with, and what they are. */
+static const struct shape {
+    size_t least, most;
+    const char *text;
+} shapes[] = {[POINTS_PLACES] = {3, 6, "x y z or x y z nx ny nz"},
+              [POINTS_TIMED] = {3, 4, "x y z or x y z t"},
+              [POINTS_TIMES] = {1, 4, "t or t nx ny nz"}};
+
 struct points {
     struct file_input in; /* its descriptor and name */
+    const struct shape *shape;
     enum points_format format;
     size_t width; /* 0: not known yet */
     size_t next;  /* number of the next point or line */
@@ -26,8 +35,8 @@ struct points {
     size_t at, was;
 };
 
-struct error *points_open(struct points **points, const char *path, enum points_format format,
-                          bool normals)
+struct error *points_open(struct points **points, const char *path, enum points_shape shape,
+                          enum points_format format, bool more)
 {
     struct points *p = NULL;
     *points = NULL;
@@ -35,7 +44,8 @@ struct error *points_open(struct points **points, const char *path, enum points_
     if (err)
         return err;
     p->format = format;
-    p->width = format == POINTS_TEXT ? 0 : normals ? 6 : 3;
+    p->shape = &shapes[shape];
+    p->width = format == POINTS_TEXT ? 0 : more ? p->shape->most : p->shape->least;
     p->next = format == POINTS_TEXT;
     err = file_input_open(&p->in, path);
     if (err)
@@ -115,10 +125,10 @@ static struct error *read_line(const char *line, const char *end, double value[6
     return NULL;
 }
 
-static struct error *check_count(size_t width, size_t count)
+static struct error *check_count(const struct shape *shape, size_t width, size_t count)
 {
     if (!width)
-        return error_new("expected x y z or x y z nx ny nz, got %zu number%s", count,
+        return error_new("expected %s, got %zu number%s", shape->text, count,
                          count == 1 ? "" : "s");
     if (count != width)
         return error_new("expected %zu numbers, as in the lines before, got %zu", width, count);
@@ -145,7 +155,7 @@ static void find_width(struct points *p, const char *at, const char *end)
         if (!holds_point(at, stop))
             continue;
         error_destroy(read_line(at, stop, value, &count));
-        p->width = count == 3 || count == 6 ? count : 0;
+        p->width = count == p->shape->least || count == p->shape->most ? count : 0;
         return; /* a line that is wrong is refused when it is parsed */
     }
 }
@@ -267,7 +277,7 @@ static struct error *parse_text(const struct points *p, struct points_block *blo
             continue;
         err = read_line(at, stop, value, &count);
         if (!err)
-            err = check_count(block->width, count);
+            err = check_count(p->shape, block->width, count);
         if (!err)
             err = check_finite(value, count);
         if (err)
@@ -343,14 +353,14 @@ struct error *points_read(struct points *p, size_t most, double *value, size_t *
     return NULL;
 }
 
-struct error *points_read_all(const char *path, points_taker *take, void *context,
-                              struct warnings *warnings)
+struct error *points_read_all(const char *path, enum points_shape shape, points_taker *take,
+                              void *context, struct warnings *warnings)
 {
     enum { BLOCK = 1024 };
     struct points *points = NULL;
     double *value = NULL;
     size_t width = 0, count = 0;
-    struct error *err = points_open(&points, path, POINTS_TEXT, false);
+    struct error *err = points_open(&points, path, shape, POINTS_TEXT, false);
     if (!err)
         err = array_create(&value, 6 * BLOCK, sizeof *value);
     for (size_t got = 1; !err && got; count += got) {

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* points: positions, with or without a normal, from text lines or raw numbers.
+/* points: positions, with or without a normal or a time, or times, from text lines or raw numbers.
  *
- * Text: one point a line, `x y z` or `x y z nx ny nz`, all lines alike; blank lines and # comments,
- * behind a point too, are skipped. Binary: little-endian doubles, 3 or 6 a point.
+ * Text: one point a line, `x y z` or `x y z nx ny nz` (or as the shape says), all lines alike;
+ * blank lines and # comments, behind a point too, are skipped. Binary: little-endian doubles, as
+ * many a point.
  *
  * They come in blocks. Taking a block is quick and done by one thread at a time; parsing it can be
  * done by many:
@@ -26,9 +27,16 @@ struct warnings;
 
 enum points_format { POINTS_TEXT, POINTS_BINARY };
 
+/* What a point is, without more and with. */
+enum points_shape {
+    POINTS_PLACES, /* x y z, or x y z nx ny nz */
+    POINTS_TIMED,  /* x y z, or x y z t */
+    POINTS_TIMES,  /* t, or t nx ny nz */
+};
+
 struct points_block {
     const double *value; /* count * width numbers, all finite */
-    size_t count, width; /* width: 3, or 6 with normals */
+    size_t count, width; /* width: as the shape has it */
     char *data;          /* as it came; owned */
     size_t bytes, capacity;
     double *number; /* parsed from text; owned */
@@ -36,9 +44,10 @@ struct points_block {
     size_t first; /* number of the first point (binary, from 0) or line (text, from 1) */
 };
 
-/* path "-": standard input. normals: binary points have one (text tells by itself). */
-struct error *points_open(struct points **points, const char *path, enum points_format format,
-                          bool normals);
+/* path "-": standard input. more: binary points have what the shape may have (text tells by
+ * itself). */
+struct error *points_open(struct points **points, const char *path, enum points_shape shape,
+                          enum points_format format, bool more);
 void points_close(struct points *points);
 
 /* Whether a take would not wait, after waiting for it no longer than so many milliseconds. */
@@ -70,8 +79,8 @@ typedef struct error *points_taker(void *context, const struct points *points, c
 
 /* Hands on all points of a text file, some at a time and in order. Errors: besides the taker's,
  * there is no point in it. */
-struct error *points_read_all(const char *path, points_taker *take, void *context,
-                              struct warnings *warnings);
+struct error *points_read_all(const char *path, enum points_shape shape, points_taker *take,
+                              void *context, struct warnings *warnings);
 
 /* Warns, when all was taken, where a text of several lines ends in a number without a line end:
  * what is left of a number that was cut off is a number too. */
