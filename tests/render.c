@@ -542,6 +542,21 @@ static void test_open_box(void)
     bench_clear(&b);
 }
 
+/* A floor is seen from above, and the way up can be told. */
+static void test_floor_view(void)
+{
+    struct bench b;
+    bench_start(&b);
+    add_quad(&b, (const double[12]){0, 0, 0, 0, 0, 1, 1, 0, 1, 1, 0, 0}, material(0.5f, 0.1f));
+    bench_finish(&b, 4);
+    struct vec3 eye, at;
+    must(view_choose(&b.path, 60, 1.5, &eye, &at));
+    ok(eye.y > 0 && hypot(at.x - eye.x, at.z - eye.z) > 0.001,
+       "a floor is seen from above, and not straight down (%g %g %g)", at.x - eye.x, at.y - eye.y,
+       at.z - eye.z);
+    bench_clear(&b);
+}
+
 /* -- overlays ---------------------------------------------------------------------------------- */
 
 static double covered(const struct overlay *o, int what)
@@ -677,6 +692,7 @@ int main(void)
     test_moving();
     test_lamp();
     test_open_box();
+    test_floor_view();
     test_overlay();
     test_difference();
     return tap_done();

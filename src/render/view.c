@@ -254,6 +254,10 @@ static struct error *choose(struct choice *c, struct vec3 *eye, struct vec3 *loo
         *eye = c->place[f->eye].position;
         *look_at = vec3_fma(*eye, c->radius, f->forward);
     }
+    /* straight up or down, the way up is not to be told from the view: a little less than that */
+    const struct vec3 along = vec3_sub(*look_at, *eye);
+    if (!err && !(hypot(along.x, along.z) > 1e-3 * c->radius))
+        look_at->z += along.y > 0 ? 0.01 * c->radius : -0.01 * c->radius;
     return err;
 }
 
