@@ -18,6 +18,7 @@
 #include <errno.h>
 #include <ftw.h>
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,7 +29,7 @@ struct arguments {
     int quality; /* plan_quality */
     double max_error;
     const char *report, *pack;
-    bool dry_run, max_error_given;
+    bool dry_run, max_error_given, bounds_given;
     /* read by other programs: here they are checked */
     int64_t probes, bytes;
     int order, rays, bounces, light;
@@ -106,9 +107,12 @@ static struct error *places_make(struct places *places)
     const char *parent = getenv("TMPDIR");
     char *d = places->directory;
     if (places->report) {
+        struct stat status;
         places->report_made = !mkdir(places->report, 0777);
-        if (!places->report_made && (errno != EEXIST || access(places->report, W_OK | X_OK)))
+        if (!places->report_made && (errno != EEXIST || access(places->report, W_OK)))
             return error_system(errno, "%s", places->report);
+        if (stat(places->report, &status) || !S_ISDIR(status.st_mode))
+            return error_system(ENOTDIR, "%s", places->report);
     }
     snprintf(d, sizeof places->directory, "%s/probe-bake-XXXXXX",
              parent && *parent ? parent : "/tmp");
@@ -190,10 +194,24 @@ static struct error *run_stages(struct run *run, int first, int end, struct repo
     return err;
 }
 
+/* A day that does not get in is no bake. */
+static struct error *check_light(struct run *run)
+{
+    struct bake_facts *facts = &run->page.of_bake;
+    struct error *err = bake_facts_of(run->places.baked, facts);
+    if (!err && run->job.day && facts->black == facts->probes)
+        err = error_new("%s: no light of the day gets into the scene: --point X,Y,Z,R,G,B puts one "
+                        "within",
+                        run->job.scene);
+    return err;
+}
+
 /* Bakes into the output, which is there when this comes back without an error. */
 static struct error *bake(struct run *run, struct file_output *out)
 {
     struct error *err = run_stages(run, 0, PLAN_STAGES, NULL);
+    if (!err)
+        err = check_light(run);
     if (!err)
         err = copy_into(out, run->places.baked);
     if (!err)
@@ -218,9 +236,7 @@ static struct error *take_pictures(struct run *run)
 static struct error *measure(struct run *run)
 {
     struct page *page = &run->page;
-    struct error *err = bake_facts_of(run->job.baked, &page->of_bake);
-    if (!err)
-        err = run_stages(run, PLAN_PACK, PLAN_PACK + 1, NULL);
+    struct error *err = run_stages(run, PLAN_PACK, PLAN_PACK + 1, NULL);
     if (!err)
         err = file_bytes(run->job.packed, &page->packed_bytes);
     if (!err)
@@ -266,6 +282,17 @@ static const char *light_given(const struct program *program)
     return NULL;
 }
 
+/* Whether there is next to no room between two sides. */
+static bool is_flat(const double low[3], const double high[3])
+{
+    double least = (double)INFINITY, most = 0;
+    for (int k = 0; k < 3; k++) {
+        least = fmin(least, high[k] - low[k]);
+        most = fmax(most, high[k] - low[k]);
+    }
+    return least < 1e-3 * most;
+}
+
 /* Reads the scene, and says whether it is to have a day. */
 static struct error *look_at_scene(struct run *run, const struct program *program)
 {
@@ -273,6 +300,7 @@ static struct error *look_at_scene(struct run *run, const struct program *progra
     const char *light = light_given(program), *scene = run->job.scene;
     struct scene_facts *facts = &run->page.of_scene;
     struct error *err = scene_facts_of(scene, &a->scene, facts);
+    run->job.flat = !err && !a->bounds_given && is_flat(facts->low, facts->high);
     if (err || !facts->dark)
         return err;
     if (light)
@@ -403,6 +431,7 @@ int main(int argc, char **argv)
          .kind = OPTION_REALS,
          .count = 6,
          .value = a.bounds,
+         .given = &a.bounds_given,
          .shown = "the scene's",
          .help = "the box that probes are for, in units of the scene"},
         {.name = "light",

@@ -15,32 +15,40 @@ figure() { sed -n "s/^  $1  *\([0-9.]*\)\( .*\)*$/\1/p" report | head -n 1; }
 percent() { awk -v m="$1" -v of="$2" '$1 == m && $2 == of { printf "%.1f\n", 100 * $3 }' figures; }
 
 # -- a bake ----------------------------------------------------------------------------------------
-probe-bake --quality draft --probes 60 --rays 16 --pack packed -j1 "$box" -o baked.probe \
-    >report 2>said
-check "it bakes, and leaves nothing else behind" test -s baked.probe and nothing_left \
-    and says report '^probe-bake: baked.probe$' and cmp report baked.report/report.txt
-check "two pictures" test -s baked.report/light.png and test -s baked.report/probes.png
-grep '^ *probe-[a-z]* .*\|^ *probe-tet' said | sed '/: /d' >pipe
-probe-bake --dry-run --quality draft --probes 60 --rays 16 "$box" -o baked.probe >dry
-check "the pipe is printed, and by --dry-run it alone" has_lines 4 dry and diff pipe dry
-mv baked.probe whole.probe
-sh dry 2>/dev/null
-check "pasted it gives the same bytes" cmp whole.probe baked.probe
-probe-bake -q --report none --quality draft --probes 60 --rays 16 -j3 "$box" >threads.probe 2>said
-check "on any number of threads, and to standard output" cmp whole.probe threads.probe \
+# the whole way, of a box; and of a scene without light and volume, which is a grid's, and cheap
+usual="--quality draft --probes 20 --rays 16"
+probe-bake -q --report none $usual -j3 --pack packed "$box" >whole.probe 2>said
+check "it bakes to standard output, without a word" test -s whole.probe and nothing_left \
     and empty said
-probe-query -q --pack float -o packed.again baked.probe
+probe-query -q --pack float -o packed.again whole.probe
 check "the packed file" cmp packed packed.again
+probe-bake --dry-run $usual "$box" -o baked.probe >pipe
+check "--dry-run prints the pipe alone" has_lines 4 pipe and test ! -e baked.probe \
+    and says pipe '^probe-place adaptive .* |$' '^    probe-leakfix --output baked.probe '
+sh pipe 2>/dev/null
+check "pasted it gives the same bytes, on any number of threads" cmp whole.probe baked.probe
 
+printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 1 0 1' 'f 1 3 2' 'f 2 3 4' >floor.obj
+probe-bake --quality draft --probes 60 -j1 floor.obj -o floor.probe >report 2>said
+check "a report, the same in a file, and two pictures" says report '^probe-bake: floor.probe$' \
+    and cmp report floor.report/report.txt and test -s floor.report/light.png \
+    and test -s floor.report/probes.png and nothing_left
+check "a scene without light is baked by day, and says so" \
+    says said 'no light.*by day.*--sky.*--sun' 'probe-capture.*--sky.*--sun' \
+    and says report '^  - the scene has no light'
+sed -n '/^the pipe/,/^$/s/^  //p' report >shown
+probe-bake -q --dry-run --quality draft --probes 60 floor.obj -o floor.probe >pipe
+check "the pipe is in the report" diff pipe shown
 grep '^  probe-error' report >commands
 sh commands >figures 2>/dev/null
 check "the report's error is what its command says" [ "$(figure error)" = "$(percent error all)" ] \
     and [ "$(figure bad)" = "$(percent bad all)" ] \
     and [ "$(figure leaks)" = "$(percent leak_light all)" ] \
     and [ "$(figure 'not mended')" = "$(percent leak_light all-probes)" ] and test -s figures
-check "its counts are the stream's" [ "$(figure probes)" = "$(row_count probe baked.probe)" ] \
-    and [ "$(figure cells)" = "$(row_count tet baked.probe)" ]
-check "of the scene" says report '^  triangles  *[0-9]' '^  lights .*emissive'
+check "its counts are the stream's" [ "$(figure probes)" = "$(row_count probe floor.probe)" ] \
+    and [ "$(figure cells)" = "$(row_count tet floor.probe)" ] \
+    and [ "$(figure bytes)" = "$(wc -c <floor.probe)" ]
+check "of the scene" says report '^  triangles  *2$' '^  lights  *1 sun, a sky$'
 
 # -- options go where they belong, and are quoted --------------------------------------------------
 cp "$box" "it's a box.obj"
@@ -49,11 +57,11 @@ probe-bake --dry-run --quality draft --text --sun 0,-1,0,1,1,1 --exclude 'short*
 check "quoting" says dry "'it'.''s a box.obj'" "--output 'a b'" "--exclude 'short\*'" \
     and sh -n dry
 check "light goes to who looks at it, the choice to who reads first" \
-    [ "$(grep -c -- '--sun' dry)" = 1 ] and [ "$(grep -c -- '--exclude' dry)" = 1 ] \
+    [ "$(grep -c -- '--sun' dry)" = 2 ] and [ "$(grep -c -- '--exclude' dry)" = 1 ] \
     and says dry 'probe-capture.*--light indirect' 'probe-leakfix.*--text'
 probe-bake --dry-run --max-error 10% --sun 0,-1,0,1,1,1 "$box" >dry
-check "--max-error is of adaptive probes, which look at light" \
-    says dry 'probe-place adaptive .*--max-error 10%.*--sun' 'probe-capture.*--sun'
+check "--max-error takes the place of the number of probes" \
+    says dry 'probe-place adaptive .*--max-error 10%.*--sun' and lacks dry '--probes'
 
 # under other names it runs programs of such names
 mkdir named
@@ -64,17 +72,9 @@ named/my-probe-bake-2 --dry-run "$box" >dry
 check "under other names it runs others so named" \
     says dry '^my-probe-place-2 ' ' my-probe-capture-2 ' ' my-probe-tet-2 ' ' my-probe-leakfix-2 '
 
-# -- no light --------------------------------------------------------------------------------------
-printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 1 0 1' 'f 1 3 2' 'f 2 3 4' >floor.obj
-probe-bake --quality draft --probes 40 --rays 16 --report none -j1 floor.obj -o floor.probe \
-    2>said >report
-check "a scene without light is baked by day, and says so" \
-    says said 'no light.*by day.*--sky.*--sun' 'probe-capture.*--sky.*--sun' \
-    and test -s floor.probe and empty report
+# -- bad input -------------------------------------------------------------------------------------
 refused 1 "none of --sky" probe-bake --sky 0,0,0 floor.obj -o dark.probe
 check "nothing is written" test ! -e dark.probe -a ! -e dark.report
-
-# -- bad input -------------------------------------------------------------------------------------
 refused 2 "got 0 operands" probe-bake -o x.probe
 refused 2 "standard input" probe-bake - -o x.probe
 refused 1 "nowhere.obj" probe-bake nowhere.obj -o x.probe
@@ -83,13 +83,17 @@ refused 2 "--max-error: expected" probe-bake --max-error 0 "$box"
 refused 2 "same file" probe-bake --pack x.probe "$box" -o x.probe
 refused 1 "no/such: No such file" probe-bake "$box" -o no/such
 refused 1 "no/such: No such file" probe-bake --report no/such "$box" -o x.probe
-# a cube seen from within its own matter: there is nowhere to put a probe
-refused 1 "probe-place failed with status 1" probe-bake --quality draft --probes 40 \
-    --bounds 9,9,9,9,9,9 --quality draft -q "$box" -o x.probe
+printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 1 1 0' 'v 0 1 0' 'v 0 0 1' 'v 1 0 1' 'v 1 1 1' 'v 0 1 1' \
+    'f 4 3 2 1' 'f 5 6 7 8' 'f 1 2 6 5' 'f 8 7 3 4' 'f 5 8 4 1' 'f 2 3 7 6' >solid.obj
+refused 1 "points of the box are in free space" probe-bake -q --quality draft solid.obj -o x.probe
+sed 's/f \(.\) \(.\) \(.\) \(.\)/f \4 \3 \2 \1/' solid.obj >closed.obj
+refused 1 "no light reaches the free space" probe-bake -q --quality draft closed.obj -o x.probe
+check "who fails is named, and no other program complains" has_lines 2 refused.err \
+    and says refused.err '^probe-bake: probe-place failed with status 1$'
 check "of these nothing is left" test ! -e x.probe -a ! -e x.report and nothing_left
-refused 1 "No space left" probe-bake -q --quality draft --probes 40 --rays 16 "$box" -o /dev/full
+refused 1 "No space left" probe-bake -q --quality draft --probes 40 floor.obj -o /dev/full
 {
-    probe-bake -q --quality draft --probes 40 --rays 16 --report none "$box" 2>said
+    probe-bake -q --quality draft --probes 40 floor.obj 2>said
     echo $? >status
 } | true
 check "a closed pipe ends it quietly" empty said and [ "$(cat status)" -ne 0 ] and nothing_left

@@ -246,7 +246,8 @@ static struct error *start(struct run *run)
     if (!err && interrupt_came())
         return error_new("interrupted before there was anything to keep");
     if (!err && !(run->candidates.floor > 0))
-        return error_new("there is no light: --sky, --sun, --point and --spot add light");
+        return error_new("no light reaches the free space: --sky, --sun, --point and --spot add "
+                         "light; to a closed scene, a --point within");
     run->world = (struct choice_world){&run->candidates, &job->candidates};
     if (!err)
         err = find_start(run);

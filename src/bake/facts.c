@@ -55,7 +55,7 @@ static void look_at(const struct table *probes, struct bake_facts *facts)
     const struct column *sh = table_column(probes, "sh");
     const struct column *validity = table_column(probes, "validity");
     for (size_t i = 0; i < probes->rows; i++) {
-        bool black = sh;
+        bool black = sh != NULL;
         for (size_t k = 0; sh && k < sh->width && black; k++)
             black = !(column_f32(sh)[i * sh->width + k] != 0);
         facts->black += black;

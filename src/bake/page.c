@@ -43,6 +43,23 @@ static void print_name(FILE *out, const char *name)
     fprintf(out, "  %-11s ", name);
 }
 
+/* Parts of the mean square of the error: what the order of SH cuts off, noise of the probes' rays,
+ * and the rest, which is between the probes; NaN where it is not known. */
+struct parts {
+    double sharp, noise, between;
+};
+
+static struct parts parts_of(const struct report *r)
+{
+    const double rms = report_get(r, "rms", "all").value;
+    const double sharp = report_get(r, "cut_off", "all").value / rms;
+    const double noise = report_get(r, "capture_noise", "all").value / rms;
+    struct parts parts = {sharp * sharp, noise * noise, (double)NAN};
+    parts.between = 1 - (isnan(sharp) ? 0 : parts.sharp) - (isnan(noise) ? 0 : parts.noise);
+    parts.between = parts.between < 0 ? 0 : parts.between;
+    return parts;
+}
+
 /* "  error        11.2 %  (10.3 .. 12.1)     what it is" */
 static void print_share(FILE *out, const char *name, struct estimate e, const char *what)
 {
@@ -149,31 +166,29 @@ __attribute__((format(printf, 3, 4))) static void advise(FILE *out, bool *any, c
     va_start(args, format);
     vfprintf(out, format, args);
     va_end(args);
-    fprintf(out, "\n");
 }
 
-/* What the larger part of the error is, by the squares of rms. */
+/* Above this part of the mean square, what the order cuts off counts: of a sun in the open it is a
+ * third, and with order 5 the error that a player sees is 18 %, not 29. */
+#define SHARP 0.25
+
+/* What to do against the largest part of an error that is large, or larger than was asked for. */
 static void advise_error(FILE *out, bool *any, const struct page *page)
 {
-    const struct report *r = &page->error;
-    const struct estimate error = report_get(r, "error", "all");
-    const double rms = report_get(r, "rms", "all").value;
-    const double cut = report_get(r, "cut_off", "all").value;
-    const double noise = report_get(r, "capture_noise", "all").value;
-    if (page->most_error > 0 && error.low > page->most_error)
-        advise(out, any, "the error is above --max-error: this is what the probes can do");
-    else if (!(error.value > 0.2))
+    const struct estimate error = report_get(&page->error, "error", "all");
+    const struct parts p = parts_of(&page->error);
+    const bool above = page->most_error > 0 && error.low > page->most_error;
+    if (!above && !(error.value > 0.2))
         return;
-    if (noise * noise > 0.5 * rms * rms)
-        advise(out, any, "most of the error is noise of the probes: more --rays");
-    else if (cut * cut > 0.5 * rms * rms)
-        advise(out, any,
-               "most of the error is light too sharp for probes: a higher --order, or\n"
-               "    --light indirect with direct light from the game");
+    advise(out, any, above ? "the error is above --max-error" : "the error is large");
+    if (p.noise > p.between && !(p.sharp > p.noise))
+        fprintf(out, ": most of it is noise of the probes, and --rays lowers it\n");
+    else if (p.sharp > SHARP)
+        fprintf(out, ": light is too sharp for SH of this order, as of a sun or a lamp near\n"
+                     "    by: --order 5, or --light indirect, and direct light from the game\n");
     else
-        advise(out, any,
-               "most of the error is between the probes: more --probes, or a better "
-               "--quality");
+        fprintf(out, ": most of it is between the probes: more --probes, or a better\n"
+                     "    --quality\n");
 }
 
 static void print_advice(FILE *out, const struct page *page)
@@ -184,25 +199,23 @@ static void print_advice(FILE *out, const struct page *page)
     if (page->job->day)
         advise(out, &any,
                "the scene has no light: this is a day of --sky %s --sun %s;\n"
-               "    give --sky or --sun for one of your own",
+               "    give --sky or --sun for one of your own\n",
                PLAN_DAY_SKY, PLAN_DAY_SUN);
     if (bake->black == bake->probes)
         advise(out, &any,
                "no light reaches any probe: is the scene closed, or its lamps hidden?\n"
-               "    --point X,Y,Z,R,G,B puts one inside");
+               "    --point X,Y,Z,R,G,B puts one inside\n");
     else if (bake->black > bake->probes / 10)
-        advise(out, &any, "no light reaches %zu of %zu probes", bake->black, bake->probes);
+        advise(out, &any, "no light reaches %zu of %zu probes\n", bake->black, bake->probes);
     if (bake->in_matter > bake->probes / 20)
         advise(out, &any,
                "%zu of %zu probes see more backs than fronts, as in matter: the scene may\n"
-               "    have holes or faces turned round; --exclude leaves out what is in the way",
+               "    have holes or faces turned round; --exclude leaves out what is in the way\n",
                bake->in_matter, bake->probes);
     advise_error(out, &any, page);
     if (report_get(r, "leak_light", "all").low > 0.05)
         advise(out, &any,
-               "much light comes through walls: more --probes, or probe-leakfix --probes N");
-    if (report_get(r, "blind", "all").value > 0.05)
-        advise(out, &any, "much of the free space sees no probe of its cell: more --probes");
+               "much light comes through walls: more --probes, or probe-leakfix --probes N\n");
 }
 
 /* How to measure it again. */

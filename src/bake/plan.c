@@ -12,41 +12,46 @@ const char *const plan_quality_names[] = {
 /* -- what a quality means --------------------------------------------------------------------- */
 
 struct quality {
-    bool adaptive; /* or a grid */
-    const char *probes, *gain, *rays, *error, *order, *dering;
+    const char *probes, *gain; /* adaptive: at most; fewer where twice as many gain less */
+    const char *grid;          /* probes of a grid, for a scene without volume */
+    const char *aim;           /* rays that placing looks with: few do, as their noise is known */
+    const char *rays, *order;
     const char *points, *truth_rays, *size;
     const char *samples, *few; /* of a path-traced picture, and of one by the probes alone */
 };
 
 static const struct quality qualities[] = {
-    [PLAN_DRAFT] = {.adaptive = false,
-                    .probes = "400",
-                    .rays = "512",
+    [PLAN_DRAFT] = {.probes = "120",
+                    .grid = "400",
+                    .aim = "64",
+                    .rays = "1024",
                     .order = "3",
                     .points = "200",
                     .truth_rays = "512",
                     .size = "320x180",
-                    .samples = "16",
+                    .samples = "32",
                     .few = "4"},
-    [PLAN_GOOD] = {.adaptive = true,
-                   .probes = "500",
-                   .gain = "5%",
-                   .rays = "512",
+    [PLAN_GOOD] = {.probes = "500",
+                   .gain = "3%",
+                   .grid = "2000",
+                   .aim = "128",
+                   .rays = "2048",
                    .order = "3",
                    .points = "500",
                    .truth_rays = "2048",
-                   .size = "640x360",
+                   .size = "480x270",
                    .samples = "64",
                    .few = "16"},
-    [PLAN_BEST] = {.adaptive = true,
-                   .probes = "3000",
-                   .gain = "3%",
-                   .rays = "2048",
-                   .order = "3",
+    [PLAN_BEST] = {.probes = "2500",
+                   .gain = "2%",
+                   .grid = "8000",
+                   .aim = "256",
+                   .rays = "4096",
+                   .order = "5",
                    .points = "1000",
                    .truth_rays = "4096",
-                   .size = "960x540",
-                   .samples = "256",
+                   .size = "800x450",
+                   .samples = "128",
                    .few = "16"},
 };
 
@@ -83,8 +88,7 @@ static const struct route routes[] = {
     {"bytes", TO_ADAPTIVE},
     {"gain", TO_ADAPTIVE},
     /* their light */
-    {"rays", TO_LIGHT},
-    {"error", TO_CAPTURE},
+    {"rays", TO_CAPTURE},
     {"order", TO_LIGHT},
     {"bounces", TO_LIGHT},
     {"light", TO_LIGHT},
@@ -155,33 +159,31 @@ static void add_light(const struct plan_job *job, struct words *words)
 
 static void place(const struct plan_job *job, const struct quality *q, struct words *words)
 {
-    const bool limited = given(job, "max-error") || given(job, "bytes");
     const struct option_given *probes = given(job, "probes");
-    if (q->adaptive || limited) {
-        words_add(words, "adaptive");
-        if (!limited) {
-            add_usual(job, words, "probes", q->probes);
-            if (!probes)
-                words_add_option(words, "gain", q->gain);
-        }
-        add_usual(job, words, "rays", q->rays);
-        add_usual(job, words, "order", q->order);
-        add_light(job, words);
-        add_given(job, words, TO_ADAPTIVE);
-    } else {
+    if (job->flat) {
         words_add(words, "grid");
-        words_add_option(words, "count", probes ? probes->text : q->probes);
+        words_add_option(words, "count", probes ? probes->text : q->grid);
         add_given(job, words, TO_GRID);
+        words_add_file(words, job->scene);
+        return;
     }
+    words_add(words, "adaptive");
+    if (!probes && !given(job, "max-error") && !given(job, "bytes")) {
+        words_add_option(words, "probes", q->probes);
+        if (q->gain)
+            words_add_option(words, "gain", q->gain);
+    }
+    words_add_option(words, "rays", q->aim);
+    add_usual(job, words, "order", q->order);
+    add_light(job, words);
+    add_given(job, words, TO_ADAPTIVE);
     words_add_file(words, job->scene);
 }
 
 static void capture(const struct plan_job *job, const struct quality *q, struct words *words)
 {
     add_usual(job, words, "rays", q->rays);
-    add_usual(job, words, "error", q->error);
     add_usual(job, words, "order", q->order);
-    add_usual(job, words, "dering", q->dering);
     add_light(job, words);
     add_given(job, words, TO_CAPTURE);
     words_add_file(words, job->scene);

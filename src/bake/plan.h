@@ -41,6 +41,7 @@ struct plan_job {
     size_t given_count;
     bool shown; /* for a person to run: without the options that change no result */
     bool day;   /* the scene gets PLAN_DAY_* */
+    bool flat;  /* it has no volume: a grid gets some air above it */
     /* borrowed */
     const char *scene;
     const char *output;                 /* that the pipe writes; "-": standard output */
