@@ -609,6 +609,13 @@ static void test_overlay(void)
            fabs((double)light.z - 3 * sqrt(1 / (4 * PI))) < 1e-6,
        "a sphere's light is E / pi of its probe");
     overlay_clear(&o);
+    /* at a fortieth of the distances the radius is a half of one; areas go as its square */
+    must(overlay_init(&o, &r, s, &baked,
+                      &(struct overlay_settings){.probe_radius = 0.5, .probe_share = 0.025}));
+    ok(fabs(covered(&o, 0) - count / 4) < 0.05 * count,
+       "no sphere is larger than a share of its distance (%.1f of %.1f pixels)", covered(&o, 0),
+       count / 4);
+    overlay_clear(&o);
     must(overlay_init(&o, &r, s, NULL, &(struct overlay_settings){.cells = true}));
     /* Left of the wall: the edge from (-1, 0) to (-1, 2), half of that from (-1, 0) to (1, 0), half
      * of the diagonal, and what comes from behind. */

@@ -41,13 +41,19 @@ struct drawing {
     const struct baked *baked;
     const double *position;
     size_t probes;
-    double radius;
+    double radius, share; /* of a sphere; at most, of its distance */
     struct line *lines;
     size_t line_count;
     size_t across, tiles;
     struct bins sphere_bins, line_bins;
     const struct overlay *overlay;
 };
+
+static double sphere_radius(const struct drawing *d, size_t probe)
+{
+    const struct vec3 way = vec3_sub(vec3_load(d->position + 3 * probe), d->render->camera->eye);
+    return d->share > 0 ? fmin(d->radius, d->share * vec3_length(way)) : d->radius;
+}
 
 /* -- which tiles ------------------------------------------------------------------------------ */
 
@@ -158,7 +164,6 @@ static void touch(const struct drawing *d, struct bins *bins, uint32_t i,
 /* Visits all items, lines or spheres. */
 static void touch_all(const struct drawing *d, struct bins *bins, bool lines)
 {
-    const double radius = d->radius;
     for (size_t i = 0; lines && i < d->line_count; i++) {
         const struct line *l = &d->lines[i];
         const struct rectangle rectangle = {
@@ -167,8 +172,9 @@ static void touch_all(const struct drawing *d, struct bins *bins, bool lines)
         touch(d, bins, (uint32_t)i, &rectangle, l);
     }
     struct rectangle rectangle;
-    for (size_t i = 0; !lines && radius > 0 && i < d->probes; i++)
-        if (sphere_rectangle(d->render->camera, vec3_load(d->position + 3 * i), radius, &rectangle))
+    for (size_t i = 0; !lines && d->radius > 0 && i < d->probes; i++)
+        if (sphere_rectangle(d->render->camera, vec3_load(d->position + 3 * i), sphere_radius(d, i),
+                             &rectangle))
             touch(d, bins, (uint32_t)i, &rectangle, NULL);
 }
 
@@ -290,7 +296,7 @@ static size_t nearest_sphere(const struct drawing *d, size_t tile, struct vec3 d
         const struct vec3 way = vec3_sub(vec3_load(d->position + 3 * i), d->render->camera->eye);
         const double along = vec3_dot(way, direction);
         const struct vec3 aside = vec3_fma(way, -along, direction);
-        const double under = d->radius * d->radius - vec3_dot(aside, aside),
+        const double radius = sphere_radius(d, i), under = radius * radius - vec3_dot(aside, aside),
                      t = along - sqrt(fmax(under, 0));
         if (under > 0 && t > 0 && t < *depth) {
             *depth = t;
@@ -387,6 +393,7 @@ struct error *overlay_init(struct overlay *overlay, const struct render *render,
                         .position = column_f64(table_column(probes, "position")),
                         .probes = probes->rows,
                         .radius = settings->probe_radius,
+                        .share = settings->probe_share,
                         .across = (c->width + TILE - 1) / TILE,
                         .tiles = render_tiles(c),
                         .overlay = overlay};

@@ -16,6 +16,7 @@ struct stream;
 
 struct overlay_settings {
     double probe_radius; /* scene units; 0: no probes */
+    double probe_share;  /* at most this share of the distance from the eye; 0: no limit */
     bool cells;
 };
 

@@ -118,6 +118,9 @@ struct error *scene_film_init(struct scene_film *film, const struct render_optio
     return err || !options->truth ? err : picture_read(&film->truth, options->truth);
 }
 
+/* A probe before the eye must not hide the others: of its distance, its radius is at most this. */
+#define NEAR_SHARE (1. / 15)
+
 /* The radius of the probes that are drawn; 0: none. */
 static double probe_radius(const struct scene_film *film, const struct render_options *o)
 {
@@ -147,7 +150,9 @@ struct error *scene_film_take(const struct scene_film *film, const struct render
                                .scene = film->scene,
                                .stream = stream,
                                .baked = film->light ? &film->baked : NULL,
-                               .overlay = {probe_radius(film, o), o->draw_cells},
+                               .overlay = {.probe_radius = probe_radius(film, o),
+                                           .probe_share = o->draw_probes > 0 ? 0 : NEAR_SHARE,
+                                           .cells = o->draw_cells},
                                .bounces = o->bounces,
                                .object = o->object ? o->object : "sphere",
                                .path = o->path,
