@@ -317,6 +317,16 @@ static struct error *look_at_scene(struct run *run, const struct program *progra
     return NULL;
 }
 
+/* Better now than after the bake. */
+static struct error *can_write(const char *path)
+{
+    struct file_output out;
+    struct error *err = file_output_open(&out, path, true);
+    if (!err)
+        file_output_abandon(&out);
+    return err;
+}
+
 /* Names the files of the run, and those that are shown. */
 static void name_files(struct run *run, bool readable)
 {
@@ -342,7 +352,9 @@ static struct error *bake_and_tell(struct run *run)
     if (err)
         return err;
     page->again = out.target;
-    err = find_report(a, &out, &run->places);
+    err = a->pack ? can_write(a->pack) : NULL;
+    if (!err)
+        err = find_report(a, &out, &run->places);
     /* none is wanted; nor where the stream goes into a pipe and nothing is to be said */
     const bool silent = a->report ? !run->places.report : !page->again && a->common.quiet;
     pipe_catch();

@@ -131,7 +131,8 @@ static void print_errors(FILE *out, const struct page *page)
     const double rmse = report_get(&page->pictures, "relative-rmse", "").value;
     if (isnan(flip))
         return;
-    snprintf(what, sizeof what, "FLIP of the pictures, from 0 to 1; relative RMSE %.3f", rmse);
+    snprintf(what, sizeof what, "of the pictures, noise of the truth and all; relative RMSE %.3f",
+             rmse);
     print_name(out, "flip");
     fprintf(out, "%7.3f  %-16s %s\n", flip, "", what);
 }
