@@ -14,7 +14,7 @@ const char *const plan_quality_names[] = {
 struct quality {
     const char *probes, *gain; /* adaptive: at most; fewer where twice as many gain less */
     const char *grid;          /* probes of a grid, for a scene without volume */
-    const char *aim;           /* rays that placing looks with: few do, as their noise is known */
+    const char *aim;           /* rays that placing looks with */
     const char *rays, *order;
     const char *points, *truth_rays, *size;
     const char *samples, *few; /* of a path-traced picture, and of one by the probes alone */
@@ -168,12 +168,14 @@ static void place(const struct plan_job *job, const struct quality *q, struct wo
         return;
     }
     words_add(words, "adaptive");
-    if (!probes && !given(job, "max-error") && !given(job, "bytes")) {
+    const struct option_given *error = given(job, "max-error"), *rays = given(job, "rays");
+    if (!probes && !error && !given(job, "bytes")) {
         words_add_option(words, "probes", q->probes);
         if (q->gain)
             words_add_option(words, "gain", q->gain);
     }
-    words_add_option(words, "rays", q->aim);
+    /* where to put probes few rays tell, but not how large the error is */
+    words_add_option(words, "rays", !error ? q->aim : rays ? rays->text : q->rays);
     add_usual(job, words, "order", q->order);
     add_light(job, words);
     add_given(job, words, TO_ADAPTIVE);
