@@ -291,14 +291,12 @@ int main(int argc, char **argv)
     struct program program = {
         .name = "probe-place",
         .usage = usage,
-        .summary = "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or "
-                   "x y z nx ny nz), "
-                   "along the\n"
-                   "path through them, at its vertices, around its lights; or by its light: adaptive, where they "
-                   "lower the error most that\na player sees; spawn-merge, where light differs; "
-                   "ascent, where it comes from; unlit, a few for the dark.\n"
-                   "Probes inside solids, under the ground or outside of a closed level are "
-                   "dropped.",
+        .summary =
+            "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or x y z nx "
+            "ny nz), along the\npath through them, at its vertices, around its lights; or by its "
+            "light: adaptive, where they lower the\nerror most that a player sees; spawn-merge, "
+            "where light differs; ascent, where it comes from; unlit, a few\nfor the dark. Probes "
+            "inside solids, under the ground or outside of a closed level are dropped.",
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};
