@@ -68,7 +68,8 @@ probe-leakfix -q --dilate 'validity < 0.5' --dilate 'position[0] > 4' rooms.obj 
     column_of filled - | paste -s -d ' ' - >filled
 check "of two conditions both must hold" says filled '^0 0 0 1 0 0$'
 # shellcheck disable=SC2086
-probe-place grid -q --inside mark --count 80 --bounds 1,.5,.5,7,2.5,3.5 rooms.obj |
+probe-place grid -q --clearance .4 --inside mark --spacing 1.3 --bounds 1,.5,.5,7,2.5,3.5 \
+    rooms.obj |
     probe-capture -q --rays 16 --bounces 1 $lamp rooms.obj | probe-tet -q >marked.probe
 probe-leakfix -q --dilate 'inside > 0' rooms.obj marked.probe | column_of filled - >filled
 probe-leakfix -q --dilate 'validity < 0.5' rooms.obj marked.probe | column_of filled - >wanted

@@ -17,52 +17,112 @@
 #include <string.h>
 #include <unistd.h>
 
+static void append_grid(struct place *place, const struct place_grid *grid)
+{
+    must(place_grids(place, grid, 1, 1e6));
+}
+
+/* Even nodes from face to face, but for the clearance, as many as the count allows. */
+static void check_grid(struct place_grid *grid, double count)
+{
+    const double *low = grid->box.low, *high = grid->box.high;
+    const double spacing = place_grid_spacing(grid, 1, count);
+    double nodes[3], first[3], last[3];
+    struct place place = {0};
+    place_grid_nodes(grid, nodes);
+    append_grid(&place, grid);
+    memcpy(first, place.position, sizeof first);
+    memcpy(last, place.position + 3 * (place.count - 1), sizeof last);
+    bool well = (double)place.count == nodes[0] * nodes[1] * nodes[2] &&
+                (double)place.count <= count;
+    for (int k = 0; k < 3; k++) {
+        const double length = high[k] - low[k], off = first[k] - low[k],
+                     step = nodes[k] > 1 ? (last[k] - first[k]) / (nodes[k] - 1) : 0,
+                     clear = grid->share ? grid->clearance * step : grid->clearance,
+                     rounding = 1e-9 * (1 + fabs(low[k]) + length);
+        well = well && fabs(high[k] - last[k] - off) < rounding && step <= spacing * (1 + 1e-9);
+        well = well && (nodes[k] > 1 ? fabs(off - clear) < rounding
+                                     : length - 2 * off < rounding &&
+                                           length <= 1.5 * spacing + 2 * (grid->share ? 0 : clear));
+    }
+    for (int k = 0; k < 3; k++)
+        grid->spacing[k] *= 1 - 1e-6;
+    place_grid_nodes(grid, nodes);
+    ok(well && nodes[0] * nodes[1] * nodes[2] > count,
+       "at most %.0f probes: %zu, %g apart at most, even, at the clearance from the faces", count,
+       place.count, spacing);
+    place_clear(&place);
+}
+
 static void test_grid(void)
 {
     const double boxes[][6] = {{0, 0, 0, 10, 4, 7},
                                {-3, 5, 1, -2, 5.5, 9},
                                {0, 0, 0, 1, 0, 1},
                                {1e6, 0, 0, 1e6 + 1, 1, 1}};
-    for (int i = 0; i < 4; i++) {
-        const double *low = boxes[i], *high = boxes[i] + 3;
-        for (double count = 1; count < 1e5; count = count * 3 + 1) {
-            struct place_grid grid = {.min = {low[0], low[1], low[2]},
-                                      .max = {high[0], high[1], high[2]}};
-            grid.spacing[0] = grid.spacing[1] = grid.spacing[2] =
-                place_grid_spacing(low, high, count);
-            double nodes[3];
-            place_grid_nodes(&grid, nodes);
-            const double made = nodes[0] * nodes[1] * nodes[2];
-            struct place place = {0};
-            must(place_grid(&place, &grid, 1e6));
-            bool within = true;
-            struct vec3 sum = {0};
-            for (size_t n = 0; n < place.count; n++) {
-                const double *p = place.position + 3 * n;
-                for (int k = 0; k < 3; k++)
-                    within = within && p[k] >= low[k] - 1e-6 && p[k] <= high[k] + 1e-6;
-                sum = vec3_add(sum, vec3_load(p));
-            }
-            const struct vec3 middle = vec3_scale(0.5, vec3_add(vec3_load(low), vec3_load(high)));
-            const double off = vec3_length(vec3_sub(vec3_scale(1 / made, sum), middle));
-            /* A finer spacing by a little makes more than was asked for: it is the finest. */
-            for (int k = 0; k < 3; k++)
-                grid.spacing[k] *= 1 - 1e-6;
-            place_grid_nodes(&grid, nodes);
-            ok((double)place.count == made && made <= count && within &&
-                   off < 1e-6 * (1 + fabs(middle.x)) && nodes[0] * nodes[1] * nodes[2] > count,
-               "box %d, at most %.0f probes: %.0f, centred, and not one fits more evenly", i, count,
-               made);
-            place_clear(&place);
+    for (int i = 0; i < 4; i++)
+        for (double count = 1; count < 1e5; count = count * 9 + 1) {
+            struct place_grid grid = {.up = 1, .clearance = i == 1 ? .02 : .1, .share = i != 1};
+            memcpy(grid.box.low, boxes[i], sizeof grid.box.low);
+            memcpy(grid.box.high, boxes[i] + 3, sizeof grid.box.high);
+            check_grid(&grid, count);
         }
-    }
-    const struct place_grid grid = {.max = {1, 1, 1}, .spacing = {1e-4, 1e-4, 1e-4}};
+    const struct place_grid grid = {.box = {.high = {1, 1, 1}}, .spacing = {1e-4, 1e-4, 1e-4}};
     struct place place = {0};
-    struct error *err = place_grid(&place, &grid, 1e6);
-    ok(err && strstr(error_message(err), "1000000000000 probes") && !place.count, "refused: %s",
+    struct error *err = place_grids(&place, &grid, 1, 1e6);
+    ok(err && strstr(error_message(err), "1000300030001 probes") && !place.count, "refused: %s",
        err ? error_message(err) : "");
     error_destroy(err);
     place_clear(&place);
+}
+
+/* The least distance of two positions, and how many there are. */
+static double least_distance(const struct place *place)
+{
+    double least = INFINITY;
+    for (size_t i = 0; i < place->count; i++)
+        for (size_t j = 0; j < i; j++)
+            least = fmin(least, vec3_length(vec3_sub(vec3_load(place->position + 3 * i),
+                                                     vec3_load(place->position + 3 * j))));
+    return least;
+}
+
+static void test_boxes(void)
+{
+    struct place_grid grid[3] = {{.box = {{0, 0, 0}, {4, 2, 3}, 30}},
+                                 {.box = {{3, .3, 1}, {7, 2.4, 5}, 0}},
+                                 {.box = {{0, 0, 0}, {4, 2, 3}, 30}}};
+    for (int i = 0; i < 3; i++) {
+        grid[i].up = 1;
+        grid[i].clearance = .1;
+        grid[i].share = true;
+    }
+    struct place one = {0}, all = {0};
+    const double spacing = place_grid_spacing(grid, 3, 500);
+    append_grid(&one, grid);
+    must(place_grids(&all, grid, 3, 1e6));
+    size_t in_first = 0;
+    for (size_t i = one.count; i < all.count; i++) {
+        const struct place_space first = {
+            .low = {-9, -9, -9}, .high = {9, 9, 9}, .box = &grid->box, .count = 1, .up = 1};
+        in_first += place_space_holds(&first, all.position + 3 * i);
+    }
+    ok(!memcmp(one.position, all.position, 3 * one.count * sizeof *one.position) &&
+           all.count > one.count && all.count <= 500 && !in_first,
+       "nodes of the first box win: %zu, and %zu of the others, none of them in it", one.count,
+       all.count - one.count);
+    ok(least_distance(&all) > .45 * spacing, "no two are nearer than half of what lies between: %g",
+       least_distance(&all) / spacing);
+    place_clear(&one);
+    place_clear(&all);
+    /* (1, 0, 0) from the centre, by 90 degrees counter-clockwise from above, is (0, 0, -1) */
+    const struct place_box box = {{-2, 0, 3}, {2, 1, 5}, 90};
+    double p[3] = {1, 0, 4}, low[3], high[3];
+    place_box_turn(&box, 1, false, p, p);
+    place_box_hull(&box, 1, low, high);
+    ok(p[0] == 0 && p[1] == 0 && p[2] == 3 && low[0] == -1 && high[0] == 1 && low[2] == 2 &&
+           high[2] == 6 && low[1] == 0 && high[1] == 1,
+       "a quarter turn is exact: %g %g %g", p[0], p[1], p[2]);
 }
 
 static void test_path(void)
@@ -407,6 +467,7 @@ static void test_options(void)
 int main(void)
 {
     test_grid();
+    test_boxes();
     test_path();
     test_inside();
     test_told();

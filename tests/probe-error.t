@@ -31,7 +31,7 @@ holds() {
 # It is linear, so what the probes blend is right everywhere; what is left is their noise.
 printf 'v 0 0 0\nv 0.001 0 0\nv 0 0.001 0\nf 1 2 3\n' >speck.obj
 around=-2,-2,-2,2,2,2
-probe-place grid --spacing 1 --bounds $around |
+probe-place grid --spacing 1 --clearance 50% --bounds $around |
     probe-capture -q --sky 1,2,3 --rays 4096 speck.obj | probe-tet >sky.probe
 probe-error -q --tsv --points 200 --truth-rays 1024 --bounds $around --truth sky.truth \
     speck.obj sky.probe >sky

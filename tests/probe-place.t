@@ -24,8 +24,12 @@ check "a grid by count" into grid.probe probe-place grid -q --count 100 --text "
 count=$(row_count probe grid.probe)
 check "is a whole stream of at most 100 probes" [ "$count" -ge 1 ] and [ "$count" -le 100 ]
 check "a grid by spacing and bounds, without a scene" into box.probe \
-    probe-place grid --spacing 1,2,4 --bounds 0,0,0,4,4,4 --text
-check "has 4 x 2 x 1 probes" holds box.probe 8 and says rows '^0.5 1 2$'
+    probe-place grid --spacing 1,2,9 --clearance .5 --bounds 0,0,0,4,4,4 --text
+check "has 4 x 3 x 1 probes, .5 from its faces" \
+    holds box.probe 12 and says rows '^0.5 0.5 2$' '^3.5 2 2$'
+probe-place grid --spacing 1.5 --bounds 0,0,0,4,4,4 --text >box.probe
+check "by default they are a tenth of what is between two" \
+    holds box.probe 64 and says rows '^0.125 0.125 0.125$' '^3.875 1.375 2.625$'
 printf '%s\n' '# two' '1 2 3' '' '-4 5e1 .5' >points.txt
 probe-place points points.txt --text >points.probe
 printf '1 2 3\n4 5 6' >cut.txt
@@ -102,7 +106,7 @@ f 2 3 7 6
 f 3 4 8 7
 f 4 1 5 8
 OBJ
-grid="probe-place grid --spacing 1 --bounds 0,0,0,4,4,4"
+grid="probe-place grid --spacing 1 --clearance 50% --bounds 0,0,0,4,4,4"
 $grid cube.obj >dropped.probe 2>err
 check "8 of 64 probes inside a cube are dropped" holds dropped.probe 56 and says err '8 of 64'
 $grid --inside keep cube.obj >kept.probe
@@ -354,7 +358,8 @@ ground() {
 told() {
     told_scene=$1 told_matter=$2
     shift 2
-    probe-place grid --inside mark --count 2000 --text "$@" "$told_scene" 2>told.err |
+    probe-place grid --clearance 37% --inside mark --count 2000 --text "$@" "$told_scene" \
+        2>told.err |
         awk -v scale="${scale:-1}" '/^[0-9-]/ {
             rows++
             x = $2 / scale
@@ -572,11 +577,11 @@ check "and with nothing in it" told bare.obj "$house"
 { ground -.05; cat house.obj; } | awk '/^f/ { print $1, $5, $4, $3, $2; next } { print }' \
     >overturned.obj
 check "or on a ground that is" told overturned.obj "$house || y < -.05 && \$1" \
-    --bounds -9.9,-1,-9.9,9.9,6,9.9
+    --bounds -9.9,-1,-9.7,9.7,6,9.9
 awk '/^v/ { print $1, $2, -$4, $3; next } { print }' overturned.obj >upright.obj
 house_z=$(echo "$house" | sed 's/y/w/g; s/z/(-y)/g; s/w/z/g')
 check "where Z is up, too" told upright.obj "$house_z || z < -.05 && \$1" \
-    --bounds -9.9,-9.9,-1,9.9,9.9,6
+    --bounds -9.9,-9.9,-1,9.7,9.7,6
 # Of many positions, those between others of the same side are not asked.
 check "many are told as few are" told furnished.obj "$house || $table" --count 30000
 for threads in 1 3; do
@@ -592,16 +597,49 @@ numbers <flat.probe >rows
 cut -d ' ' -f 2 rows | sort -u >layers
 check "a grid over a flat ground has three layers of air" \
     has_lines 3 layers and [ "$(wc -l <rows)" -le 1000 ]
-check "above it" each flat.probe '$2 > .5'
-check "and says so" grep -q 'flat along Y: the grid gets 3 spacings of air' flat.err
+check "the lowest a tenth of the others' distance above it" \
+    every 'NR == 1 ? (low = $1) > 0 : near($1 - low, (NR - 1) * 10 * low, 1e-9)' layers
+check "and says so" grep -q 'flat along Y: the grid stands on the ground, in 3 layers' flat.err
 box -10 -.2 -10 10 0 10 >slab.obj
 probe-place grid -q --spacing 1 --text slab.obj >slab.probe
 numbers <slab.probe >rows
-check "so has one over a slab" has_lines 1200 rows
+check "so has one over a slab" has_lines 1323 rows
 check "whose matter has none" each slab.probe '$2 > 0'
 box 0 0 0 4 3 4 in >low.obj
 probe-place grid -q --spacing 2 --text low.obj | numbers >rows
-check "a room of one layer has no more" has_lines 4 rows
+check "a room does not stand on its floor" has_lines 27 rows
+
+# On a ramp with a bridge over it, whose own fronts look down; and where Z is up.
+slope='.5 * x + 5'
+{ ground "$slope"; box -2 15 -10 2 16 10; } >ramp.obj
+probe-place grid --spacing 5 --ground 2 --clearance 1 ramp.obj >ramp.probe 2>ramp.err
+check "columns follow the ground by the clearance and the spacing, and stand on a bridge" \
+    each ramp.probe 'near($2 - (.5 * $1 + 5), 1, 1e-4) || near($2 - (.5 * $1 + 5), 6, 1e-4) ||
+        $1 * $1 < 4 && near($2, 17, 1e-4) || $1 * $1 < 4 && near($2, 22, 1e-4)'
+high=$(awk '$2 > 15.9' rows | wc -l)
+check "all of them" holds ramp.probe 60 and [ "$high" -eq 10 ] and empty ramp.err
+probe-place grid -q --spacing 5 --ground 2 --clearance 1 --bounds -10,0,-10,10,14,10 ramp.obj \
+    >within.probe
+check "and stay in the bounds" each within.probe '$2 <= 14' and has_lines 40 rows
+awk '/^v/ { print $1, $2, -$4, .9 * $3; next } { print }' hill.obj >up.obj
+probe-place grid -q --count 200 --ground 1 --text up.obj >up.probe
+check "a hill whose Z is up is stood on, by the count" each up.probe \
+    'near($3, 4.5 * exp(-($1 * $1 + $2 * $2) / 30), .6)' and holds up.probe 196
+
+# -- turned and several boxes -------------------------------------------------------------------
+probe-place grid --spacing 1 --clearance 0 --bounds 0,0,0,4,0,2 --turn 90 --text >quarter.probe
+check "a box is turned about its middle" holds quarter.probe 15 and says rows '^1 0 3$' '^3 0 -1$'
+probe-place grid --spacing 1 --clearance 0 --bounds 0,0,0,4,0,2 --bounds 3,0,0,6,0,2 --text \
+    >two.probe
+check "where boxes overlap the first one's nodes are there alone" holds two.probe 21
+awk '/^v/ { c = cos(.5); s = sin(.5); print $1, c * $2 + s * $4, $3, c * $4 - s * $2; next }
+    { print }' low.obj >askew.obj
+probe-place grid -q --count 90 --turn 28.6478897565412 askew.obj >askew.probe
+probe-place grid -q --count 90 low.obj >low.probe
+check "a scene that is turned gets the grid that is turned with it" \
+    [ "$(row_count probe askew.probe)" = "$(row_count probe low.probe)" ] and each askew.probe \
+    '(x = cos(.5) * $1 - sin(.5) * $3) > .03 && x < 3.97 &&
+    (z = sin(.5) * $1 + cos(.5) * $3) > .03 && z < 3.97'
 
 # -- far pieces -----------------------------------------------------------------------------------
 { ground 0; echo usemtl marker; printf 'v 4e6 0 0\nv 4e6 0 1\nv 4e6 1 0\nf -3 -2 -1\n'; } >far.obj
@@ -628,8 +666,8 @@ refused 1 "this makes 24 probes, more than --max-probes 23" \
     probe-place vertices --max-probes 23 cube.obj
 
 refused 1 "all 8 probes are inside solids" \
-    probe-place grid --spacing .5 --bounds 1.5,1.5,1.5,2.5,2.5,2.5 cube.obj
-refused 1 "1000000000 probes" probe-place grid --spacing .001 --bounds 0,0,0,1,1,1
+    probe-place grid --spacing 1 --bounds 1.5,1.5,1.5,2.5,2.5,2.5 cube.obj
+refused 1 "1003003001 probes" probe-place grid --spacing .001 --bounds 0,0,0,1,1,1
 check "unless --max-probes says so" into /dev/null \
     probe-place grid --spacing .01 --bounds 0,0,0,1,1,1.1 --max-probes 1200000
 refused 2 "expected a method grid, points, path, vertices" \
@@ -638,6 +676,15 @@ refused 2 "expected either --spacing or --count" probe-place grid "$rooms"
 refused 2 "expected either --spacing or --count" probe-place grid --spacing 1 --count 3 "$rooms"
 refused 2 "expected a SCENE or --bounds" probe-place grid --spacing 1
 refused 2 "expected --step or --interval" probe-place path points.txt
+refused 2 "--ground needs a SCENE" probe-place grid --spacing 1 --ground 1 --bounds 0,0,0,1,1,1
+refused 1 "no column of the grid meets a floor" \
+    probe-place grid --spacing 1 --ground 1 --bounds 9,9,9,10,10,10 cube.obj
+refused 2 "50% of the spacing or less, got 51%" \
+    probe-place grid --clearance 51% --spacing 1 "$rooms"
+refused 2 "got -1" probe-place grid --clearance -1 --spacing 1 "$rooms"
+refused 2 "between -360 and 360, got 361" probe-place grid --turn 361 --spacing 1 "$rooms"
+refused 2 "a --count of at least 1 for each of 2 boxes, got 1" \
+    probe-place grid --count 1 --bounds 0,0,0,1,1,1 --bounds 2,0,0,3,1,1
 refused 2 "greater than 0, got 0" probe-place grid --spacing 0 "$rooms"
 refused 2 "above" probe-place grid --spacing 1 --bounds 1,0,0,0,1,1
 refused 1 "nothing.obj" probe-place grid --count 10 nothing.obj

@@ -5,7 +5,7 @@
 
 # -- light that is linear in place -----------------------------------------------------------------
 # L00 = (x, y, 2), order 2 with a gradient along y in L1-1.
-probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 --text | numbers |
+probe-place grid --spacing 1 --clearance 50% --bounds 0,0,0,4,4,4 --text | numbers |
     awk '{ print $1, $2, $3, $1, $2, 2, $3, 0, 0, 0, 0, 0, 0, 0, 0 }' |
     stream_of "sh-order 2" "sh-content radiance" "table probe position:f64:3 sh:f32:12" |
     probe-tet >baked.probe
@@ -153,7 +153,7 @@ done
 # mended.
 walls=$SRC/scenes/coloured-walls.gltf
 probe-tet turned.probe >dented.probe
-probe-place grid -q --count 400 "$walls" |
+probe-place grid -q --count 300 --ground 4 --clearance 30% "$walls" |
     probe-capture -q --order 1 --columns none --rays 16 "$walls" |
     probe-tet -q | probe-leakfix -q --rounds 4 "$walls" >mended.probe
 outside() { # outside WHAT STREAM HOW: what is said of a point outside
@@ -185,7 +185,8 @@ for roof in 2.6 2.599 2.55; do
         box 3 2.5 -1 7 "$roof" 1
         box -2 0 -2 2 4 2
     } >shade.obj
-    probe-place grid --spacing 1.5 --bounds -9,0.2,-9,9,5,9 --inside keep -q shade.obj |
+    probe-place grid -q --spacing 1.5,2,1.5 --clearance .75 --bounds -9,0.2,-9,9,5,9 --inside keep \
+        shade.obj |
         probe-capture -q --rays 64 --sky .1,.1,.15 --sun .5,-1,.3,30,30,30 \
             --columns sh_gradient --dering irradiance shade.obj | probe-tet -q >shade.probe
     rows_of position,sh_gradient,sh shade.probe | cut -d ' ' -f 4-84 | tr ' ' '\n' |
@@ -367,7 +368,7 @@ for points in "1 2 3" "1 2 3 0 1 0"; do
 done
 
 # -- what is refused -------------------------------------------------------------------------------
-probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 >placed.probe
+probe-place grid --spacing 1 --clearance 50% --bounds 0,0,0,4,4,4 >placed.probe
 refused 1 "run probe-tet" given "1 1 1" probe-query placed.probe
 probe-tet placed.probe >dark.probe
 refused 1 "run probe-capture" given "1 1 1" probe-query dark.probe

@@ -12,7 +12,7 @@ positions() {
 behind() { sed -n "/^table $1/,/^end/p" "$2" | paste -s -d ' ' -; }
 
 # -- cells -----------------------------------------------------------------------------------------
-probe-place grid --spacing 1 --bounds 0,0,0,4,4,4 --text >grid.probe
+probe-place grid --spacing 1 --clearance 50% --bounds 0,0,0,4,4,4 --text >grid.probe
 check "cells and hull normals are added" into cells.probe probe-tet grid.probe and \
     says cells.probe '^table tet vertex:i32:4 neighbour:i32:4' 'hull_normal:f32:3'
 check "--verify finds them sound" probe-tet --verify cells.probe

@@ -39,7 +39,7 @@ for lamp in "spot:.8 * (4 - y) / 2:0:$spot" 'point:.8 * (3.5 - y) / 1.5:0:--poin
 $lamp
 LAMP
     # shellcheck disable=SC2086
-    baked plate.obj '--spacing .7' $options >$name.probe
+    baked plate.obj '--clearance 50% --spacing .7' $options >$name.probe
     before=$(row_count probe $name.probe)
     probe-leakfix --edges shadows --rounds 2 --offset $offset plate.obj $name.probe \
         >$name.fixed 2>said
@@ -60,7 +60,7 @@ error_of() {
         --paths 0 --leak-samples 0 plate.obj "$1" | awk '$1 == "error" { print $3; exit }'
 }
 # shellcheck disable=SC2086
-baked plate.obj '--count 400' $spot >many.probe
+baked plate.obj '--clearance 50% --count 500' $spot >many.probe
 probe-leakfix -q --edges shadows --rounds 1 --offset $offset plate.obj spot.probe >once.fixed
 { error_of once.fixed; error_of many.probe; error_of spot.probe; } | paste -s -d ' ' - >errors
 check "less error than as many probes and more in a grid: $(cat errors) with \
@@ -77,7 +77,7 @@ check "1 and 3 threads give the same bytes" \
 
 # A spot's cone fades: it is no border. Nor is a wall: what stands on the edge is not a shadow.
 # shellcheck disable=SC2086
-baked bare.obj '--spacing .7' $spot >bare.probe
+baked bare.obj '--clearance 50% --spacing .7' $spot >bare.probe
 probe-leakfix --edges shadows --rounds 1 bare.obj bare.probe 2>said >fixed
 check "the cone of a spot asks for no probe" \
     says said ': 0 edges go through the border' \
@@ -106,7 +106,7 @@ probe-cat -q --tables probe --columns position spot.probe |
     probe-capture --again -q --light indirect --rays 8 --bounces 1 $spot plate.obj |
     probe-tet >dim.probe
 refused 1 'the probes hold indirect light' probe-leakfix --edges both --rounds 1 plate.obj dim.probe
-probe-place grid -q --bounds $box --spacing .9 plate.obj |
+probe-place grid -q --clearance 50% --bounds $box --spacing .9 plate.obj |
     probe-capture -q --sky 1,1,1 --rays 8 plate.obj | probe-tet >sky.probe
 probe-leakfix --edges shadows --rounds 1 plate.obj sky.probe 2>said >fixed
 check "without lamps there are no borders, and that is said" \

@@ -39,7 +39,8 @@ def write_stream(path, kind, count):
         random_stream(path, count)
         return
     side = round(count ** (1 / 3))
-    run(f"probe-place grid --binary --spacing 1 --bounds 0,0,0,{side},{side},{side} -o {path}")
+    run(f"probe-place grid --binary --spacing 1 --clearance 50%"
+        f" --bounds 0,0,0,{side},{side},{side} -o {path}")
 
 
 def bench(options):

@@ -91,7 +91,7 @@ static struct error *find_start(struct run *run)
         uint32_t best = 0;
         for (uint32_t x = 0; x < c->count; x++) {
             double value = nearest[x];
-            const double *p = c->position + 3 * (size_t)x, *low = run->job->candidates.low;
+            const double *p = c->position + 3 * (size_t)x, *low = run->job->candidates.space.low;
             if (!can_start(c, x) || !(value > 0))
                 continue;
             if (!run->starts)

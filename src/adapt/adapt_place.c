@@ -149,8 +149,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     const struct adapt_job job = {
         .candidates = {.path = &light.path,
                        .settings = &light.settings,
-                       .low = {light.low[0], light.low[1], light.low[2]},
-                       .high = {light.high[0], light.high[1], light.high[2]},
+                       .space = light.space,
                        .threads = world->inside.threads,
                        .inside_rays = world->inside.rays,
                        .backface_share = world->inside.backface_share,
@@ -180,7 +179,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     return err;
 }
 
-static const char *const shared[] = {"bounds", NULL};
+static const char *const shared[] = {"bounds", "turn", NULL};
 
 const struct place_method place_method_adaptive = {.name = "adaptive",
                                                    .origin = 5,

@@ -81,7 +81,7 @@ static void point_of(const struct candidates_job *job, enum candidate_kind kind,
         double x = random_double(&r);
         if (kind == CANDIDATE_SPACE)
             x += (double)i * step[k];
-        p[k] = job->low[k] + (job->high[k] - job->low[k]) * (x - floor(x));
+        p[k] = job->space.low[k] + (job->space.high[k] - job->space.low[k]) * (x - floor(x));
     }
 }
 
@@ -96,24 +96,36 @@ static struct error *spread(struct candidates *c, const struct candidates_job *j
     struct error *err = NULL;
     while (!err && found < wanted && looked < most && !interrupt_came()) {
         const size_t turn = wanted + 64;
-        struct place place = {.count = turn};
+        struct place place = {0};
+        size_t *after = NULL; /* of each, how many of the sequence are used up with it */
         enum place_side *side = NULL;
         err = array_create(&place.position, 3 * turn, sizeof *place.position);
         if (!err)
+            err = array_create(&after, turn, sizeof *after);
+        if (!err)
             err = array_create(&side, turn, sizeof *side);
-        for (size_t i = 0; i < turn && !err; i++)
-            point_of(job, kind, *tried + i, place.position + 3 * i);
+        for (size_t i = 0; i < TRIES * turn && place.count < turn && !err; i++) {
+            double *p = place.position + 3 * place.count;
+            point_of(job, kind, *tried + i, p);
+            if (place_space_holds(&job->space, p))
+                after[place.count++] = *tried + i + 1;
+        }
+        if (!err && !place.count)
+            err = error_new("none of %zu points of the box is in the space that is asked for",
+                            TRIES * turn);
         if (!err)
             err = place_inside(&place, job->path->tracer, &settings, side, job->warnings);
         size_t i = 0;
-        for (; i < turn && found < wanted && !err; i++)
+        for (; i < place.count && found < wanted && !err; i++)
             if (side[i] == PLACE_AIR) {
                 err = append(c, place.position + 3 * i, kind);
                 found++;
             }
-        *tried += i;
+        if (!err)
+            *tried = after[i - 1];
         looked += i;
         free(side);
+        free(after);
         place_clear(&place);
     }
     if (!err && found < wanted && !interrupt_came())
@@ -146,8 +158,8 @@ static bool go(const struct tracer *tracer, double p[3], struct vec3 d, double o
 static struct error *add_near_surface(struct candidates *c, const struct candidates_job *job,
                                       size_t from, size_t number)
 {
-    const double side = cbrt((job->high[0] - job->low[0]) * (job->high[1] - job->low[1]) *
-                             (job->high[2] - job->low[2]));
+    const double *low = job->space.low, *high = job->space.high,
+                 side = cbrt((high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]));
     struct random r = random_start(job->settings->seed, FOR_SURFACE, (uint32_t)number);
     const double z = 2 * random_double(&r) - 1, turn = 2 * ANGLE_PI * random_double(&r),
                  width = sqrt(1 - z * z), u = random_double(&r),
@@ -167,10 +179,7 @@ static struct error *add_near_surface(struct candidates *c, const struct candida
         if (corner)
             go(job->path->tracer, p, edge, off, &next);
     }
-    for (int k = 0; k < 3; k++)
-        if (!(p[k] >= job->low[k] && p[k] <= job->high[k]))
-            return NULL;
-    return append(c, p, CANDIDATE_SURFACE);
+    return place_space_holds(&job->space, p) ? append(c, p, CANDIDATE_SURFACE) : NULL;
 }
 
 struct error *candidates_spread(struct candidates *c, const struct candidates_job *job,

@@ -21,6 +21,7 @@
 #define CANDIDATES_H
 
 #include "measure/sphere.h"
+#include "place/space.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -57,7 +58,7 @@ struct candidates {
 struct candidates_job {
     const struct path_tracer *path;
     const struct capture_settings *settings; /* as probes will be captured: order, rays */
-    double low[3], high[3];                  /* the box */
+    struct place_space space;                /* that they are in */
     int threads;
     int inside_rays; /* as of place_inside_settings */
     double backface_share;

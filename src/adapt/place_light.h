@@ -16,6 +16,7 @@
 #define PLACE_LIGHT_H
 
 #include "capture/capture.h"
+#include "place/space.h"
 #include "trace/path.h"
 
 #include <stdbool.h>
@@ -41,7 +42,7 @@ struct option_row *place_light_rows(struct place_options *options, struct option
 struct place_light {
     struct place_world *world;        /* borrowed */
     struct capture_settings settings; /* as the options say */
-    double low[3], high[3];           /* the box: --bounds, or the scene's */
+    struct place_space space;         /* that --bounds says, or the scene's box */
     struct tracer *tracer;            /* owned, as the path tracer is */
     struct path_tracer path;
     const double *kept; /* positions of --keep, 3 each; borrowed from `stream` */

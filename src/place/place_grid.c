@@ -1,81 +1,229 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "base/array.h"
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
-#include "math/affine.h"
 #include "math/vec.h"
+#include "place/place_ground.h"
 #include "place/place_method.h"
 #include "scene/scene.h"
 #include "trace/trace.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+/* -- nodes ------------------------------------------------------------------------------------ */
+
+/* Along an axis: how many, the first one, and from one to the next. */
+struct line {
+    double nodes, first, step;
+};
+
+static struct line line_of(const struct place_grid *grid, int axis)
+{
+    const double length = grid->box.high[axis] - grid->box.low[axis], s = grid->spacing[axis],
+                 room = length - 2 * (grid->share ? grid->clearance * s : grid->clearance);
+    struct line line = {.nodes = 1, .first = (grid->box.low[axis] + grid->box.high[axis]) / 2};
+    if (room <= s / 2)
+        return line;
+    const double steps = fmax(ceil(room / s * (1 - 1e-12)), 1);
+    line.nodes = steps + 1;
+    line.step = grid->share ? length / (steps + 2 * grid->clearance) : room / steps;
+    line.first -= steps / 2 * line.step;
+    return line;
+}
 
 void place_grid_nodes(const struct place_grid *grid, double nodes[3])
 {
-    for (int k = 0; k < 3; k++) /* a whole number of spacings, but for rounding, is whole */
-        nodes[k] = fmax(floor((grid->max[k] - grid->min[k]) / grid->spacing[k] * (1 + 1e-12)), 1);
-}
-
-/* Of a box that grows by `room` spacings along `axis`. */
-static double node_count(const double min[3], const double max[3], int axis, double room,
-                         double spacing)
-{
-    struct place_grid grid = {.min = {min[0], min[1], min[2]},
-                              .max = {max[0], max[1], max[2]},
-                              .spacing = {spacing, spacing, spacing}};
-    double nodes[3];
-    grid.max[axis] += room * spacing;
-    place_grid_nodes(&grid, nodes);
-    return nodes[0] * nodes[1] * nodes[2];
-}
-
-static double find_spacing(const double min[3], const double max[3], int axis, double room,
-                           double count)
-{
-    double low = 0, high = 0; /* low makes too many, high does not */
     for (int k = 0; k < 3; k++)
-        high = fmax(high, max[k] - min[k]);
-    if (node_count(min, max, axis, room, high) > count)
-        return high; /* as few as there can be */
-    for (int step = 0; step < 200 && high - low > 1e-12 * high; step++) {
-        const double middle = low + (high - low) / 2;
-        if (node_count(min, max, axis, room, middle) > count)
-            low = middle;
-        else
-            high = middle;
+        nodes[k] = line_of(grid, k).nodes;
+}
+
+static void set_spacing(struct place_grid *grid, int count, double spacing)
+{
+    for (int i = 0; i < count; i++)
+        grid[i].spacing[0] = grid[i].spacing[1] = grid[i].spacing[2] = spacing;
+}
+
+/* -- several boxes ---------------------------------------------------------------------------- */
+
+/* The shortest way from node to node; INFINITY where there is one alone. */
+static double least_step(const struct place_grid *grid, int without)
+{
+    double least = INFINITY;
+    for (int k = 0; k < 3; k++) {
+        const double step = line_of(grid, k).step;
+        if (step > 0 && k != without)
+            least = fmin(least, step);
     }
-    return high;
+    return least;
 }
 
-double place_grid_spacing(const double min[3], const double max[3], double count)
+/* Whether p is where the box is, or nearer to a node of it than that; without an axis, -1: none. */
+static bool is_taken(const struct place_grid *grid, const double p[3], double near, int without)
 {
-    return find_spacing(min, max, 0, 0, count);
+    double q[3], square = 0;
+    bool within = true;
+    place_box_turn(&grid->box, grid->up, true, p, q);
+    for (int k = 0; k < 3; k++) {
+        const struct line line = line_of(grid, k);
+        if (k == without)
+            continue;
+        within = within && q[k] >= grid->box.low[k] && q[k] <= grid->box.high[k];
+        const double number = line.step > 0 ? floor((q[k] - line.first) / line.step + .5) : 0,
+                     off = q[k] - line.first - fmin(fmax(number, 0), line.nodes - 1) * line.step;
+        square += off * off;
+    }
+    return within || square < near * near;
 }
 
-/* Centred: what is left of the box is shared by both ends. */
-static double first_node(const struct place_grid *grid, int axis, double nodes)
+/* Whether a node of grid[at] gives way to an earlier box. */
+static bool is_given(const struct place_grid *grid, int at, const double p[3], double own,
+                     int without)
 {
-    return (grid->min[axis] + grid->max[axis]) / 2 - (nodes - 1) / 2 * grid->spacing[axis];
+    for (int i = 0; i < at; i++) {
+        const double step = fmin(own, least_step(&grid[i], without));
+        if (is_taken(&grid[i], p, step < (double)INFINITY ? step / 2 : 0, without))
+            return true;
+    }
+    return false;
 }
 
-struct error *place_grid(struct place *place, const struct place_grid *grid, double most)
+static double count_nodes(const struct place_grid *grid, int count)
 {
-    double nodes[3], start[3];
-    place_grid_nodes(grid, nodes);
-    struct error *err = place_check_count(nodes[0] * nodes[1] * nodes[2], most);
-    for (int k = 0; k < 3; k++)
-        start[k] = first_node(grid, k, nodes[k]);
-    for (double z = 0; z < nodes[2] && !err; z++)
-        for (double y = 0; y < nodes[1] && !err; y++)
-            for (double x = 0; x < nodes[0] && !err; x++)
-                err = place_append(place, (const double[3]){start[0] + x * grid->spacing[0],
-                                                            start[1] + y * grid->spacing[1],
-                                                            start[2] + z * grid->spacing[2]});
+    double all = 0;
+    for (int i = 0; i < count; i++) {
+        double nodes[3];
+        place_grid_nodes(&grid[i], nodes);
+        all += nodes[0] * nodes[1] * nodes[2];
+    }
+    return all;
+}
+
+struct error *place_grids(struct place *place, const struct place_grid *grid, int count,
+                          double most)
+{
+    struct error *err = place_check_count(count_nodes(grid, count), most);
+    for (int i = 0; i < count && !err; i++) {
+        const struct line x = line_of(&grid[i], 0), y = line_of(&grid[i], 1),
+                          z = line_of(&grid[i], 2);
+        const double own = least_step(&grid[i], -1);
+        for (double c = 0; c < z.nodes && !err; c++)
+            for (double b = 0; b < y.nodes && !err; b++)
+                for (double a = 0; a < x.nodes && !err; a++) {
+                    double p[3] = {x.first + a * x.step, y.first + b * y.step,
+                                   z.first + c * z.step};
+                    place_box_turn(&grid[i].box, grid[i].up, false, p, p);
+                    if (!is_given(grid, i, p, own, -1))
+                        err = place_append(place, p);
+                }
+    }
     return err;
 }
 
-/* -- the method ------------------------------------------------------------------------------- */
+/* -- on the ground ---------------------------------------------------------------------------- */
+
+/* within: and in the boxes. */
+static struct error *place_columns(struct place *place, const struct place_grid *grid, int count,
+                                   const struct place_ground *ground, bool within, double most)
+{
+    const int up = ground->up, u = (up + 1) % 3, v = (up + 2) % 3;
+    struct error *err = NULL;
+    double columns = 0;
+    for (int i = 0; i < count; i++)
+        columns += line_of(&grid[i], u).nodes * line_of(&grid[i], v).nodes;
+    err = place_check_count(columns * ground->layers, most);
+    for (int i = 0; i < count && !err; i++) {
+        const struct place_grid *g = &grid[i];
+        const struct line x = line_of(g, u), y = line_of(g, v);
+        const double own = least_step(g, up), ends[2] = {g->box.low[up], g->box.high[up]},
+                     first = g->share ? g->clearance * g->spacing[up] : g->clearance;
+        for (double b = 0; b < y.nodes && !err; b++)
+            for (double a = 0; a < x.nodes && !err; a++) {
+                double p[3] = {0};
+                p[u] = x.first + a * x.step;
+                p[v] = y.first + b * y.step;
+                place_box_turn(&g->box, up, false, p, p);
+                if (!is_given(grid, i, p, own, up))
+                    err =
+                        place_ground_column(place, ground, p, first, g->spacing[up], ends, within);
+                if (!err)
+                    err = place_check_count((double)place->count, most);
+            }
+    }
+    return err;
+}
+
+/* -- by count --------------------------------------------------------------------------------- */
+
+/* Of what is to be counted. */
+struct counting {
+    struct place_grid *grid;
+    int count;
+    const struct place_ground *ground; /* NULL: nodes of boxes */
+    bool within;
+    double most; /* that there may be */
+};
+
+/* *fits: no more than may be are made with this spacing. */
+static struct error *try_spacing(const struct counting *c, double spacing, bool *fits)
+{
+    set_spacing(c->grid, c->count, spacing);
+    if (!c->ground) {
+        *fits = count_nodes(c->grid, c->count) <= c->most;
+        return NULL;
+    }
+    double columns = 0;
+    const int u = (c->ground->up + 1) % 3, v = (c->ground->up + 2) % 3;
+    for (int i = 0; i < c->count; i++)
+        columns += line_of(&c->grid[i], u).nodes * line_of(&c->grid[i], v).nodes;
+    if (columns > 2 * c->most + 16) { /* as good as none is over a hole */
+        *fits = false;
+        return NULL;
+    }
+    struct place place = {0};
+    struct error *err =
+        place_columns(&place, c->grid, c->count, c->ground, c->within, (double)INFINITY);
+    *fits = (double)place.count <= c->most;
+    place_clear(&place);
+    return err;
+}
+
+/* Gives the grids the smallest spacing that fits. */
+static struct error *find_spacing(const struct counting *c)
+{
+    double low = 0, high = 0; /* low makes too many, high does not */
+    bool fits = false;
+    for (int i = 0; i < c->count; i++)
+        for (int k = 0; k < 3; k++)
+            high = fmax(high, 2.5 * (c->grid[i].box.high[k] - c->grid[i].box.low[k]));
+    if (!(high > 0))
+        return error_new("the box is a point: a grid of it needs --spacing");
+    struct error *err = try_spacing(c, high, &fits);
+    const double exact = c->ground ? 1e-3 : 1e-12;
+    for (int step = 0; step < 200 && high - low > exact * high && fits && !err; step++) {
+        const double middle = low + (high - low) / 2;
+        bool now = false;
+        err = try_spacing(c, middle, &now);
+        if (now)
+            high = middle;
+        else
+            low = middle;
+    }
+    set_spacing(c->grid, c->count, high);
+    return err;
+}
+
+double place_grid_spacing(struct place_grid *grid, int count, double most)
+{
+    const struct counting c = {.grid = grid, .count = count, .most = most};
+    error_destroy(find_spacing(&c));
+    return grid->spacing[0];
+}
+
+/* -- options ---------------------------------------------------------------------------------- */
 
 static struct error *parse_spacing(void *value, const char *text)
 {
@@ -90,41 +238,116 @@ static struct error *parse_spacing(void *value, const char *text)
     return err;
 }
 
+static struct error *parse_bounds(void *value, const char *text)
+{
+    struct place_options *o = value;
+    double ends[6];
+    struct error *err = options_reals("--bounds", text, 6, ends);
+    if (!err && o->boxes == PLACE_BOXES)
+        err = error_usage("--bounds: expected at most %d boxes", PLACE_BOXES);
+    for (int k = 0; k < 3 && !err; k++)
+        if (ends[k] > ends[3 + k])
+            err = error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
+                              ends[k], ends[3 + k]);
+    if (err)
+        return err;
+    struct place_box *box = &o->box[o->boxes++];
+    memcpy(box->low, ends, sizeof box->low);
+    memcpy(box->high, ends + 3, sizeof box->high);
+    box->turn = o->turn;
+    return NULL;
+}
+
+static struct error *parse_turn(void *value, const char *text)
+{
+    struct place_options *o = value;
+    double *turn = o->boxes ? &o->box[o->boxes - 1].turn : &o->turn;
+    struct error *err = options_real("--turn", text, turn);
+    return err || (*turn >= -360 && *turn <= 360)
+               ? err
+               : error_usage("--turn: expected degrees between -360 and 360, got %g", *turn);
+}
+
+/* A length, or a share of the spacing in percent. */
+static struct error *parse_clearance(void *value, const char *text)
+{
+    struct place_options *o = value;
+    const size_t length = strlen(text);
+    char number[64];
+    o->clearance_share = length > 1 && text[length - 1] == '%';
+    snprintf(number, sizeof number, "%.*s",
+             (int)fmin((double)(length - o->clearance_share), sizeof number - 1.0), text);
+    struct error *err = options_real("--clearance", number, &o->clearance);
+    if (!err && o->clearance < 0)
+        err = error_usage("--clearance: expected a length or a share of 0 or more, got %s", text);
+    if (!err && o->clearance_share) {
+        o->clearance /= 100;
+        if (o->clearance > .5)
+            err = error_usage("--clearance: expected 50%% of the spacing or less, got %s", text);
+    }
+    return err;
+}
+
 static struct option_row *rows(struct place_options *o, struct option_row *row)
 {
-    *row++ = (struct option_row){
-        .name = "spacing",
-        .letter = 's',
-        .argument = "S|SX,SY,SZ",
-        .kind = OPTION_CALL,
-        .value = o->spacing,
-        .parse = parse_spacing,
-        .given = &o->spacing_given,
-        .help = "grid, and those that start from one: distance between probes, in units\n"
-                "of the scene"};
-    *row++ = (struct option_row){
-        .name = "count",
-        .letter = 'n',
-        .argument = "N",
-        .kind = OPTION_REAL,
-        .value = &o->count,
-        .least = 1,
-        .most = 1e15,
-        .given = &o->count_given,
-        .help = "grid, and those that start from one: the finest spacing that makes at\n"
-                "most N probes, before those"
-                " in no air go"};
-    *row++ =
-        (struct option_row){.name = "bounds",
-                            .argument = "X0,Y0,Z0,X1,Y1,Z1",
-                            .kind = OPTION_REALS,
-                            .count = 6,
-                            .value = o->bounds,
-                            .given = &o->bounds_given,
-                            .help = "grid, and those that start from one: fill this box (default:\n"
-                                    "the scene's, with some air above an open ground); adaptive:\n"
-                                    "stay in it"};
-    return row;
+    const struct option_row all[] = {
+        {.name = "spacing",
+         .letter = 's',
+         .argument = "S|SX,SY,SZ",
+         .kind = OPTION_CALL,
+         .value = o->spacing,
+         .parse = parse_spacing,
+         .given = &o->spacing_given,
+         .help = "grid, and those that start from one: the greatest distance between\n"
+                 "probes, in units of the scene"},
+        {.name = "count",
+         .letter = 'n',
+         .argument = "N",
+         .kind = OPTION_REAL,
+         .value = &o->count,
+         .least = 1,
+         .most = 1e15,
+         .given = &o->count_given,
+         .help = "grid, and those that start from one: the finest spacing that makes at\n"
+                 "most N probes, before those in no air go"},
+        {.name = "bounds",
+         .argument = "X0,Y0,Z0,X1,Y1,Z1",
+         .kind = OPTION_CALL,
+         .value = o,
+         .parse = parse_bounds,
+         .given = &o->bounds_given,
+         .shown = "the scene's box",
+         .help = "grid, and those that start from one: fill this box, may repeat;\n"
+                 "adaptive: stay in it"},
+        {.name = "turn",
+         .argument = "DEGREES",
+         .kind = OPTION_CALL,
+         .value = o,
+         .parse = parse_turn,
+         .given = &o->turn_given,
+         .shown = "0",
+         .help = "grid: turn the box of the --bounds before it about its middle,\n"
+                 "counter-clockwise seen from above; before any: all"},
+        {.name = "clearance",
+         .argument = "D|SHARE%",
+         .kind = OPTION_CALL,
+         .value = o,
+         .parse = parse_clearance,
+         .given = &o->clearance_given,
+         .shown = "10%",
+         .help = "grid: how far the outermost probes are from the box, and the\n"
+                 "lowest from the ground, as a length or a share of the spacing"},
+        {.name = "ground",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &o->ground,
+         .least = 1,
+         .most = 1000,
+         .given = &o->ground_given,
+         .shown = "3 where the scene is an open ground",
+         .help = "grid: columns of N probes that stand on the floors below"}};
+    memcpy(row, all, sizeof all);
+    return row + sizeof all / sizeof *all;
 }
 
 static struct error *check(const struct place_options *o, bool scene)
@@ -133,121 +356,98 @@ static struct error *check(const struct place_options *o, bool scene)
         return error_usage("expected either --spacing or --count");
     if (!scene && !o->bounds_given)
         return error_usage("expected a SCENE or --bounds");
+    if (!scene && o->ground_given)
+        return error_usage("--ground needs a SCENE");
+    if (o->count_given && o->count < o->boxes)
+        return error_usage("expected a --count of at least 1 for each of %d boxes, got %g",
+                           o->boxes, o->count);
     return NULL;
 }
 
-/* -- open grounds ------------------------------------------------------------------------------ */
+/* -- the method ------------------------------------------------------------------------------- */
 
-/* How many spacings of air a grid gets above an open ground that is flatter than two: the layers
- * that a blend needs to tell the ground's light from the sky's. */
-#define AIR_LAYERS 3
+/* Layers above an open ground that is flatter than two spacings: those that a blend needs to tell
+ * the ground's light from the sky's. */
+enum { AIR_LAYERS = 3 };
 
-/* Whether most rays from within the box along the axis escape, through backs but no front: there is
- * no ceiling. */
-static struct error *find_open(const struct scene *scene, int axis, double way, bool *open)
+static struct error *place_on_ground(struct place *place, struct counting *c,
+                                     struct place_ground *ground, const struct place_options *o,
+                                     double most)
 {
-    enum { SIDE = 12 };
-    struct tracer *tracer = NULL;
-    struct error *err = trace_create(&tracer, scene);
-    double low[3], high[3], step = 0;
-    int escaped = 0;
-    vec3_store(low, scene->box_min);
-    vec3_store(high, scene->box_max);
-    for (int k = 0; k < 3; k++)
-        step = fmax(step, 1e-5 * (high[k] - low[k]));
-    for (int i = 0; i < SIDE * SIDE && !err; i++) {
-        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-        double p[3], d[3] = {0};
-        p[axis] = (low[axis] + high[axis]) / 2;
-        p[u] = low[u] + (i % SIDE + .5) / SIDE * (high[u] - low[u]);
-        p[v] = low[v] + (i / SIDE + .5) / SIDE * (high[v] - low[v]);
-        d[axis] = way;
-        struct trace_hit hit = trace_nearest(tracer, p, d, INFINITY);
-        for (int steps = 0; steps < 64 && hit.hit && !hit.front; steps++) {
-            p[axis] += way * (hit.distance + step);
-            hit = trace_nearest(tracer, p, d, INFINITY);
-        }
-        escaped += !hit.hit;
-    }
-    *open = 2 * escaped > SIDE * SIDE;
-    trace_destroy(tracer);
+    struct error *err = NULL;
+    c->ground = ground;
+    if (o->count_given && o->count < ground->layers)
+        ground->layers = (int)o->count;
+    if (o->count_given)
+        err = find_spacing(c);
+    if (!err)
+        err = place_columns(place, c->grid, c->count, ground, c->within, most);
+    if (!err && o->count_given && (double)place->count > o->count)
+        place->count = (size_t)o->count; /* a column alone, of many floors */
+    if (!err && !place->count)
+        err = error_new("no column of the grid meets a floor: there is no ground to stand on");
     return err;
 }
 
-/* The side of the scene's faces that is looked at along the axis: 1 or -1. The air is above where
- * the axis is Y, as most files have it. */
-static double find_way(const struct scene *scene, int axis)
+/* The scene's own box, where it has room for one layer and no ceiling, has its probes on the
+ * ground. */
+static bool is_flat(const struct place_grid *grid, int *axis)
 {
-    double sum = 0;
-    if (axis == 1)
-        return 1;
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
-        const double *m = scene->instances[i].transform, side = affine_mirrors(m) ? -1 : 1;
-        for (size_t t = 0; t < mesh->triangle_count; t++) {
-            struct vec3 p[3];
-            double twice[3];
-            for (size_t c = 0; c < 3; c++)
-                p[c] = affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
-            vec3_store(twice, vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
-            sum += side * twice[axis];
-        }
-    }
-    const struct vec3 size = vec3_sub(scene->box_max, scene->box_min);
-    return sum < -1e-3 * vec3_dot(size, size) ? -1 : 1;
-}
-
-/* Makes the grid of the scene's own box. Where it has a single layer with no ceiling above, that
- * lies in the ground or among what stands on it: then it gets air. */
-static struct error *fit_scene(struct place_grid *grid, const struct place_options *o,
-                               const struct place_world *world)
-{
-    static const char *const axes[] = {"X", "Y", "Z"};
-    double nodes[3];
-    int axis = 0;
-    bool open = false;
-    place_grid_nodes(grid, nodes);
+    *axis = 0;
     for (int k = 1; k < 3; k++)
-        if (grid->max[k] - grid->min[k] < grid->max[axis] - grid->min[axis])
-            axis = k;
-    const double way = find_way(world->scene, axis);
-    struct error *err = NULL;
-    if (nodes[axis] <= 1)
-        err = find_open(world->scene, axis, way, &open);
-    if (err || !open)
-        return err;
-    const double layers = o->count_given ? fmin(AIR_LAYERS, floor(o->count)) : AIR_LAYERS;
-    if (o->count_given) {
-        const double s = find_spacing(grid->min, grid->max, axis, layers, o->count);
-        grid->spacing[0] = grid->spacing[1] = grid->spacing[2] = s;
-    }
-    const double air = layers * grid->spacing[axis];
-    if (way > 0)
-        grid->max[axis] += air;
-    else
-        grid->min[axis] -= air;
-    warnings_add(world->warnings, "open ground",
-                 "the scene is flat along %s: the grid gets %.0f spacings of air, %g, %s it "
-                 "(--bounds says otherwise)",
-                 axes[axis], layers, air, way > 0 ? "above" : "below");
-    return NULL;
+        if (grid->box.high[k] - grid->box.low[k] < grid->box.high[*axis] - grid->box.low[*axis])
+            *axis = k;
+    return grid->box.high[*axis] - grid->box.low[*axis] < 2 * grid->spacing[*axis];
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       struct place_world *world)
 {
-    struct place_grid grid = {.spacing = {o->spacing[0], o->spacing[1], o->spacing[2]}};
-    struct error *err = place_box(o, world->scene, grid.min, grid.max);
-    if (!err && o->count_given) {
-        grid.spacing[0] = place_grid_spacing(grid.min, grid.max, o->count);
-        if (!(grid.spacing[0] > 0))
-            err = error_new("the box is a point: a grid of it needs --spacing");
-        grid.spacing[1] = grid.spacing[2] = grid.spacing[0];
+    static const char *const axes[] = {"X", "Y", "Z"};
+    struct place_grid *grid = NULL;
+    struct tracer *tracer = NULL;
+    const int count = o->boxes ? o->boxes : 1;
+    struct error *err = array_create(&grid, (size_t)count, sizeof *grid);
+    struct counting c = {.grid = grid, .count = count, .within = o->bounds_given, .most = o->count};
+    for (int i = 0; i < count && !err; i++) {
+        grid[i] = (struct place_grid){.up = place_up(world->scene),
+                                      .spacing = {o->spacing[0], o->spacing[1], o->spacing[2]},
+                                      .clearance = o->clearance,
+                                      .share = o->clearance_share};
+        if (o->boxes)
+            grid[i].box = o->box[i];
+        else
+            place_box_of_scene(world->scene, o->turn, &grid[i].box);
     }
-    if (!err && !o->bounds_given)
-        err = fit_scene(&grid, o, world);
-    memcpy(world->spacing, grid.spacing, sizeof world->spacing);
-    return err ? err : place_grid(place, &grid, world->most);
+    if (!err && o->count_given)
+        err = find_spacing(&c);
+    struct place_ground ground = {.layers = o->ground_given ? o->ground : AIR_LAYERS};
+    if (!err)
+        ground.up = grid->up;
+    const bool flat = !err && !o->bounds_given && is_flat(grid, &ground.up);
+    bool stands = false;
+    if (!err && (flat || o->ground_given)) {
+        err = trace_create(&tracer, world->scene);
+        ground.tracer = tracer;
+    }
+    if (tracer)
+        stands = place_ground_look(&ground) || o->ground_given;
+    if (!err)
+        err = stands ? place_on_ground(place, &c, &ground, o, world->most)
+                     : place_grids(place, grid, count, world->most);
+    if (!err && stands && !o->ground_given)
+        warnings_add(world->warnings, "open ground",
+                     "the scene is flat along %s: the grid stands on the ground, in %d layers up "
+                     "to %g %s it (--ground and --bounds say otherwise)",
+                     axes[ground.up], ground.layers,
+                     (o->clearance_share ? o->clearance * grid->spacing[ground.up] : o->clearance) +
+                         (ground.layers - 1) * grid->spacing[ground.up],
+                     ground.way > 0 ? "above" : "below");
+    if (grid)
+        memcpy(world->spacing, grid->spacing, sizeof world->spacing);
+    trace_destroy(tracer);
+    free(grid);
+    return err;
 }
 
 const struct place_method place_method_grid = {

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
+#include "math/box.h"
 #include "math/vec.h"
 #include "scene/scene.h"
 
@@ -14,7 +15,8 @@ struct place_options place_options_default(void)
 {
     return (struct place_options){.spacing = {NAN, NAN, NAN},
                                   .count = NAN,
-                                  .bounds = {NAN},
+                                  .clearance = .1,
+                                  .clearance_share = true,
                                   .offset = NAN,
                                   .crease = NAN,
                                   .light = {.order = 3, .bounces = 64, .light = -1},
@@ -56,21 +58,23 @@ void place_usage(char *text, size_t size)
     snprintf(text + used, size - used, " [OPTION]... [SCENE]");
 }
 
-struct error *place_box(const struct place_options *o, const struct scene *scene, double low[3],
-                        double high[3])
+void place_options_space(const struct place_options *o, const struct scene *scene,
+                         struct place_space *space)
 {
-    if (!o->bounds_given) {
-        vec3_store(low, scene->box_min);
-        vec3_store(high, scene->box_max);
-        return NULL;
+    *space = (struct place_space){.box = o->box, .count = o->boxes, .up = place_up(scene)};
+    struct box all = box_empty();
+    for (int i = 0; i < o->boxes; i++) {
+        struct box hull;
+        place_box_hull(&o->box[i], space->up, hull.low, hull.high);
+        box_add(&all, hull.low);
+        box_add(&all, hull.high);
     }
-    memcpy(low, o->bounds, 3 * sizeof *low);
-    memcpy(high, o->bounds + 3, 3 * sizeof *high);
-    for (int k = 0; k < 3; k++)
-        if (low[k] > high[k])
-            return error_usage("--bounds: expected X0,Y0,Z0 below X1,Y1,Z1, got %g above %g",
-                               low[k], high[k]);
-    return NULL;
+    memcpy(space->low, all.low, sizeof all.low);
+    memcpy(space->high, all.high, sizeof all.high);
+    if (!o->boxes) {
+        vec3_store(space->low, scene->box_min);
+        vec3_store(space->high, scene->box_max);
+    }
 }
 
 /* -- what was given --------------------------------------------------------------------------- */

@@ -28,8 +28,14 @@ struct warnings;
 /* The options of all methods. Lengths in units of the scene. */
 struct place_options {
     /* grid */
-    double spacing[3], count, bounds[6];
-    bool spacing_given, count_given, bounds_given;
+    double spacing[3], count, clearance; /* clearance_share: as of struct place_grid */
+    int ground;
+    bool spacing_given, count_given, clearance_given, clearance_share, ground_given;
+    /* grid, adaptive: boxes in their order, and the turn of those that have none of their own */
+    struct place_box box[PLACE_BOXES];
+    int boxes;
+    double turn;
+    bool bounds_given, turn_given;
     /* path */
     struct place_way way;
     bool step_given, interval_given, spline_given;
@@ -126,9 +132,9 @@ struct error *place_operands(int count, const char *const *operands,
 struct error *place_options_check(struct place_options *options, const struct place_method *method,
                                   bool scene);
 
-/* The box that --bounds says, or the scene's. Error: it is inside out. */
-struct error *place_box(const struct place_options *options, const struct scene *scene,
-                        double low[3], double high[3]);
+/* The boxes that --bounds says, or the scene's. options must outlive the space. */
+void place_options_space(const struct place_options *options, const struct scene *scene,
+                         struct place_space *space);
 
 /* "grid|points FILE|... [OPTION]... [SCENE]" */
 void place_usage(char *text, size_t size);

@@ -3,6 +3,7 @@
 place_sources = \
 	%D%/place.c %D%/place.h \
 	%D%/place_grid.c \
+	%D%/place_ground.c %D%/place_ground.h \
 	%D%/place_inside.c %D%/place_inside.h \
 	%D%/place_lights.c \
 	%D%/place_look.c %D%/place_look.h \
@@ -11,4 +12,5 @@ place_sources = \
 	%D%/place_path.c \
 	%D%/place_points.c \
 	%D%/place_vertices.c \
+	%D%/space.c %D%/space.h \
 	%D%/vertices.c %D%/vertices.h
