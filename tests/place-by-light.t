@@ -158,6 +158,7 @@ refused 2 'mse has no bound' probe-place spawn-merge --count 100 --contrast mse 
 refused 2 'expected either --spacing or --count' probe-place ascent even.obj
 refused 2 '--levels goes with the method spawn-merge' \
     probe-place ascent --count 9 --levels 1 even.obj
+refused 2 'ascent: expected --order 2 or more' probe-place ascent --count 9 --order 1 even.obj
 refused 1 'there is no light that surfaces scatter' probe-place ascent --count 100 even.obj
 refused 1 'is in the air' probe-place spawn-merge --count 9 --bounds 8,8,8,9,9,9 even.obj
 refused 1 'grid.probe: expected captured probes' probe-place unlit grid.probe

@@ -59,6 +59,8 @@ static struct error *check(const struct place_options *o, bool scene)
     struct error *err = place_method_grid.check(o, scene);
     if (!err && o->merge.contrast == CONTRAST_MSE && !o->merge.merge_contrast_given)
         err = error_usage("--contrast mse has no bound: expected --merge-contrast");
+    if (!err && o->light.order < 2)
+        err = error_usage("ascent: expected --order 2 or more, which tells where light comes from");
     return err;
 }
 

@@ -11,6 +11,7 @@
 #include "place/place.h"
 #include "place/place_inside.h"
 #include "place/place_method.h"
+#include "stream/cells.h"
 #include "stream/stream.h"
 #include "trace/trace.h"
 
@@ -136,11 +137,11 @@ static struct error *part(struct parting *p, const struct tracer *tracer,
     return err;
 }
 
-/* Columns that place tells itself, or that are of the cells, which go. */
+/* Columns that place tells itself. */
 static bool is_own(const char *name)
 {
     return !strcmp(name, "position") || !strcmp(name, "origin") || !strcmp(name, "cluster") ||
-           !strcmp(name, "inside") || !strcmp(name, "merged") || !strcmp(name, "hull_normal");
+           !strcmp(name, "inside");
 }
 
 /* Appends these rows. size: of the cluster that each stands for; 0: it is lit. */
@@ -210,35 +211,49 @@ static struct error *choose(struct place *place, const struct place_options *o,
     return err;
 }
 
+static struct error *find_probes(struct parting *p)
+{
+    struct column *position = NULL;
+    cells_remove(p->stream);
+    p->probes = stream_table(p->stream, "probe");
+    if (!p->probes)
+        return error_new("there is no table probe");
+    struct error *err = table_require(p->probes, "position", COLUMN_F64, 3, &position);
+    p->position = err ? NULL : column_f64(position);
+    return err;
+}
+
+static struct error *thin_out_dark(struct place *place, const struct place_options *o,
+                                   const struct place_world *world, struct parting *p)
+{
+    struct tracer *tracer = NULL;
+    bool *lit = NULL;
+    struct error *err = find_probes(p);
+    if (!err && world->scene)
+        err = trace_create(&tracer, world->scene);
+    if (!err)
+        err = array_create(&lit, p->probes->rows, sizeof *lit);
+    if (!err)
+        err = part(p, tracer, world, lit);
+    if (!err)
+        err = choose(place, o, world, p, tracer, lit);
+    free(lit);
+    trace_destroy(tracer);
+    return err;
+}
+
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       struct place_world *world)
 {
     struct parting p = {0};
-    struct tracer *tracer = NULL;
-    struct column *position = NULL;
-    bool *lit = NULL;
     struct error *err = stream_read(&p.stream, world->file);
-    p.probes = err ? NULL : stream_table(p.stream, "probe");
-    if (!err && !p.probes)
-        err = error_new("there is no table probe");
-    if (!err)
-        err = table_require(p.probes, "position", COLUMN_F64, 3, &position);
-    p.position = err ? NULL : column_f64(position);
-    if (!err && world->scene)
-        err = trace_create(&tracer, world->scene);
-    if (!err)
-        err = array_create(&lit, p.probes->rows, sizeof *lit);
-    if (!err)
-        err = part(&p, tracer, world, lit);
-    if (!err)
-        err = choose(place, o, world, &p, tracer, lit);
-    err = error_wrap(err, "%s", world->file);
+    if (err)
+        return err;
+    err = thin_out_dark(place, o, world, &p);
     place->from = p.stream;
-    free(lit);
     free(p.list);
     free(p.at);
-    trace_destroy(tracer);
-    return err;
+    return error_wrap(err, "%s", strcmp(world->file, "-") ? world->file : "stdin");
 }
 
 const struct place_method place_method_unlit = {.name = "unlit",
