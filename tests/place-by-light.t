@@ -151,6 +151,16 @@ check "by default one for each dark room, with the scene too" \
     and into rows rows_of position,origin,cluster seen.probe \
     and into others rows_of position,origin,cluster 2.probe and cmp rows others and test -s rows
 
+{
+    rows_of position grid.probe
+    awk 'BEGIN { for (i = 0; i < 1000; i++)
+        print 4.6 + i % 10 / 10, .6 + int(i / 10) % 10 / 10, .6 + int(i / 100) / 10 }'
+} >both.txt
+probe-place points both.txt | probe-capture -q --rays 16 dark.obj >captured.probe
+probe-place unlit captured.probe 2>said >both.probe
+check "and the same where those with light are many and near" \
+    says said 'in 2 areas: 2 stand for them'
+
 # -- what cannot be --------------------------------------------------------------------------------
 refused 2 'expected --merge-contrast below --spawn-contrast, got 0.5 and 0.3' \
     probe-place spawn-merge --count 100 --merge-contrast .5 even.obj

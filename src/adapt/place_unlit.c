@@ -185,7 +185,7 @@ static struct error *choose(struct place *place, const struct place_options *o,
     uint32_t *row = NULL;
     int32_t *size = NULL;
     size_t count = 0, clusters = 0, areas = 0;
-    struct error *err = unlit_reach(p->probes->rows, p->position, &job.reach);
+    struct error *err = unlit_reach(p->probes->rows, p->position, p->dark, p->at, &job.reach);
     if (!err)
         err = unlit_find(&job, &cluster, &clusters, &areas);
     if (!err)

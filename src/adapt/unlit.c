@@ -69,25 +69,26 @@ static double nearest_of(const struct cubes *cubes, int sizes, const double *p)
     return sqrt(n.square);
 }
 
-struct error *unlit_reach(size_t count, const double *position, double *reach)
+struct error *unlit_reach(size_t count, const double *position, size_t some, const double *of,
+                          double *reach)
 {
     enum { SIZES = 12 };
     struct cubes cubes[SIZES] = {0};
     const struct box box = box_of(count, position);
     double *distance = NULL;
-    struct error *err = array_create(&distance, count, sizeof *distance);
+    struct error *err = array_create(&distance, some, sizeof *distance);
     *reach = 0;
     const double side = count > 1 ? box_side(&box) : 0;
     for (int s = 0; s < SIZES && !err; s++) {
-        err = cubes_init(&cubes[s], fmax(side * exp2(s + 1 - SIZES), 1e-300), count);
+        err = cubes_init(&cubes[s], fmax(side * exp2(s + 2 - SIZES), 1e-300), count);
         for (size_t i = 0; i < count && !err; i++)
             cubes_add(&cubes[s], position + 3 * i);
     }
-    for (size_t i = 0; i < count && !err; i++)
-        distance[i] = nearest_of(cubes, SIZES, position + 3 * i);
-    if (!err && side > 0) {
-        sort_doubles(count, distance);
-        *reach = 2 * distance[count / 2];
+    for (size_t i = 0; i < some && !err; i++)
+        distance[i] = nearest_of(cubes, SIZES, of + 3 * i);
+    if (!err && side > 0 && some) {
+        sort_doubles(some, distance);
+        *reach = 2 * distance[some / 2];
     }
     for (int s = 0; s < SIZES; s++)
         cubes_clear(&cubes[s]);

@@ -50,7 +50,9 @@ void unlit_tell(const char *program, size_t count, size_t areas, size_t clusters
 /* Whether any of 32 rays around p meets a surface. */
 bool unlit_sees_surface(const struct tracer *tracer, const double p[3]);
 
-/* Twice the median distance from a position to its nearest one; 0 of fewer than two. */
-struct error *unlit_reach(size_t count, const double *position, double *reach);
+/* Twice the median distance from each of some positions to the nearest of all, which they are of; 0
+ * where there are fewer than two. */
+struct error *unlit_reach(size_t count, const double *position, size_t some, const double *of,
+                          double *reach);
 
 #endif
