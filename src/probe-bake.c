@@ -265,8 +265,9 @@ static struct error *tell(const struct page *page, const char *file, FILE *out)
         else
             file_output_abandon(&report);
     }
-    if (!err && (fwrite(text, 1, size, out) < size || fflush(out)))
-        err = error_system(errno, "%s", out == stdout ? "stdout" : "stderr");
+    /* on standard error it is a message, which may have nobody to hear it */
+    if (!err && (fwrite(text, 1, size, out) < size || fflush(out)) && out == stdout)
+        err = error_system(errno, "stdout");
     free(text);
     return err;
 }

@@ -101,6 +101,12 @@ refused 1 "No space left" probe-bake -q --quality draft --probes 40 floor.obj -o
 } | true
 check "a closed pipe ends it quietly" empty said and [ "$(cat status)" -ne 0 ] and nothing_left
 
+probe-bake --quality draft --probes 40 --rays 16 floor.obj >heard.probe 2>said
+status=$?
+probe-bake --quality draft --probes 40 --rays 16 floor.obj <&- 2>&- >unheard.probe
+check "nor does it need standard input or error" [ $? -eq 0 ] and [ $status -eq 0 ] \
+    and cmp heard.probe unheard.probe and says said '^  error '
+
 # -- stopped ---------------------------------------------------------------------------------------
 children_of() { cat "/proc/$1/task/$1/children"; }
 begun() { [ -e "$(echo temporary/probe-bake-*/figures)" ] && [ -n "$(children_of $pid)" ]; }
