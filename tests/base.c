@@ -365,7 +365,12 @@ static void test_option_values(void)
        "shared options arrive");
     ok(seed_given, "a shared row is found by its name and followed");
     ok(!option_row(shared, "see") && !option_row(shared, "seeds"), "a name is a whole name");
+    ok(program.given_count == 7 && program.given[0].row == &rows[0] &&
+           !strcmp(program.given[0].text, "-7") && program.given[3].row == &rows[3] &&
+           !program.given[3].text,
+       "what was given is kept, in order");
     program_clear(&program);
+    ok(!program.given_count && !program.given, "and forgotten");
     argv[1] = "--depth=2147483648";
     err = options_parse(&program, groups, 2, argv);
     ok(err && !strcmp(error_message(err), "--depth: the number 2147483648 is too large") &&
