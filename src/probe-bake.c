@@ -283,7 +283,7 @@ static const char *light_given(const struct program *program)
     return NULL;
 }
 
-/* Whether there is next to no room between two sides. */
+/* Whether there is next to no room between two sides, as on a ground. */
 static bool is_flat(const double low[3], const double high[3])
 {
     double least = (double)INFINITY, most = 0;
@@ -291,7 +291,7 @@ static bool is_flat(const double low[3], const double high[3])
         least = fmin(least, high[k] - low[k]);
         most = fmax(most, high[k] - low[k]);
     }
-    return least < 1e-3 * most;
+    return least < 0.01 * most;
 }
 
 /* Reads the scene, and says whether it is to have a day. */
