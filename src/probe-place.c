@@ -292,7 +292,8 @@ int main(int argc, char **argv)
         .name = "probe-place",
         .usage = usage,
         .summary =
-            "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or x y z nx "
+            "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or x y z "
+            "nx "
             "ny nz), along the\npath through them, at its vertices, around its lights; or by its "
             "light: adaptive, where they lower the\nerror most that a player sees; spawn-merge, "
             "where light differs; ascent, where it comes from; unlit, a few\nfor the dark. Probes "

@@ -50,7 +50,7 @@ probes() {
 placed() { row_count probe placed.probe; }
 
 # -- spawn-merge -----------------------------------------------------------------------------------
-all="--light all --rays 256 --spacing .4"
+all="--light all --rays 256 --clearance 50% --spacing .4"
 probes even.obj spawn-merge $all
 check "light that is the same everywhere merges 125 probes to a few ($(placed)), until nothing" \
     [ "$(placed)" -le 45 ] and says said 'round 0: 125 probes' ', 0 merged, 0 added' \
@@ -90,7 +90,7 @@ sort rows >others
 check "the same for any order of them, and any threads" cmp sorted others and test -s others
 
 # -- ascent ----------------------------------------------------------------------------------------
-all="--light all --rays 64 --spacing .5 --merge-distance 0"
+all="--light all --rays 64 --clearance 50% --spacing .5 --merge-distance 0"
 probes lit-wall.obj ascent $all
 check "one lit wall in the dark: all end before it" \
     every '$10 > 0 || ($1 > 1.6 && $1 < 1.8 && $5 > 1)' rows and says said \
@@ -102,7 +102,7 @@ check "they tell gradient, steps, steps back and cluster" says placed.probe \
     '^table probe position:f64:3 origin:i32:1 gradient:f32:3 steps:i32:1 back:i32:1 cluster:i32:1'
 # of_rooms OPTION...: how many end in either of the rooms that a thin wall parts
 of_rooms() {
-    probes lamps.obj ascent --rays 64 --spacing .6 --merge-distance 0 "$@"
+    probes lamps.obj ascent --rays 64 --clearance 50% --spacing .6 --merge-distance 0 "$@"
     awk '{ n[$1 > 3]++ } END { print n[0] + 0, n[1] + 0 }' rows
 }
 of_rooms --rounds 1 >before
@@ -116,7 +116,7 @@ distance() {
 }
 { scene room 0 3 wall && printf '%s\n' 'v .1 .2 1.9' 'v .4 .2 1.9' 'v .1 .5 1.9' 'usemtl lamp' \
     'f -3 -1 -2'; } >lamp.obj
-probes lamp.obj ascent --rays 64 --spacing .5 --merge-distance 0
+probes lamp.obj ascent --rays 64 --clearance 50% --spacing .5 --merge-distance 0
 apart=$(distance)
 probes lamp.obj ascent $all
 check "by all light they run to the lamp ($(distance)), by indirect light less ($apart)" \
@@ -127,11 +127,11 @@ cp placed.probe many
 check "any number of threads gives the same" probes lamp.obj ascent $all --threads 1 \
     and same_stream placed.probe many
 check "probes that arrived together merge" probes lamp.obj ascent --light all --rays 64 \
-    --spacing .5 --merge-contrast .2 and says said ' [1-9][0-9]* merged'
+    --clearance 50% --spacing .5 --merge-contrast .2 and says said ' [1-9][0-9]* merged'
 check "--rounds" probes lamp.obj ascent $all --rounds 2 and says said 'as --rounds allows$'
 
 # -- unlit -----------------------------------------------------------------------------------------
-probe-place grid -q --spacing .5 dark.obj >grid.probe
+probe-place grid -q --clearance 50% --spacing .5 dark.obj >grid.probe
 probe-capture -q --rays 16 dark.obj grid.probe >captured.probe
 lit=$(rows_of position captured.probe | awk '$1 > 4 && $1 < 6' | wc -l)
 for k in 1 2 6; do

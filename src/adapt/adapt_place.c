@@ -146,23 +146,22 @@ static struct error *place_by_options(struct place *place, const struct place_op
     struct place_light light = {0};
     struct adapt_result result = {0};
     struct error *err = place_light_open(&light, o, world, RAYS, CAPTURE_ALL);
-    const struct adapt_job job = {
-        .candidates = {.path = &light.path,
-                       .settings = &light.settings,
-                       .space = light.space,
-                       .threads = world->inside.threads,
-                       .inside_rays = world->inside.rays,
-                       .backface_share = world->inside.backface_share,
-                       .warnings = world->warnings},
-        .limits = {.error = o->adaptive.error,
-                   .gain = o->adaptive.gain,
-                   .probes = (size_t)o->adaptive.probes,
-                   .bytes = (size_t)o->adaptive.bytes},
-        .probes_most = (size_t)world->most,
-        .program = world->program,
-        .progress = world->progress,
-        .given = light.kept_count,
-        .position = light.kept};
+    const struct adapt_job job = {.candidates = {.path = &light.path,
+                                                 .settings = &light.settings,
+                                                 .space = light.space,
+                                                 .threads = world->inside.threads,
+                                                 .inside_rays = world->inside.rays,
+                                                 .backface_share = world->inside.backface_share,
+                                                 .warnings = world->warnings},
+                                  .limits = {.error = o->adaptive.error,
+                                             .gain = o->adaptive.gain,
+                                             .probes = (size_t)o->adaptive.probes,
+                                             .bytes = (size_t)o->adaptive.bytes},
+                                  .probes_most = (size_t)world->most,
+                                  .program = world->program,
+                                  .progress = world->progress,
+                                  .given = light.kept_count,
+                                  .position = light.kept};
     if (!err)
         err = adapt(&result, &job);
     if (!err)

@@ -351,20 +351,13 @@ static struct error *place_by_options(struct place *place, const struct place_op
     return err;
 }
 
-static const char *const shared[] = {"spacing",
-                                     "count",
-                                     "bounds",
-                                     "turn",
-                                     "clearance",
-                                     "ground",
-                                     "contrast",
-                                     "contrast-form",
-                                     "merge-distance",
-                                     "merge-contrast",
-                                     "rounds",
-                                     "unlit",
-                                     PLACE_LIGHT_SHARES,
-                                     NULL};
+static const char *const shared[] = {"spacing",          "count",
+                                     "bounds",           "turn",
+                                     "clearance",        "ground",
+                                     "contrast",         "contrast-form",
+                                     "merge-distance",   "merge-contrast",
+                                     "rounds",           "unlit",
+                                     PLACE_LIGHT_SHARES, NULL};
 
 const struct place_method place_method_ascent = {.name = "ascent",
                                                  .origin = 7,

@@ -179,7 +179,8 @@ static struct error *place_by_options(struct place *place, const struct place_op
     return err;
 }
 
-static const char *const shared[] = {"spacing", "count", "bounds", "turn", "clearance", "ground", PLACE_LIGHT_SHARES, NULL};
+static const char *const shared[] = {"spacing",   "count",  "bounds",           "turn",
+                                     "clearance", "ground", PLACE_LIGHT_SHARES, NULL};
 
 const struct place_method place_method_spawn_merge = {.name = "spawn-merge",
                                                       .origin = 6,
