@@ -47,7 +47,7 @@ struct option_row *place_light_rows(struct place_options *options, struct option
          .choices = lights,
          .value = OPTION_ENUM(options->light.light),
          .given = &options->light.light_given,
-         .shown = "all",
+         .shown = "all; spawn-merge, ascent indirect",
          .help = "by light: probes for all light, direct or indirect alone"},
         {.name = "order",
          .argument = "N",
