@@ -97,7 +97,7 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
     position = err ? NULL : table_column(probes, "position");
     normal = err ? NULL : table_column(probes, "normal");
     origin = err ? NULL : table_column(probes, "origin");
-    mark = err ? NULL : table_column(probes, "inside");
+    mark = err || !side ? NULL : table_column(probes, "inside"); /* else the method's own */
     size_t kept = 0, of[PLACE_VOID + 1] = {0};
     for (size_t i = 0; i < place->count && !err; i++) {
         of[side ? side[i] : PLACE_AIR]++;
@@ -294,8 +294,10 @@ int main(int argc, char **argv)
         .summary =
             "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or x y z "
             "nx "
-            "ny nz), along the\npath through them, at its vertices, around its lights; or by its "
-            "light: adaptive, where they lower the\nerror most that a player sees; spawn-merge, "
+            "ny nz), along the\npath through them, at its vertices, around its lights, as an "
+            "octree; or by "
+            "its light: adaptive, where they lower the\nerror most that a player sees; "
+            "spawn-merge, "
             "where light differs; ascent, where it comes from; unlit, a few\nfor the dark. Probes "
             "inside solids, under the ground or outside of a closed level are dropped.",
         .operands_least = 1,

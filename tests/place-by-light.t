@@ -166,7 +166,7 @@ refused 2 'expected --merge-contrast below --spawn-contrast, got 0.5 and 0.3' \
     probe-place spawn-merge --count 100 --merge-contrast .5 even.obj
 refused 2 'mse has no bound' probe-place spawn-merge --count 100 --contrast mse even.obj
 refused 2 'expected either --spacing or --count' probe-place ascent even.obj
-refused 2 '--levels goes with the method spawn-merge' \
+refused 2 '--levels goes with the methods' \
     probe-place ascent --count 9 --levels 1 even.obj
 refused 2 'ascent: expected --order 2 or more' probe-place ascent --count 9 --order 1 even.obj
 refused 1 'there is no light that surfaces scatter' probe-place ascent --count 100 even.obj

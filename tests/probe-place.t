@@ -650,6 +650,70 @@ check "a lone triangle far away is named" grep -q \
 probe-place grid --count 100 --bounds -9,1,-9,9,5,9 near.obj 2>near.err >/dev/null
 check "but not one that floats reach" sh -c '! grep -q "units away" near.err'
 
+# -- octrees ---------------------------------------------------------------------------------------
+printf '%s\n' 'newmtl glow' 'Kd 0 0 0' 'Ke 1 1 1' 'newmtl dark' 'Kd 0 0 0' >octree.mtl
+{
+    echo mtllib octree.mtl
+    echo usemtl glow
+    box 0 0 0 8 8 8 in
+    echo usemtl dark
+    box 3.5 3.5 3.5 4.5 4.5 4.5
+} >octree.obj
+octree="probe-place octree --cells 2,2,2 --bounds .1,.1,.1,7.9,7.9,7.9 --rays 64 --text"
+$octree -q --cut all --levels 1:1 octree.obj >octree.probe
+check "an octree of one level is a grid" holds octree.probe 125 and says octree.probe \
+    '^table probe position:f64:3 origin:i32:1 level:i32:1 inside:i32:1 depth:f32:1$' \
+    and every '$4 == 9 && ($5 == 0 || $5 == 1) && ($6 == 0) == ($1 != 4 || $2 != 4 || $3 != 4)' rows
+reads() { probe-query --interpolate trilinear --column depth "$1" </dev/null; }
+$octree --cut geometry --levels 0:3 octree.obj >octree.probe 2>err
+check "geometry: cut to the last level where a surface comes in" of octree.probe \
+    and every '$5 < 3 || ($1 > 3 && $1 < 5 && $2 > 3 && $2 < 5 && $3 > 3 && $3 < 5)' rows \
+    and says err 'level  *nodes' 'probe-place:  *3  *' and reads octree.probe
+awk '$5 == 3' rows >fine
+check "all around the cube, and its inside is marked" every \
+    '($6 == 1) == ($1 > 3.5 && $1 < 4.5 && $2 > 3.5 && $2 < 4.5 && $3 > 3.5 && $3 < 4.5)' fine
+cp rows marked
+$octree -q --cut distance=.5 --levels 0:2 octree.obj >octree.probe
+check "distance: fine at walls and at the cube" reads octree.probe and of octree.probe \
+    and every '$5 < 2 || $1 < 2.1 || $1 > 5.9 || $2 < 2.1 || $2 > 5.9 || $3 < 2.1 || $3 > 5.9 ||
+    ($1 > 2 && $1 < 6 && $2 > 2 && $2 < 6 && $3 > 2 && $3 < 6)' rows
+{ echo mtllib octree.mtl; echo usemtl glow; box 0 0 0 8 8 8 in; } >even.obj
+$octree -q --cut all --cull .1 --levels 0:2 even.obj >octree.probe
+check "cull: where light is even, all is joined again" holds octree.probe 27
+$octree -q --cut all --cull .1 --levels 1:2 even.obj >octree.probe
+check "to the first level" holds octree.probe 125
+$octree -q --cut contrast,gradient --levels 0:2 even.obj >octree.probe
+check "contrast, gradient: and nothing is cut" holds octree.probe 27
+# a screen from wall to wall, bright on one side
+{
+    echo mtllib octree.mtl
+    echo usemtl glow
+    box 0 0 0 3.2 8 8 in
+    echo usemtl dark
+    box 3.21 0 0 8 8 8 in
+} >halves.obj
+for threads in 1 3; do
+    $octree -q --cut contrast --levels 0:2 -j $threads halves.obj >halves$threads.probe
+done
+check "contrast: fine where the light ends, on both sides" of halves1.probe and every \
+    '$5 < 1 || $1 < 4.01' rows and reads halves1.probe
+check "by any number of threads" cmp halves1.probe halves3.probe
+probe-capture -q --rays 16 octree.obj octree.probe | probe-tet -q >octree.tet
+check "its probes make cells" probe-query -q --column depth octree.tet points.txt
+refused 2 "--cut: expected geometry, distance, gradient, contrast or all" \
+    probe-place octree --cut light octree.obj
+refused 2 "--cut: all has no threshold" probe-place octree --cut all=1 octree.obj
+refused 2 "expected a threshold greater than 0, got 0" \
+    probe-place octree --cut distance=0 octree.obj
+refused 2 "--levels: expected MIN:MAX, from 0 to 10, got '2:1'" \
+    probe-place octree --levels 2:1 octree.obj
+refused 2 "--cells: expected whole numbers from 1" probe-place octree --cells 1,2,.5 octree.obj
+refused 1 "an octree needs a box with a volume" \
+    probe-place octree --bounds 0,0,0,1,0,1 octree.obj
+refused 1 "leaves nothing of the box" probe-place octree --inset 4 octree.obj
+refused 1 "more than --max-probes 100" $octree -q --max-probes 100 --cut all octree.obj
+refused 2 "--cull goes with the method octree" probe-place grid --spacing 1 --cull 1 octree.obj
+
 # -- what is refused -------------------------------------------------------------------------------
 refused 2 "vertices: expected a SCENE" probe-place vertices
 refused 2 "--offset goes with the methods vertices and lights" \

@@ -464,4 +464,41 @@ printf '%s\n' '0 0 0 0 1 1 2' '1 0 0 1 3 1 2' |
         >lit.probe
 echo '.5 0 3 0' | probe-query --along time lit.probe >light
 check "t and a normal: irradiance" every 'near($1, 3.14159265 * 0.282095 * 2, 1e-5)' light
+
+# -- nodes in no air -------------------------------------------------------------------------------
+# 5 in the air, 100 elsewhere: on a grid, and on an octree of which one cell is cut
+nodes() {
+    awk -v side="$1" 'BEGIN {
+            for (z = 0; z <= 4; z++) for (y = 0; y <= 4; y++) for (x = 0; x <= 4; x++)
+                if ((x % 2 == 0 && y % 2 == 0 && z % 2 == 0) || side == "all" ||
+                    (x < 3 && y < 3 && z < 3)) {
+                    none = x + y + z > 5
+                    print x, y, z, none, none ? 100 : 5, none ? 100 : x, none ? 100 : 5
+                }
+        }' | stream_of "sh-order 1" "sh-content radiance" \
+            "table probe position:f64:3 inside:i32:1 sh:f32:3"
+}
+awk 'BEGIN { srand(4); for (i = 0; i < 300; i++) print 4 * rand(), 4 * rand(), 4 * rand() }' >many
+for of in all octree; do
+    nodes $of >$of.probe
+    for how in trilinear tricubic; do
+        probe-query --interpolate $how $of.probe many >$of.$how
+        check "$of, $how: those in no air have no say" every \
+            'near($1, 5, 1e-4) && near($3, 5, 1e-4) && $2 >= -.01 && $2 <= 4.01' $of.$how \
+            and has_lines 300 $of.$how
+    done
+    awk 'BEGIN { for (i = 0; i <= 4000; i++) print 2.98 + i / 1e5, 1.37, 2.6 }' |
+        probe-query --interpolate trilinear $of.probe | awk 'NR > 1 && ($2 - x) ^ 2 > .01 { exit 1 }
+            { x = $2 }' && steady=yes || steady=no
+    check "$of: and where a face is in none, light does not jump" [ $steady = yes ]
+    probe-cat --text $of.probe | sed 's/inside:i32/unheard:i32/' >other.probe
+    probe-cat --text $of.probe | awk '/^[0-9]/ { $4 = 0 } { print }' >none.probe
+    for how in trilinear tricubic; do
+        for as in other none; do
+            probe-query --interpolate $how $as.probe many >$as.$how
+        done
+    done
+    check "$of: where all are in the air, nothing changes" \
+        cmp other.trilinear none.trilinear and cmp other.tricubic none.tricubic
+done
 tap_done

@@ -77,13 +77,6 @@ static struct option_row *rows(struct place_options *options, struct option_row 
          .most = INFINITY,
          .shown = "0.3 absolute, 0.15 relative",
          .help = "spawn-merge: above this they do"},
-        {.name = "levels",
-         .argument = "N",
-         .kind = OPTION_INT,
-         .value = &options->merge.levels,
-         .given = &options->merge.levels_given,
-         .most = 16,
-         .help = "spawn-merge: none comes nearer to another than spacing / 2^N"},
         {.name = "rounds",
          .argument = "N",
          .kind = OPTION_INT,
@@ -118,6 +111,8 @@ static struct error *check(const struct place_options *o, bool scene)
         err = error_usage("expected --merge-contrast below --spawn-contrast, got %g and %g: probes "
                           "would merge and come again for ever",
                           merge_contrast(o), spawn_contrast(o));
+    if (!err && o->least_level_given)
+        err = error_usage("spawn-merge: expected --levels MAX alone");
     return err;
 }
 
@@ -130,7 +125,7 @@ static struct error *go_rounds(struct cloud *cloud, const struct place_options *
     const int most = o->merge.rounds_given ? o->merge.rounds : ROUNDS;
     struct cloud_spawn spawn = {.distance = o->merge.spawn_distance,
                                 .contrast = spawn_contrast(o),
-                                .least = exp2(-o->merge.levels) * (1 - 1e-9),
+                                .least = exp2(-o->levels[1]) * (1 - 1e-9),
                                 .most = cloud->light->world->most};
     struct place_round round = {.probes = cloud->count};
     struct error *err = NULL;
@@ -179,8 +174,8 @@ static struct error *place_by_options(struct place *place, const struct place_op
     return err;
 }
 
-static const char *const shared[] = {"spacing",   "count",  "bounds",           "turn",
-                                     "clearance", "ground", PLACE_LIGHT_SHARES, NULL};
+static const char *const shared[] = {"spacing", "count",  "bounds",           "turn", "clearance",
+                                     "ground",  "levels", PLACE_LIGHT_SHARES, NULL};
 
 const struct place_method place_method_spawn_merge = {.name = "spawn-merge",
                                                       .origin = 6,

@@ -12,8 +12,10 @@ adapt_sources = \
 	%D%/place_ascent.c \
 	%D%/place_light.c %D%/place_light.h \
 	%D%/place_methods.c \
+	%D%/place_octree.c \
 	%D%/place_spawn_merge.c \
 	%D%/place_unlit.c \
 	%D%/rank.h \
 	%D%/thin_out.c %D%/thin_out.h \
-	%D%/unlit.c %D%/unlit.h
+	%D%/unlit.c %D%/unlit.h \
+	%D%/voxels.c %D%/voxels.h

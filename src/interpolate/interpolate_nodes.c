@@ -1,6 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The kinds that blend the nodes of a grid (nodes.h), or of an octree (octree.h) where the probes
- * are none. Based on:
+ * are none.
+ *
+ * Nodes in no air (column inside), but for those that hold the light of another probe (column
+ * filled), are left out of linear blends, and the weights of the others grow to sum to 1. They keep
+ * one of a thousandth, at which they have the value of the nearest node in the air: so a blend is
+ * continuous where all nodes of a cell are in no air, too. A cubic of light is then this blend and
+ * what the cubic of these values has beyond their linear blend. Scenes without such nodes pay
+ * nothing.
+ *
+ * Based on:
  * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation.
  */
 #include "base/array.h"
@@ -10,9 +19,12 @@
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/nodes.h"
 #include "interpolate/octree.h"
+#include "interpolate/scatter.h"
+#include "stream/stream.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A grid has no data. */
 struct own {
@@ -21,7 +33,13 @@ struct own {
     float *data;        /* of the octree's nodes, linear; owned, and so is */
     float *cubic;       /* the same, cubic; NULL: it is not asked for */
     struct bound bound; /* cubic, of light */
+    /* Where nodes are in no air: values of all nodes, what they weigh, and of the octree these
+     * values, linear, and weights; its data are values times weights then. Else NULL; owned */
+    float *value, *weight, *plain, *weight_data;
 };
+
+/* What a node in no air weighs. */
+static const float NO_AIR = 1e-3f;
 
 /* Why the probes are neither what one error says nor the other; takes both. */
 static struct error *neither(struct error *grid, struct error *octree)
@@ -31,6 +49,68 @@ static struct error *neither(struct error *grid, struct error *octree)
     error_destroy(octree);
     return err;
 }
+
+/* -- nodes in no air ----------------------------------------------------------------------- */
+
+static const int32_t *numbers_of(const struct interpolate *in, const char *name)
+{
+    const struct table *probes = in->stream ? stream_table(in->stream, "probe") : NULL;
+    const struct column *c = probes ? table_column(probes, name) : NULL;
+    return c && c->type == COLUMN_I32 && c->width == 1 ? column_i32(c) : NULL;
+}
+
+static bool is_left_out(const void *weight, size_t probe)
+{
+    return ((const float *)weight)[probe] < 1;
+}
+
+/* Gives all nodes weights and values, where some are in no air and some in it. */
+static struct error *leave_out(const struct interpolate *in, struct own *own, size_t probes)
+{
+    const int32_t *inside = numbers_of(in, "inside"), *filled = numbers_of(in, "filled");
+    struct scatter *scatter = NULL;
+    size_t count = 0;
+    for (size_t i = 0; i < probes && inside; i++)
+        count += inside[i] && !(filled && filled[i]);
+    if (!count || count == probes)
+        return NULL;
+    struct error *err = array_create(&own->weight, probes, sizeof *own->weight);
+    if (!err)
+        err = array_create(&own->value, probes * in->width, sizeof *own->value);
+    for (size_t i = 0; i < probes && !err; i++)
+        own->weight[i] = inside[i] && !(filled && filled[i]) ? NO_AIR : 1;
+    if (!err)
+        err = scatter_create(&scatter, probes, in->position, is_left_out, own->weight);
+    for (size_t i = 0; i < probes && !err; i++) {
+        double distance;
+        const size_t from = own->weight[i] < 1
+                                ? (size_t)scatter_nearest(scatter, in->position + 3 * i, &distance)
+                                : i;
+        memcpy(own->value + in->width * i, in->value + in->width * from,
+               in->width * sizeof *own->value);
+    }
+    scatter_destroy(scatter);
+    return err;
+}
+
+static struct error *fill_left_out(const struct interpolate *in, struct own *own, bool cubic)
+{
+    const size_t width = in->width, probes = own->octree.probes;
+    float *weighed = NULL;
+    struct error *err = array_create(&weighed, probes * width, sizeof *weighed);
+    for (size_t i = 0; i < probes * width && !err; i++)
+        weighed[i] = own->weight[i / width] * own->value[i];
+    if (!err)
+        err = octree_fill(&own->octree, false, width, weighed, &own->data);
+    if (!err)
+        err = octree_fill(&own->octree, false, 1, own->weight, &own->weight_data);
+    if (!err && cubic)
+        err = octree_fill(&own->octree, false, width, own->value, &own->plain);
+    free(weighed);
+    return err;
+}
+
+/* -- opening ------------------------------------------------------------------------------- */
 
 /* Probes are a grid, or else an octree, whose made nodes need the values of all. */
 static struct error *open_nodes(struct interpolate *in, size_t probes, bool cubic)
@@ -42,17 +122,23 @@ static struct error *open_nodes(struct interpolate *in, size_t probes, bool cubi
     in->own = own;
     struct error *no_grid = nodes_find(&own->nodes, probes, in->position);
     if (!no_grid)
-        return NULL;
+        return leave_out(in, own, probes);
     err = octree_find(&own->octree, probes, in->position);
     if (err)
         return neither(no_grid, err);
     error_destroy(no_grid);
+    err = leave_out(in, own, probes);
     for (size_t i = 0; i < probes && !err; i++)
-        err = interpolate_has(in, i) ? NULL : interpolate_unknown(in, (int32_t)i);
-    if (!err)
+        err = interpolate_has(in, i) || (own->weight && own->weight[i] < 1)
+                  ? NULL
+                  : interpolate_unknown(in, (int32_t)i);
+    if (!err && own->weight)
+        err = fill_left_out(in, own, cubic);
+    else if (!err)
         err = octree_fill(&own->octree, false, in->width, in->value, &own->data);
     if (!err && cubic)
-        err = octree_fill(&own->octree, true, in->width, in->value, &own->cubic);
+        err = octree_fill(&own->octree, true, in->width, own->weight ? own->value : in->value,
+                          &own->cubic);
     return err;
 }
 
@@ -76,6 +162,10 @@ static void close_nodes(void *context)
     octree_clear(&own->octree);
     free(own->data);
     free(own->cubic);
+    free(own->value);
+    free(own->weight);
+    free(own->plain);
+    free(own->weight_data);
     free(own);
 }
 
@@ -95,15 +185,20 @@ static void find_in_box(const struct interpolate *in, const double p[3], struct 
         (struct probe_place){.cell = PROBE_COLD, .inside = square == 0, .distance = sqrt(square)};
 }
 
-/* Weights of the nodes of a grid. */
+/* -- values -------------------------------------------------------------------------------- */
+
+typedef void weigh_nodes(const struct nodes *nodes, int axis, double x, size_t node[4],
+                         double weight[4]);
+
+/* Blends the nodes of a grid. weight: NULL, or what each weighs. */
 static struct error *blend_nodes(const struct interpolate *in, const double p[3],
-                                 void (*weigh)(const struct nodes *nodes, int axis, double x,
-                                               size_t node[4], double weight[4]),
+                                 weigh_nodes *weigh, const float *value, const float *weight_of,
                                  float *out)
 {
     const struct nodes *nodes = &((const struct own *)in->own)->nodes;
     size_t node[3][4];
     double weight[3][4];
+    float all = 0;
     for (int k = 0; k < 3; k++)
         weigh(nodes, k, p[k], node[k], weight[k]);
     for (size_t k = 0; k < in->width; k++)
@@ -111,18 +206,22 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
     for (int z = 0; z < 4; z++)
         for (int y = 0; y < 4; y++)
             for (int x = 0; x < 4; x++) {
-                const float w = (float)(weight[0][x] * weight[1][y] * weight[2][z]);
+                float w = (float)(weight[0][x] * weight[1][y] * weight[2][z]);
                 if (w == 0) /* what has no weight has no say, not even as a missing value */
                     continue;
                 const int32_t probe =
                     nodes->probe[(node[2][z] * nodes->count[1] + node[1][y]) * nodes->count[0] +
                                  node[0][x]];
-                const float *f = in->value + (size_t)probe * in->width;
+                const float *f = value + (size_t)probe * in->width;
                 if (isnan(f[0]))
                     return interpolate_unknown(in, probe);
+                if (weight_of)
+                    all += w *= weight_of[probe];
                 for (size_t k = 0; k < in->width; k++)
                     out[k] += w * f[k];
             }
+    for (size_t k = 0; k < in->width && weight_of; k++)
+        out[k] /= all;
     return NULL;
 }
 
@@ -130,8 +229,25 @@ static struct error *linear(const struct interpolate *in, const double point[3],
 {
     const struct own *own = in->own;
     if (!own->data)
-        return blend_nodes(in, point, nodes_linear, out);
+        return blend_nodes(in, point, nodes_linear, own->value ? own->value : in->value,
+                           own->weight, out);
     octree_at(&own->octree, false, in->width, own->data, point, out);
+    if (own->weight) {
+        float all;
+        octree_at(&own->octree, false, 1, own->weight_data, point, &all);
+        for (size_t k = 0; k < in->width; k++)
+            out[k] /= all;
+    }
+    return NULL;
+}
+
+/* The linear blend that a cubic goes beyond: of all nodes alike. */
+static struct error *plain(const struct interpolate *in, const double point[3], float *out)
+{
+    const struct own *own = in->own;
+    if (!own->data)
+        return blend_nodes(in, point, nodes_linear, own->value, NULL, out);
+    octree_at(&own->octree, false, in->width, own->plain, point, out);
     return NULL;
 }
 
@@ -139,9 +255,23 @@ static struct error *cubic(const struct interpolate *in, const double point[3], 
 {
     const struct own *own = in->own;
     if (!own->data)
-        return blend_nodes(in, point, nodes_cubic, out);
+        return blend_nodes(in, point, nodes_cubic, own->value ? own->value : in->value, NULL, out);
     octree_at(&own->octree, true, in->width, own->cubic, point, out);
     return NULL;
+}
+
+/* What the cubic has, of light, beyond the linear blend, which is in `out`. */
+static struct error *go_beyond(const struct interpolate *in, const double point[3],
+                               const float *out, float *more)
+{
+    const struct own *own = in->own;
+    float all[3 * SH_COUNT_MAX];
+    struct error *err = cubic(in, point, more);
+    if (!err && own->weight)
+        err = plain(in, point, all);
+    for (size_t k = 0; k < in->width && !err; k++)
+        more[k] -= own->weight ? all[k] : out[k];
+    return err;
 }
 
 static struct error *linear_at(const struct interpolate *in, const double point[3],
@@ -162,11 +292,9 @@ static struct error *cubic_at(const struct interpolate *in, const double point[3
     float more[3 * SH_COUNT_MAX], share[3];
     struct error *err = linear(in, point, out);
     if (!err)
-        err = cubic(in, point, more);
+        err = go_beyond(in, point, out, more);
     if (err)
         return err;
-    for (size_t k = 0; k < in->width; k++)
-        more[k] -= out[k];
     bound_shares(&((const struct own *)in->own)->bound, out, more, share);
     for (size_t k = 0; k < in->width; k++)
         out[k] += share[k % 3] * more[k];

@@ -3,6 +3,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "interpolate/nodes.h"
+#include "math/places.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,8 +12,6 @@
 /* -- the lattice ----------------------------------------------------------------------------------
  * The least gap between planes of probes along an axis is a unit. All gaps are cells, so powers of
  * two of it. */
-
-enum { UNITS_MOST = (1 << 21) - 1 }; /* a node is 63 bits */
 
 static const char axis_name[] = "xyz";
 
@@ -32,7 +31,7 @@ static struct error *number_planes(struct octree *t, const struct nodes *planes,
         for (double gap = (at[i] - at[i - 1]) / least; gap > 1.4142135; gap /= 2)
             parts *= 2;
         sum += parts;
-        if (sum > UNITS_MOST)
+        if (sum > PLACES_MOST)
             return error_new("spacings along %c differ too much: %g of %g", axis_name[axis], least,
                              extent);
         unit[i] = (int32_t)sum;
@@ -85,72 +84,6 @@ static struct error *find_sites(struct octree *t, const double *position)
     return err;
 }
 
-/* -- nodes by their place: a hash table with open addresses ----------------------------------- */
-
-struct map {
-    uint64_t *key; /* place + 1; 0: free */
-    int32_t *node;
-    size_t size, count; /* size: a power of two */
-};
-
-static size_t find_slot(const struct map *m, uint64_t key)
-{
-    uint64_t h = (key ^ key >> 30) * 0xbf58476d1ce4e5b9u; /* Steele, Lea and Flood 2014 */
-    h = (h ^ h >> 27) * 0x94d049bb133111ebu;
-    size_t i = (size_t)(h ^ h >> 31) & (m->size - 1);
-    while (m->key[i] && m->key[i] != key)
-        i = (i + 1) & (m->size - 1);
-    return i;
-}
-
-static uint64_t key_of(const int32_t x[3])
-{
-    return ((uint64_t)x[2] << 42 | (uint64_t)x[1] << 21 | (uint64_t)x[0]) + 1;
-}
-
-/* The node there; -1: none. */
-static int32_t map_find(const struct map *m, const int32_t x[3])
-{
-    const size_t i = find_slot(m, key_of(x));
-    return m->key[i] ? m->node[i] : -1;
-}
-
-static struct error *map_resize(struct map *m, size_t size)
-{
-    struct map larger = {.size = size, .count = m->count};
-    struct error *err = array_create(&larger.key, size, sizeof *larger.key);
-    if (!err)
-        err = array_create(&larger.node, size, sizeof *larger.node);
-    if (err) {
-        free(larger.key);
-        return err;
-    }
-    for (size_t i = 0; i < m->size; i++)
-        if (m->key[i]) {
-            const size_t slot = find_slot(&larger, m->key[i]);
-            larger.key[slot] = m->key[i];
-            larger.node[slot] = m->node[i];
-        }
-    free(m->key);
-    free(m->node);
-    *m = larger;
-    return NULL;
-}
-
-/* Of a place that is not in it. */
-static struct error *map_add(struct map *m, const int32_t x[3], int32_t node)
-{
-    struct error *err = 2 * (m->count + 1) > m->size ? map_resize(m, m->size ? 2 * m->size : 64)
-                                                     : NULL;
-    if (err)
-        return err;
-    const size_t i = find_slot(m, key_of(x));
-    m->key[i] = key_of(x);
-    m->node[i] = node;
-    m->count++;
-    return NULL;
-}
-
 /* -- cells ------------------------------------------------------------------------------------ */
 
 struct cell {
@@ -162,7 +95,7 @@ struct cell {
 /* What is made, breadth first: a list of cells, of which the first `done` have been looked at. */
 struct build {
     struct octree *tree;
-    struct map map;
+    struct places map;
     struct cell *cell;
     size_t cells, leaves;
     size_t cell_room, child_room, corner_room, made_room;
@@ -259,7 +192,7 @@ static struct error *add_roots(struct build *b)
         for (int j = 0; j < 8 && !err; j++) {
             int32_t x[3];
             node_place(t, &c, corner_node(j), x);
-            c.corner[j] = map_find(&b->map, x);
+            c.corner[j] = places_find(&b->map, x);
             if (c.corner[j] < 0)
                 err = no_probe(t, x, "a corner of the cell", &c);
             else
@@ -286,7 +219,7 @@ static struct error *make_node(struct build *b, const struct cell *c, const int3
     struct error *err =
         array_reserve(&t->made, &b->made_room, t->nodes - t->probes + 1, sizeof *t->made);
     if (!err)
-        err = map_add(&b->map, x, (int32_t)t->nodes);
+        err = places_add(&b->map, x, (int32_t)t->nodes);
     if (!err) {
         t->made[t->nodes - t->probes] = made;
         nodes[node] = (int32_t)t->nodes++;
@@ -306,7 +239,7 @@ static struct error *find_nodes(struct build *b, const struct cell *c, bool thou
             if (middles(node) != order)
                 continue;
             node_place(b->tree, c, node, x);
-            nodes[node] = map_find(&b->map, x);
+            nodes[node] = places_find(&b->map, x);
             if (thought && nodes[node] < 0)
                 err = make_node(b, c, x, node, nodes);
             else if (!thought && !is_probe(b, nodes[node]))
@@ -353,7 +286,7 @@ static bool has_hanging(const struct build *b, const struct cell *c)
         if (flat)
             continue;
         node_place(b->tree, c, node, x);
-        if (is_probe(b, map_find(&b->map, x)))
+        if (is_probe(b, places_find(&b->map, x)))
             return true;
     }
     return false;
@@ -364,7 +297,7 @@ static bool is_cut(const struct build *b, const struct cell *c)
 {
     int32_t x[3];
     node_place(b->tree, c, MIDDLE, x);
-    return is_probe(b, map_find(&b->map, x));
+    return is_probe(b, places_find(&b->map, x));
 }
 
 static struct error *add_leaf(struct build *b, size_t i)
@@ -419,9 +352,9 @@ static struct error *build(struct octree *t)
     if (!err)
         err = array_create(&t->spacing, t->probes, sizeof *t->spacing);
     for (size_t i = 0; i < t->probes && !err; i++) {
-        const int32_t there = b.map.size ? map_find(&b.map, t->site[i]) : -1;
+        const int32_t there = places_find(&b.map, t->site[i]);
         err = there >= 0 ? error_new("probes %d and %zu are at one node", there, i)
-                         : map_add(&b.map, t->site[i], (int32_t)i);
+                         : places_add(&b.map, t->site[i], (int32_t)i);
     }
     if (!err)
         err = add_roots(&b);
@@ -429,8 +362,7 @@ static struct error *build(struct octree *t)
         err = cut_cells(&b);
     if (!err)
         err = check_used(&b);
-    free(b.map.key);
-    free(b.map.node);
+    places_clear(&b.map);
     free(b.cell);
     free(b.used);
     return err;

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # vectors, affine maps, boxes, directions, luminance, angles, powers, hashes, random numbers,
-# sorting, cells, cubes of space: the same bits on every machine
+# sorting, cells, cubes of space, places on a lattice: the same bits on every machine
 math_sources = \
 	%D%/affine.h \
 	%D%/angle.c %D%/angle.h \
@@ -10,6 +10,7 @@ math_sources = \
 	%D%/direction.h \
 	%D%/hash.c %D%/hash.h \
 	%D%/luminance.h \
+	%D%/places.c %D%/places.h \
 	%D%/power.c %D%/power.h \
 	%D%/random.c %D%/random.h \
 	%D%/sort.c %D%/sort.h \

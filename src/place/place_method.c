@@ -19,12 +19,13 @@ struct place_options place_options_default(void)
                                   .clearance_share = true,
                                   .offset = NAN,
                                   .crease = NAN,
+                                  .levels = {1, 2},
+                                  .octree = {.cut = {NAN, 1, NAN, NAN, NAN}},
                                   .light = {.order = 3, .bounces = 64, .light = -1},
                                   .merge = {.merge_distance = 1.01,
                                             .merge_contrast = NAN,
                                             .spawn_distance = 1.8,
-                                            .spawn_contrast = NAN,
-                                            .levels = 2}};
+                                            .spawn_contrast = NAN}};
 }
 
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)

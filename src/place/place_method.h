@@ -25,6 +25,16 @@
 struct option_row;
 struct warnings;
 
+/* What cuts cells of an octree. */
+enum place_cut {
+    PLACE_CUT_GEOMETRY,
+    PLACE_CUT_DISTANCE,
+    PLACE_CUT_GRADIENT,
+    PLACE_CUT_CONTRAST,
+    PLACE_CUT_ALL
+};
+enum { PLACE_CUTS = PLACE_CUT_ALL + 1, PLACE_LEVELS_MOST = 10 };
+
 /* The options of all methods. Lengths in units of the scene. */
 struct place_options {
     /* grid */
@@ -54,9 +64,9 @@ struct place_options {
     struct {
         int contrast, form; /* enum contrast_kind, contrast_form */
         double merge_distance, merge_contrast, spawn_distance, spawn_contrast;
-        int levels, rounds;
+        int rounds;
         bool contrast_given, form_given, merge_distance_given, merge_contrast_given,
-            spawn_distance_given, spawn_contrast_given, levels_given, rounds_given;
+            spawn_distance_given, spawn_contrast_given, rounds_given;
     } merge;
     /* ascent */
     int step_back; /* enum step_back */
@@ -64,6 +74,15 @@ struct place_options {
     /* unlit, and ascent; 0: as many as there are areas */
     int unlit;
     bool unlit_given;
+    /* octree and spawn-merge: from where to where cells are cut; the latter has no least */
+    int levels[2];
+    bool levels_given, least_level_given;
+    /* octree; cut: a threshold for each test, NaN: it is not asked */
+    struct {
+        int32_t cells[3];
+        double cut[PLACE_CUTS], cull, inset;
+        bool cells_given, cut_given, cull_given, inset_given;
+    } octree;
     /* adaptive; shares and numbers, 0: none */
     struct {
         double error, gain;
@@ -112,7 +131,7 @@ struct place_method {
 
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
     place_method_vertices, place_method_lights, place_method_adaptive, place_method_spawn_merge,
-    place_method_ascent, place_method_unlit;
+    place_method_ascent, place_method_unlit, place_method_octree;
 /* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];

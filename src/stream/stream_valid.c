@@ -43,6 +43,7 @@ static const struct known {
     {"probe", "steps", COLUMN_I32, 1, 0},
     {"probe", "back", COLUMN_I32, 1, 0},
     {"probe", "cluster", COLUMN_I32, 1, 0},
+    {"probe", "level", COLUMN_I32, 1, 0},
     {"probe", "time", COLUMN_F64, 1, 0},
     {"tet", "vertex", COLUMN_I32, 4, 0},
     {"tet", "neighbour", COLUMN_I32, 4, 0},
