@@ -289,7 +289,7 @@ static struct error *join_blocks(struct search *s, size_t blocks, struct pairs *
                    s->of_block[i].count * sizeof *all->list);
         all->count += s->of_block[i].count;
     }
-    if (!err)
+    if (!err && all->count)
         qsort(all->list, all->count, sizeof *all->list, compare_pairs);
     return err;
 }
