@@ -705,7 +705,7 @@ refused 2 "--cut: expected geometry, distance, gradient, contrast or all" \
 refused 2 "--cut: all has no threshold" probe-place octree --cut all=1 octree.obj
 refused 2 "expected a threshold greater than 0, got 0" \
     probe-place octree --cut distance=0 octree.obj
-refused 2 "--levels: expected MIN:MAX, from 0 to 10, got '2:1'" \
+refused 2 "--levels: expected MAX or MIN:MAX, from 0 to 10, got '2:1'" \
     probe-place octree --levels 2:1 octree.obj
 refused 2 "--cells: expected whole numbers from 1" probe-place octree --cells 1,2,.5 octree.obj
 refused 1 "an octree needs a box with a volume" \
