@@ -81,7 +81,8 @@ static struct leak_mesh mesh_of(const struct grid *g)
                               .position = g->position,
                               .corners = 4,
                               .cell_count = CELLS,
-                              .vertex = g->vertex};
+                              .vertex = g->vertex,
+                              .neighbour = g->neighbour};
 }
 
 static struct probe_volume *volume_of(const struct grid *g)
@@ -128,6 +129,7 @@ static void test_fit_of_planes(void)
             true_sight[i] = -1 + 5 * random_double(&r);
         for (int k = 0; k < RAYS; k++) {
             double sum = 0, inverse = 0;
+            ray[k] = (struct sight_ray){.terms = 3};
             for (int i = 0; i < 3; i++) {
                 ray[k].neighbour[i] = (k + 4 * i) % NEIGHBOURS;
                 ray[k].u[i] = random_double(&r);
@@ -225,6 +227,91 @@ static void test_flat_walls(void)
     ok(mean < plain / 1e5 && plain > WALLS * POINTS / 200,
        "weight from beyond: %.7f %% of all, without sight %.2f %%", 100 * mean / WALLS / POINTS,
        100 * plain / WALLS / POINTS);
+}
+
+/* The same walls around the grid: what stands on the way out of the hull, too, whichever place of
+ * it light comes from. */
+static void test_flat_walls_outside(void)
+{
+    enum { WALLS = 5, POINTS = 3000 };
+    static struct grid g;
+    struct random r = random_start(11, 0, 0);
+    size_t leaks = 0, asked = 0;
+    double mean = 0, plain = 0;
+    make_grid(&g, 0);
+    const struct leak_mesh mesh = mesh_of(&g);
+    const struct probe_mesh cells = {.probes = PROBES,
+                                     .position = g.position,
+                                     .corners = 4,
+                                     .cells = CELLS,
+                                     .vertex = g.vertex,
+                                     .neighbour = g.neighbour};
+    for (int wall = 0; wall < 2 * WALLS; wall++) {
+        struct bench b;
+        struct sights s;
+        double p[3], n[3] = {0};
+        for (int k = 0; k < 3; k++) {
+            p[k] = 1.5 + random_double(&r);
+            n[k] = random_double(&r) - 0.5;
+        }
+        vec3_store(n, vec3_normalize(vec3_load(n)));
+        bench_start(&b);
+        add_wall(&b, p, n, 9);
+        bench_finish(&b, 1);
+        must(sight_find(&s, b.tracer, &mesh, 2));
+        struct probe_volume *v = NULL, *blind = NULL;
+        const unsigned flags = wall % 2 ? PROBE_EXTEND : PROBE_NEAREST;
+        if (probe_volume_create(&v, &cells, flags, NULL) ||
+            probe_volume_create(&blind, &cells, flags, NULL) ||
+            probe_volume_set_sight(v, s.sight, s.stand_in, NULL) || !s.outside ||
+            probe_volume_set_sight_outside(v, s.outside, s.stand_in_outside, NULL))
+            bail("no sight");
+        for (int i = 0; i < POINTS; i++) {
+            double q[3], height = 0;
+            struct probe_place place = {.cell = PROBE_COLD}, all = place;
+            for (int k = 0; k < 3; k++) {
+                q[k] = -0.7 + 5.4 * random_double(&r);
+                height += n[k] * (q[k] - p[k]);
+            }
+            probe_volume_locate(v, q, &place);
+            probe_volume_locate(blind, q, &all);
+            if (place.inside || fabs(height) < 0.02)
+                continue;
+            const double beyond = weight_beyond(&g, &place, q, p, n);
+            mean += beyond;
+            plain += weight_beyond(&g, &all, q, p, n);
+            leaks += beyond > 1e-3;
+            asked++;
+        }
+        probe_volume_destroy(v);
+        probe_volume_destroy(blind);
+        sights_clear(&s);
+        bench_clear(&b);
+    }
+    ok(asked > WALLS * POINTS / 2 && plain > (double)asked / 50, "points are outside of the hull");
+    ok(leaks <= asked / 2000 && mean < plain / 500,
+       "outside of the hull nothing is from beyond a flat wall: %zu of %zu points, weight %.5f %%, "
+       "without sight %.2f %%",
+       leaks, asked, 100 * mean / (double)asked, 100 * plain / (double)asked);
+}
+
+/* Where nothing stands outside, nothing is kept of it. */
+static void test_nothing_outside(void)
+{
+    static struct grid g;
+    struct bench b;
+    struct sights s;
+    make_grid(&g, 0);
+    const struct leak_mesh mesh = mesh_of(&g);
+    const double p[6][3] = {{-1, 2, 2}, {5, 2, 2}, {2, -1, 2}, {2, 5, 2}, {2, 2, -1}, {2, 2, 5}};
+    bench_start(&b);
+    for (int i = 0; i < 6; i++)
+        add_wall(&b, p[i], (double[3]){i / 2 == 0, i / 2 == 1, i / 2 == 2}, 3);
+    bench_finish(&b, 1);
+    must(sight_find(&s, b.tracer, &mesh, 2));
+    ok(!s.outside && !s.stand_in_outside && !s.walled, "the walls of a room are before nothing");
+    sights_clear(&s);
+    bench_clear(&b);
 }
 
 /* Probes that all but touch a wall see nothing beyond it. */
@@ -598,6 +685,8 @@ static bool same_place(const struct probe_place *a, const struct probe_place *b)
 
 static void test_packed(const struct halls *h)
 {
+    static float slope[12 * CELLS];
+    static int32_t other[CELLS];
     enum { POINTS = 3000 };
     struct random r = random_start(6, 0, 0);
     struct probe_volume *v = volume_of(&h->grid), *blind = volume_of(&h->grid), *packed = NULL,
@@ -609,13 +698,22 @@ static void test_packed(const struct halls *h)
     ok(probe_volume_sees(v) && !probe_volume_sees(blind), "a volume says whether it has sight");
     ok(probe_volume_bytes(v) - bytes == CELLS * 28, "and counts its bytes: %zu a cell",
        (probe_volume_bytes(v) - bytes) / CELLS);
+    const size_t thin = probe_volume_pack(v, 0, NULL, 0, PROBE_PACK_HALF, NULL, 0);
+    for (int i = 0; i < 12 * CELLS; i++)
+        slope[i] = i / 12 % 5 ? 0 : (float)(i % 7 - 2);
+    for (int i = 0; i < CELLS; i++)
+        other[i] = i % 3 ? -1 : i % PROBES;
+    if (probe_volume_set_sight_outside(v, slope, other, NULL))
+        bail("no sight");
     const size_t size = probe_volume_pack(v, 0, NULL, 0, PROBE_PACK_HALF, NULL, 0),
                  less = probe_volume_pack(blind, 0, NULL, 0, PROBE_PACK_HALF, NULL, 0);
     void *image = NULL;
     must(array_create(&image, size, 1));
     probe_volume_pack(v, 0, NULL, 0, PROBE_PACK_HALF, image, size);
-    ok(size - less >= CELLS * 26 && size - less < CELLS * 26 + 128,
-       "a packed file has %zu bytes a cell more", (size - less) / CELLS);
+    ok(thin - less >= CELLS * 26 && thin - less < CELLS * 26 + 128,
+       "a packed file has %zu bytes a cell more", (thin - less) / CELLS);
+    ok(size > thin && size - thin < CELLS * 56,
+       "and %zu for the cells that something stands beyond", size - thin);
     if (probe_volume_open(&packed, image, size, 0, NULL) ||
         probe_volume_open(&all, image, size, PROBE_SEE_ALL, NULL))
         bail("the packed file is refused");
@@ -624,7 +722,7 @@ static void test_packed(const struct halls *h)
         struct probe_place place[4] = {
             {.cell = PROBE_COLD}, {.cell = PROBE_COLD}, {.cell = PROBE_COLD}, {.cell = PROBE_COLD}};
         for (int k = 0; k < 3; k++)
-            q[k] = -0.5 + 5 * random_double(&r);
+            q[k] = -0.9 + 5.8 * random_double(&r);
         probe_volume_locate(v, q, &place[0]);
         probe_volume_locate(packed, q, &place[1]);
         probe_volume_locate(blind, q, &place[2]);
@@ -655,6 +753,16 @@ static void test_packed(const struct halls *h)
        "below -1, too");
     ok(probe_volume_set_sight(v, NULL, NULL, &row) == PROBE_OK && probe_volume_bytes(v) == bytes,
        "none is none");
+    ok(probe_volume_set_sight_outside(v, sight, NULL, &row) == PROBE_BAD_ARGUMENT,
+       "what is outside is of cells with sight");
+    stand_in[9] = -1;
+    probe_volume_set_sight(v, sight, stand_in, NULL);
+    const size_t inside = probe_volume_bytes(v);
+    sight[12 * 8 + 3] = INFINITY;
+    ok(probe_volume_set_sight_outside(v, sight, stand_in, &row) == PROBE_BAD_SIGHT && row == 8 &&
+           probe_volume_sees(v) && probe_volume_bytes(v) == inside,
+       "and is refused where it is no number, with its cell");
+    probe_volume_set_sight(v, NULL, NULL, NULL);
     probe_volume_destroy(v);
     probe_volume_destroy(blind);
     probe_volume_destroy(packed);
@@ -719,6 +827,8 @@ int main(void)
     test_halves();
     test_fit_of_planes();
     test_flat_walls();
+    test_flat_walls_outside();
+    test_nothing_outside();
     test_touching();
     test_nothing();
     make_halls(&halls);

@@ -83,6 +83,7 @@ PROGRAM_TESTS = \
 	tests/probe-tet.t \
 	tests/probe-leakfix.t \
 	tests/stale-sight.t \
+	tests/sealed-rooms.t \
 	tests/shadow-edges.t \
 	tests/dilate.t \
 	tests/probe-error.t \

@@ -85,8 +85,11 @@ static struct error *make_volume(struct choice *choice)
     if (!err)
         err = cells_volume_create(&choice->cells, 0, &choice->volume);
     if (!err) {
-        const enum probe_status status = probe_volume_set_sight(
-            choice->volume, choice->sights.sight, choice->sights.stand_in, &row);
+        enum probe_status status = probe_volume_set_sight(choice->volume, choice->sights.sight,
+                                                          choice->sights.stand_in, &row);
+        if (!status)
+            status = probe_volume_set_sight_outside(choice->volume, choice->sights.outside,
+                                                    choice->sights.stand_in_outside, &row);
         err = cells_volume_error(status, row);
     }
     return err;

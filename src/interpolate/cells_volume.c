@@ -44,8 +44,11 @@ struct error *cells_volume_open(const struct stream *stream, const struct probe_
         return err;
     err = cells_find(stream, &cells);
     if (!err) {
-        const enum probe_status status =
+        enum probe_status status =
             probe_volume_set_sight(*volume, cells.sight, cells.stand_in, &row);
+        if (!status)
+            status = probe_volume_set_sight_outside(*volume, cells.sight_outside,
+                                                    cells.stand_in_outside, &row);
         err = cells_volume_error(status, row);
     }
     if (err) {

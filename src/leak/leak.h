@@ -34,7 +34,8 @@ struct leak_mesh {
     const double *position; /* 3 a probe */
     int corners;            /* of a cell: 4, 3, 2 or 1 */
     size_t cell_count;
-    const int32_t *vertex; /* `corners` a cell */
+    const int32_t *vertex;    /* `corners` a cell */
+    const int32_t *neighbour; /* `corners` a cell; NULL: what is outside is not looked at */
 };
 
 static inline struct vec3 leak_mesh_probe(const struct leak_mesh *mesh, int32_t probe)

@@ -8,6 +8,7 @@
 #include "leak/leak_need.h"
 #include "leak/sight.h"
 #include "measure/unseen.h"
+#include "measure/unseen_outside.h"
 #include "place/place_inside.h"
 #include "stream/cells.h"
 #include "stream/stream.h"
@@ -30,7 +31,8 @@ struct error *leak_mesh_of(const struct stream *stream, struct leak_mesh *mesh)
                                .position = column_f64(table_column(probes, "position")),
                                .corners = cells.corners,
                                .cell_count = cells.table->rows,
-                               .vertex = cells.vertex};
+                               .vertex = cells.vertex,
+                               .neighbour = cells.neighbour};
     return NULL;
 }
 
@@ -39,7 +41,8 @@ struct error *leak_mesh_of(const struct stream *stream, struct leak_mesh *mesh)
 /* Seeds of points: those that measure in the end, those that rounds are judged by, and those that
  * the first round chooses by; each further round has others. */
 enum { FOR_CERTIFICATE, FOR_JUDGING, FOR_CHOOSING };
-enum { JUDGES = 8 }; /* times as many points judge a round, which may win little */
+enum { JUDGES = 8 };  /* times as many points judge a round, which may win little */
+enum { OUTSIDE = 4 }; /* one of so many points looks at what is outside of the hull */
 
 struct mend {
     struct stream *stream;
@@ -105,6 +108,20 @@ static struct error *store_occlusion(struct stream *stream, const struct leaks *
     return err;
 }
 
+static struct error *store_sight_outside(struct table *cells, const struct sights *sights)
+{
+    struct column *sight = NULL, *stand_in = NULL;
+    struct error *err = table_add_column(cells, "sight_outside", COLUMN_F32, 12, &sight);
+    if (!err)
+        memcpy(column_f32(sight), sights->outside, 12 * cells->rows * sizeof *sights->outside);
+    if (!err)
+        err = table_add_column(cells, "stand_in_outside", COLUMN_I32, 1, &stand_in);
+    if (!err)
+        memcpy(column_i32(stand_in), sights->stand_in_outside,
+               cells->rows * sizeof *sights->stand_in_outside);
+    return err;
+}
+
 /* says: how many cells have walls in them */
 static struct error *store_sight(struct stream *stream, const struct leak_mend_job *job, bool says)
 {
@@ -118,6 +135,8 @@ static struct error *store_sight(struct stream *stream, const struct leak_mend_j
     const size_t width = err ? 0 : (size_t)(cells.corners * (cells.corners - 1));
     if (!width) /* a single probe is seen from everywhere */
         return err;
+    table_remove_column(cells.table, "sight_outside");
+    table_remove_column(cells.table, "stand_in_outside");
     err = sight_find(&sights, job->tracer, &mesh, job->settings.threads);
     if (!err)
         err = table_add_column(cells.table, "sight", COLUMN_F32, width, &sight);
@@ -131,13 +150,16 @@ static struct error *store_sight(struct stream *stream, const struct leak_mend_j
     if (!err && job->program && says)
         fprintf(stderr, "%s: sight: %zu of %zu cells have walls in them, %zu a stand-in\n",
                 job->program, sights.walled, mesh.cell_count, sights.stood_in);
+    if (!err && sights.outside)
+        err = store_sight_outside(cells.table, &sights);
     sights_clear(&sights);
     return err;
 }
 
 static struct error *drop_sight(struct stream *stream)
 {
-    static const char *const names[] = {"sight", "stand_in", "leak", "leak_light", "leak_free"};
+    static const char *const names[] = {"sight", "stand_in",   "sight_outside", "stand_in_outside",
+                                        "leak",  "leak_light", "leak_free"};
     struct cells cells;
     struct error *err = cells_find(stream, &cells);
     for (size_t i = 0; i < sizeof names / sizeof *names && !err; i++)
@@ -204,6 +226,22 @@ static struct error *store_leak(struct stream *stream, const struct unseen_cells
     return err;
 }
 
+/* What leaks outside of the hull. */
+static struct error *measure_outside(struct mend *m, struct report *report)
+{
+    struct baked baked;
+    struct unseen_outside outside = {0};
+    const struct unseen_settings settings = {
+        .seed = FOR_CERTIFICATE, .threads = m->settings.threads, .judge = &m->judge};
+    struct error *err = baked_open_cells(&baked, m->stream);
+    if (err)
+        return err;
+    err = unseen_outside(&outside, m->job->tracer, &baked, &settings,
+                         (size_t)(m->job->points / OUTSIDE));
+    baked_close(&baked);
+    return err ? err : unseen_outside_report(report, &outside);
+}
+
 /* Measures from points that nothing else knows of, says so, and keeps it with the cells. when:
  * what is said before it, "after: " or the like. */
 static struct error *certify(struct mend *m, const char *when, struct report *report)
@@ -218,6 +256,8 @@ static struct error *certify(struct mend *m, const char *when, struct report *re
         err = leak_mesh_of(m->stream, &mesh);
     if (!err)
         err = unseen_report(report, &cells, mesh.cell_count);
+    if (!err)
+        err = measure_outside(m, report);
     if (!err)
         err = store_leak(m->stream, &cells);
     if (!err && m->job->program) {

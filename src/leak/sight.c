@@ -5,6 +5,7 @@
 #include "base/threads.h"
 #include "leak/aim.h"
 #include "leak/leak.h"
+#include "leak/outside.h"
 #include "leak/sight_fit.h"
 #include "leak/stand_in.h"
 #include "leak/stars.h"
@@ -23,6 +24,16 @@ enum { SIDE = 4, SPOTS_MOST = SIDE * SIDE };
 /* An edge has no space about it; it counts as a ray through a facet does, times this. */
 static const double EDGE_SHARE = 1.0 / 6;
 
+/* Of the space about a probe: the inside is as it was where no more of it is off. */
+static const double UNCHANGED = 1e-5;
+
+/* Planes outside that are tried for a probe; they are one where they differ by less than SAME. */
+enum { PLANES = 24 };
+static const double SAME = 1e-4, TINY = 1e-9;
+
+/* Of the space outside: what is told this well is told. */
+static const double ENOUGH = 1e-4;
+
 struct job {
     const struct tracer *tracer;
     const struct leak_mesh *mesh;
@@ -31,6 +42,8 @@ struct job {
     int spots;
     bool *entered; /* by cell: a surface comes into it */
     float *sight;
+    struct outside outside;
+    double *slope; /* 3 a probe */
 };
 
 /* -- cells ------------------------------------------------------------------------------------ */
@@ -69,16 +82,12 @@ static const int32_t *cell_of(const struct view *v, size_t i)
     return v->job->mesh->vertex + v->slot[i] / corners * corners;
 }
 
-/* How near to p something stands on the way to q, which is 1. */
-static double inverse_depth(const struct job *job, struct vec3 p, struct vec3 q)
+/* How near to the probe something stands on the way to q, which is 1. */
+static double inverse_depth(const struct view *v, struct vec3 q)
 {
-    double from[3], direction[3];
-    const struct vec3 way = vec3_sub(q, p);
-    const double length = vec3_length(way), least = length / 0x1p14;
-    vec3_store(from, p);
-    vec3_store(direction, vec3_scale(1 / length, way));
-    const struct trace_hit hit = trace_nearest(job->tracer, from, direction, length);
-    return hit.hit ? length / fmax(hit.distance, least) : 0;
+    double to[3];
+    vec3_store(to, q);
+    return outside_inverse(v->job->tracer, v->job->mesh->position + 3 * v->probe, to);
 }
 
 static struct error *view_init(struct view *v, const struct job *job, size_t probe)
@@ -90,7 +99,7 @@ static struct error *view_init(struct view *v, const struct job *job, size_t pro
     const size_t most = v->about * (size_t)(job->mesh->corners - 1);
     struct error *err = array_create(&v->neighbour, most, sizeof *v->neighbour);
     if (!err)
-        err = array_create(&v->sight, most, sizeof *v->sight);
+        err = array_create(&v->sight, most + 3, sizeof *v->sight); /* and the slope */
     return err;
 }
 
@@ -124,11 +133,11 @@ static int find_neighbour(struct view *v, int32_t probe, bool clear)
     if (n == v->neighbours) {
         const struct leak_mesh *mesh = v->job->mesh;
         v->neighbour[v->neighbours++] = probe;
-        v->sight[n] = clear ? 0
-                            : inverse_depth(v->job, leak_mesh_probe(mesh, (int32_t)v->probe),
-                                            leak_mesh_probe(mesh, probe));
-        v->ray[v->rays++] = (struct sight_ray){
-            .neighbour = {(int)n, (int)n, (int)n}, .u = {1, 0, 0}, .inverse = v->sight[n]};
+        v->sight[n] = clear ? 0 : inverse_depth(v, leak_mesh_probe(mesh, probe));
+        v->ray[v->rays++] = (struct sight_ray){.terms = 3,
+                                               .neighbour = {(int)n, (int)n, (int)n},
+                                               .u = {1, 0, 0},
+                                               .inverse = v->sight[n]};
     }
     return (int)n;
 }
@@ -168,13 +177,13 @@ static bool look_at(struct view *v, const struct ahead *c, const double u[3], do
 {
     struct sight_ray *ray = &v->ray[v->rays++];
     struct vec3 spot = c->from;
-    *ray = (struct sight_ray){.share = share};
+    *ray = (struct sight_ray){.terms = 3, .share = share};
     for (int k = 0; k < 3; k++) {
         ray->neighbour[k] = c->to[k];
         ray->u[k] = u[k];
         spot = vec3_fma(spot, u[k], c->way[k]);
     }
-    ray->inverse = clear ? 0 : inverse_depth(v->job, c->from, spot);
+    ray->inverse = clear ? 0 : inverse_depth(v, spot);
     return ray->inverse > 0;
 }
 
@@ -219,16 +228,204 @@ static void store(const struct view *v, size_t i)
     }
 }
 
+/* -- what is outside -------------------------------------------------------------------------- */
+
+static int number_of(const struct view *v, int32_t probe)
+{
+    int n = 0;
+    while (v->neighbour[n] != probe)
+        n++;
+    return n;
+}
+
+/* A ray to a point outside: its light's place gives the terms of the neighbours there, its way from
+ * that, in `scale`, those of the slope. false: the probe has no weight there. */
+static bool ray_to(const struct view *v, const struct outside_look *look, double scale,
+                   struct sight_ray *ray)
+{
+    const int32_t *vertex = v->job->mesh->vertex + 4 * (size_t)look->cell;
+    double off[3];
+    *ray = (struct sight_ray){0};
+    outside_way(&v->job->outside, look, off);
+    for (int i = 0; i < 4; i++) {
+        if (vertex[i] == (int32_t)v->probe) {
+            ray->share = look->weight[i];
+            ray->inverse = (double)look->inverse[i];
+        } else if (look->weight[i] > 0 && ray->terms < 2) {
+            ray->neighbour[ray->terms] = number_of(v, vertex[i]);
+            ray->u[ray->terms++] = look->weight[i];
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        ray->neighbour[ray->terms] = (int)v->neighbours + k;
+        ray->u[ray->terms++] = off[k] / scale;
+    }
+    return ray->share > 0;
+}
+
+/* How far away the neighbours are, in the mean. */
+static double scale_of(const struct view *v)
+{
+    const struct leak_mesh *mesh = v->job->mesh;
+    double sum = 0;
+    for (size_t n = 0; n < v->neighbours; n++)
+        sum += vec3_length(vec3_sub(leak_mesh_probe(mesh, v->neighbour[n]),
+                                    leak_mesh_probe(mesh, (int32_t)v->probe)));
+    return sum / (double)v->neighbours;
+}
+
+static double share_of(size_t count, const struct sight_ray *ray)
+{
+    double sum = 0;
+    for (size_t k = 0; k < count; k++)
+        sum += ray[k].share;
+    return sum;
+}
+
+/* Appends the rays that go outside, which weigh as much as all before together. */
+static struct error *look_outside(struct view *v, double scale)
+{
+    const struct outside *o = &v->job->outside;
+    const size_t first = o->by_probe.first[v->probe], end = o->by_probe.first[v->probe + 1],
+                 before = v->rays;
+    struct error *err = array_reserve(&v->ray, &v->room, v->rays + (end - first), sizeof *v->ray);
+    for (size_t i = first; i < end && !err; i++)
+        v->rays += ray_to(v, &o->look[o->by_probe.of[i]], scale, &v->ray[v->rays]);
+    const double inside = share_of(before, v->ray),
+                 outside = share_of(v->rays - before, v->ray + before);
+    for (size_t k = before; k < v->rays && inside > 0; k++)
+        v->ray[k].share *= inside / outside;
+    return err;
+}
+
+/* The slope alone, of rays whose other terms stay as they are. */
+static struct error *fit_slope(const struct view *v, size_t rays, const struct sight_ray *ray,
+                               double slope[3])
+{
+    struct sight_ray *alone = NULL;
+    struct error *err = array_create(&alone, rays, sizeof *alone);
+    for (size_t k = 0; k < rays && !err; k++) {
+        alone[k] = (struct sight_ray){
+            .terms = 3, .neighbour = {0, 1, 2}, .inverse = ray[k].inverse, .share = ray[k].share};
+        for (int i = 0; i < ray[k].terms; i++)
+            if ((size_t)ray[k].neighbour[i] < v->neighbours)
+                alone[k].base += v->sight[ray[k].neighbour[i]] * ray[k].u[i];
+            else
+                alone[k].u[ray[k].neighbour[i] - (int)v->neighbours] = ray[k].u[i];
+    }
+    slope[0] = slope[1] = slope[2] = 0;
+    if (!err)
+        err = sight_fit(rays, alone, 3, slope);
+    free(alone);
+    return err;
+}
+
+/* All of the probe's numbers as those of a plane, at inverse depth plane . way. */
+static void be_plane(const struct view *v, struct vec3 plane, double scale, double *sight)
+{
+    const struct leak_mesh *mesh = v->job->mesh;
+    const struct vec3 p = leak_mesh_probe(mesh, (int32_t)v->probe);
+    for (size_t n = 0; n < v->neighbours; n++)
+        sight[n] = vec3_dot(plane, vec3_sub(leak_mesh_probe(mesh, v->neighbour[n]), p));
+    vec3_store(sight + v->neighbours, vec3_scale(scale, plane));
+}
+
+/* Takes a choice that says what is outside with less loss, and the inside as it was. before: rays
+ * that go inside, with loss `was`; least: that of those that go outside. */
+static bool take(struct view *v, size_t before, double was, const double *trial, double *least)
+{
+    if (sight_fit_loss(before, v->ray, trial) > was + UNCHANGED * share_of(before, v->ray))
+        return false;
+    const double loss = sight_fit_loss(v->rays - before, v->ray + before, trial);
+    if (!(loss < *least))
+        return false;
+    *least = loss;
+    memcpy(v->sight, trial, (v->neighbours + 3) * sizeof *trial);
+    return true;
+}
+
+/* Takes that of the planes that stand outside before the cells around which says best what is
+ * there. */
+static void try_planes(struct view *v, size_t before, double was, double scale, double *trial,
+                       double *least)
+{
+    const struct outside *o = &v->job->outside;
+    struct vec3 plane[PLANES];
+    int planes = 0;
+    for (size_t i = 0; i < v->about; i++) {
+        const size_t cell = v->slot[i] / 4, end = o->by_cell.first[cell + 1];
+        for (size_t k = o->by_cell.first[cell]; k < end && planes < PLANES; k++) {
+            bool known = !outside_plane(&o->look[o->by_cell.of[k]],
+                                        v->job->mesh->position + 3 * v->probe, &plane[planes]);
+            for (int j = 0; j < planes && !known; j++)
+                known = vec3_length(vec3_sub(plane[planes], plane[j])) <
+                        SAME * vec3_length(plane[j]);
+            if (known)
+                continue;
+            be_plane(v, plane[planes++], scale, trial);
+            take(v, before, was, trial, least);
+        }
+    }
+}
+
+/* Fits the probe's slope, and with it what is free inside: to a plane, as most walls are, of which
+ * it need not have met anything itself; then to what is none. */
+static struct error *fit_outside(struct view *v)
+{
+    const size_t n = v->neighbours, before = v->rays;
+    const double scale = scale_of(v), was = sight_fit_loss(before, v->ray, v->sight);
+    double *trial = NULL, *slope = v->job->slope + 3 * v->probe;
+    struct error *err = look_outside(v, scale);
+    const struct sight_ray *ray = v->ray + before;
+    const size_t rays = v->rays - before;
+    bool met = false;
+    if (!err)
+        err = array_create(&trial, n + 3, sizeof *trial);
+    if (!err)
+        err = fit_slope(v, rays, ray, v->sight + n);
+    for (size_t k = 0; k < rays && !err; k++)
+        met = met || ray[k].inverse > 0;
+    /* where nothing was met, a plane that goes on is as good as none */
+    double least = err ? 0 : sight_fit_loss(rays, ray, v->sight);
+    least = met ? least : TINY * share_of(rays, ray);
+    if (!err)
+        try_planes(v, before, was, scale, trial, &least);
+    if (!err && least > ENOUGH * share_of(rays, ray)) { /* no plane */
+        memcpy(trial, v->sight, (n + 3) * sizeof *trial);
+        err = sight_fit(v->rays, v->ray, n + 3, trial);
+        if (!err)
+            take(v, before, was, trial, &least);
+    }
+    for (size_t k = 0; k < 3 && !err; k++)
+        slope[k] = v->sight[n + k] / scale;
+    free(trial);
+    return err;
+}
+
+static bool is_beside(const struct view *v)
+{
+    for (size_t i = 0; i < v->about; i++)
+        if (outside_is_blocked(&v->job->outside, v->slot[i] / 4))
+            return true;
+    return false;
+}
+
+/* -- a probe ---------------------------------------------------------------------------------- */
+
 /* Brings the numbers of a probe that all but touches a surface into the range of halves: as if the
  * surface were that much farther. */
 static void limit(struct view *v)
 {
     const double most = 60000;
-    double largest = 0;
+    double largest = 0, *slope = v->job->slope + 3 * v->probe;
     for (size_t n = 0; n < v->neighbours; n++)
         largest = fmax(largest, fabs(v->sight[n]));
-    for (size_t n = 0; n < v->neighbours && largest > most; n++)
+    if (!(largest > most))
+        return;
+    for (size_t n = 0; n < v->neighbours; n++)
         v->sight[n] *= most / largest;
+    for (int k = 0; k < 3; k++)
+        slope[k] *= most / largest;
 }
 
 static struct error *look_around(void *context, size_t probe, int thread)
@@ -237,7 +434,8 @@ static struct error *look_around(void *context, size_t probe, int thread)
     struct view v;
     bool blocked = false;
     struct error *err = view_init(&v, context, probe);
-    if (!err && has_surfaces(&v)) {
+    const bool beyond = !err && v.job->outside.count && is_beside(&v);
+    if (!err && (beyond || has_surfaces(&v))) {
         for (size_t i = 0; i < v.about && !err; i++)
             err = look_through(&v, i);
         for (size_t k = 0; k < v.rays; k++)
@@ -245,8 +443,10 @@ static struct error *look_around(void *context, size_t probe, int thread)
     }
     if (blocked && !err)
         err = sight_fit(v.rays, v.ray, v.neighbours, v.sight);
+    if (beyond && !err)
+        err = fit_outside(&v);
     limit(&v);
-    for (size_t i = 0; i < v.about && blocked && !err; i++)
+    for (size_t i = 0; i < v.about && (blocked || beyond) && !err; i++)
         store(&v, i);
     view_clear(&v);
     return err;
@@ -274,6 +474,43 @@ static void choose_spots(struct job *job)
             }
 }
 
+/* Gives each cell of the hull the slopes of its probes, and a stand-in; where there are none of
+ * either, nothing. */
+static struct error *store_outside(struct sights *sights, const struct job *job, int threads)
+{
+    const struct leak_mesh *mesh = job->mesh;
+    bool any = false;
+    if (!job->outside.count)
+        return NULL;
+    struct error *err =
+        array_create(&sights->outside, 12 * mesh->cell_count, sizeof *sights->outside);
+    if (!err)
+        err = array_create(&sights->stand_in_outside, mesh->cell_count,
+                           sizeof *sights->stand_in_outside);
+    for (size_t slot = 0; slot < 4 * mesh->cell_count && !err; slot++) {
+        const int32_t *neighbour = mesh->neighbour + slot / 4 * 4;
+        const bool hull = neighbour[0] < 0 || neighbour[1] < 0 || neighbour[2] < 0 ||
+                          neighbour[3] < 0;
+        for (size_t k = 0; k < 3 && hull; k++)
+            sights->outside[3 * slot + k] = (float)job->slope[3 * (size_t)mesh->vertex[slot] + k];
+    }
+    if (!err)
+        err = stand_in_find_outside(sights->stand_in_outside, sights->sight, sights->outside,
+                                    job->tracer, &job->outside, &job->stars, threads);
+    for (size_t cell = 0; cell < mesh->cell_count && !err; cell++) {
+        any = any || sights->stand_in_outside[cell] >= 0;
+        for (size_t k = 0; k < 12; k++)
+            any = any || sights->outside[12 * cell + k] != 0;
+    }
+    if (!any) {
+        free(sights->outside);
+        free(sights->stand_in_outside);
+        sights->outside = NULL;
+        sights->stand_in_outside = NULL;
+    }
+    return err;
+}
+
 struct error *sight_find(struct sights *sights, const struct tracer *tracer,
                          const struct leak_mesh *mesh, int threads)
 {
@@ -290,11 +527,17 @@ struct error *sight_find(struct sights *sights, const struct tracer *tracer,
     if (!err)
         err = threads_for(threads, mesh->cell_count, look_for_surfaces, &job);
     if (!err)
+        err = outside_init(&job.outside, tracer, mesh, threads);
+    if (!err)
+        err = array_create(&job.slope, 3 * mesh->probe_count, sizeof *job.slope);
+    if (!err)
         err = threads_for(threads, mesh->probe_count, look_around, &job);
     if (!err)
         err = array_create(&sights->stand_in, mesh->cell_count, sizeof *sights->stand_in);
     if (!err)
         err = stand_in_find(sights->stand_in, sights->sight, tracer, mesh, &job.stars, threads);
+    if (!err)
+        err = store_outside(sights, &job, threads);
     for (size_t cell = 0; cell < mesh->cell_count && !err; cell++) {
         bool walled = false;
         for (size_t i = 0; i < width; i++)
@@ -303,6 +546,8 @@ struct error *sight_find(struct sights *sights, const struct tracer *tracer,
         sights->stood_in += sights->stand_in[cell] >= 0;
     }
     free(job.entered);
+    free(job.slope);
+    outside_clear(&job.outside);
     stars_clear(&job.stars);
     if (err)
         sights_clear(sights);
@@ -313,5 +558,7 @@ void sights_clear(struct sights *sights)
 {
     free(sights->sight);
     free(sights->stand_in);
+    free(sights->outside);
+    free(sights->stand_in_outside);
     *sights = (struct sights){0};
 }

@@ -16,6 +16,16 @@
  * them. Where the rays of a probe through one that some surface does come into meet none, more of
  * them go at that surface (aim.h).
  *
+ * A point outside of the hull that has its light from a place u of it, and is `off` away from
+ * there (outside.h), is at depth
+ *
+ *     d_i(u) - slope_i . off
+ *
+ * before what corner i sees: of a plane this is exact as well, whichever place the light comes
+ * from. Slope_i belongs to the probe, and places and ways to them are continuous, so light is. It
+ * is fitted to rays to such points; together with sight_ij, so that a plane can go on outside that
+ * no edge meets, where that leaves the inside as it was, else alone.
+ *
  * Some points see none of their cell's corners. Then the cell names a stand-in: the probe around
  * that most of these points see, if they see more of it than of the corners.
  */
@@ -34,8 +44,11 @@ struct sights {
      * nothing is in the way. Halves, as packed files hold them. Owned */
     float *sight;
     int32_t *stand_in; /* a probe a cell, or -1; owned */
-    size_t walled;     /* cells that something stands in */
-    size_t stood_in;   /* cells with a stand-in */
+    /* the same of points outside of the hull: 12 and 1 a cell; owned; NULL: nothing stands there */
+    float *outside;
+    int32_t *stand_in_outside;
+    size_t walled;   /* cells that something stands in */
+    size_t stood_in; /* cells with a stand-in */
 };
 
 /* Looks around. The result does not depend on the threads. */

@@ -24,8 +24,10 @@ static double seen_weight(double inverse)
 
 static double inverse_at(const struct sight_ray *ray, const double *sight)
 {
-    return sight[ray->neighbour[0]] * ray->u[0] + sight[ray->neighbour[1]] * ray->u[1] +
-           sight[ray->neighbour[2]] * ray->u[2];
+    double sum = ray->base;
+    for (int i = 0; i < ray->terms; i++)
+        sum += sight[ray->neighbour[i]] * ray->u[i];
+    return sum;
 }
 
 static double loss_of(const struct sight_ray *ray, double inverse)
@@ -74,11 +76,11 @@ static bool solve(size_t n, double *a, double *b)
 static void add_square(const struct sight_ray *ray, double weight, double target, size_t n,
                        double *a, double *b)
 {
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < ray->terms; i++) {
         const size_t row = (size_t)ray->neighbour[i];
-        for (int j = 0; j < 3; j++)
+        for (int j = 0; j < ray->terms; j++)
             a[row * n + (size_t)ray->neighbour[j]] += weight * ray->u[i] * ray->u[j];
-        b[row] += weight * ray->u[i] * target;
+        b[row] += weight * ray->u[i] * (target - ray->base);
     }
 }
 

@@ -19,11 +19,17 @@
 
 struct error;
 
+enum { SIGHT_TERMS = 5 };
+
+/* Terms: neighbours with their barycentric coordinates, of sum 1 at a facet; or, of a ray to a
+ * point outside of the hull, at which inverse depth is linear too (leak/sight.h), any factors. */
 struct sight_ray {
-    int neighbour[3]; /* corners of the facet: numbers of the probe's neighbours */
-    double u[3];      /* where the ray meets it; sum 1 */
-    double inverse;   /* depth of what it meets, 1 at the facet; 0: it meets nothing before */
-    double share;     /* of the space about the probe, any unit */
+    int terms;
+    int neighbour[SIGHT_TERMS]; /* corners of the facet: numbers of the probe's neighbours */
+    double u[SIGHT_TERMS];      /* where the ray meets it */
+    double base;                /* of inverse depth, whatever the neighbours have */
+    double inverse; /* depth of what it meets, 1 at the facet; 0: it meets nothing before */
+    double share;   /* of the space about the probe, any unit */
 };
 
 /* sight: one number a neighbour; in: where to begin. Never makes the loss larger. The same rays in

@@ -7,6 +7,7 @@ leak_sources = \
 	%D%/leak.c %D%/leak.h \
 	%D%/leak_mend.c %D%/leak_mend.h \
 	%D%/leak_need.c %D%/leak_need.h \
+	%D%/outside.c %D%/outside.h \
 	%D%/shadow.c %D%/shadow.h \
 	%D%/sight.c %D%/sight.h \
 	%D%/sight_fit.c %D%/sight_fit.h \

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "leak/stand_in.h"
+#include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
 #include "leak/leak.h"
+#include "leak/outside.h"
 #include "leak/stars.h"
 #include "libprobe-query/sight.h"
 #include "math/sort.h"
@@ -14,17 +16,22 @@
 
 /* POINTS of a cell; candidates stand within RINGS cells of it, LISTED at most, and the ASKED
  * nearest are looked for from TRIED of the points, the best BEST of them from all. */
-enum { POINTS = 64, RINGS = 3, LISTED = 1024, ASKED = 48, TRIED = 12, BEST = 6 };
+enum { POINTS = 64, PRIME = 7919, RINGS = 3, LISTED = 1024, ASKED = 48, TRIED = 12, BEST = 6 };
 
 /* A stand-in is seen from more points than what is left of the corners, by more than one: from
  * both sides of a wall a few points see little, and one may be on either. */
 static const double GAIN = 1;
+
+/* Of a cell that no point was met beyond at which one is needed: that of a cell around. */
+enum { ASK = -2 };
 
 struct job {
     const struct tracer *tracer;
     const struct leak_mesh *mesh;
     const struct stars *stars;
     const float *sight;
+    const float *slope; /* outside: 12 a cell */
+    const struct outside *outside;
     int32_t *stand_in;
 };
 
@@ -187,22 +194,103 @@ static int32_t choose(const struct job *job, const struct list *found, int point
     return chosen;
 }
 
+/* The one for these points, of how many of which what is left of corners is seen. */
+static void find_one(const struct job *job, size_t cell, int points, const struct vec3 *point,
+                     double served, double gain)
+{
+    struct vec3 middle = {0};
+    struct list found;
+    job->stand_in[cell] = -1;
+    if (!points || served + gain >= points)
+        return;
+    for (int k = 0; k < points; k++)
+        middle = vec3_fma(middle, 1.0 / points, point[k]);
+    find_candidates(job, cell, middle, &found);
+    job->stand_in[cell] = choose(job, &found, points, point, served + gain);
+}
+
 static struct error *look_for(void *context, size_t cell, int thread)
 {
     (void)thread;
     const struct job *job = context;
-    struct vec3 point[POINTS], middle = {0};
-    struct list found;
+    struct vec3 point[POINTS];
     double served;
-    job->stand_in[cell] = -1;
     const int points = find_points(job, cell, point, &served);
-    if (!points || served + GAIN >= points)
-        return NULL;
-    for (int k = 0; k < points; k++)
-        middle = vec3_fma(middle, 1.0 / points, point[k]);
-    find_candidates(job, cell, middle, &found);
-    job->stand_in[cell] = choose(job, &found, points, point, served + GAIN);
+    find_one(job, cell, points, point, served, GAIN);
     return NULL;
+}
+
+/* As find_points, of a cell of the hull, outside. */
+static int find_points_outside(const struct job *job, size_t cell, struct vec3 point[POINTS],
+                               double *served)
+{
+    const struct outside_list *list = &job->outside->by_cell;
+    uint16_t sight[12];
+    const float *slope = job->slope + 12 * cell;
+    int count = 0;
+    *served = 0;
+    if (!outside_is_blocked(job->outside, cell))
+        return 0;
+    for (size_t i = 0; i < 12; i++)
+        sight[i] = half_of(job->sight[12 * cell + i]);
+    const size_t first = list->first[cell], all = list->first[cell + 1] - first,
+                 stride = all % PRIME ? PRIME : 1;
+    for (size_t k = 0; k < all && count < POINTS; k++) {
+        /* in an order in which the first are spread over all */
+        const struct outside_look *look = &job->outside->look[list->of[first + k * stride % all]];
+        double off[3], weight[4];
+        outside_way(job->outside, look, off);
+        const double sum = sight_weights_outside(sight, slope, look->weight, off, weight);
+        if (sum >= SIGHT_ENOUGH)
+            continue;
+        for (int i = 0; i < 4; i++)
+            *served += weight[i] > 1e-3 * sum && !(look->inverse[i] > 0) ? weight[i] / sum : 0;
+        point[count++] = vec3_load(look->point);
+    }
+    return count;
+}
+
+/* Whether something stands outside before one of the cell's corners. */
+static bool has_slope(const struct job *job, size_t cell)
+{
+    bool any = false;
+    for (size_t k = 0; k < 12; k++)
+        any = any || job->slope[12 * cell + k] != 0;
+    return any;
+}
+
+static struct error *look_for_outside(void *context, size_t cell, int thread)
+{
+    (void)thread;
+    const struct job *job = context;
+    struct vec3 point[POINTS];
+    double served;
+    const int points = find_points_outside(job, cell, point, &served);
+    if (points)
+        find_one(job, cell, points, point, served, 0);
+    else
+        job->stand_in[cell] = has_slope(job, cell) ? ASK : -1;
+    return NULL;
+}
+
+/* The stand-in of the cell around that shares most corners and has one; -1: none has. */
+static int32_t ask_around(const struct job *job, size_t cell)
+{
+    const int32_t *vertex = job->mesh->vertex + 4 * cell;
+    int32_t found = -1;
+    int most = 0;
+    for (int c = 0; c < 4; c++)
+        for (size_t s = job->stars->first[vertex[c]]; s < job->stars->first[vertex[c] + 1]; s++) {
+            const size_t other = job->stars->slot[s] / 4;
+            int shared = 0;
+            for (int i = 0; i < 16 && job->stand_in[other] >= 0; i++)
+                shared += vertex[i % 4] == job->mesh->vertex[4 * other + (size_t)i / 4];
+            if (shared > most) {
+                most = shared;
+                found = job->stand_in[other];
+            }
+        }
+    return found;
 }
 
 struct error *stand_in_find(int32_t *stand_in, const float *sight, const struct tracer *tracer,
@@ -211,4 +299,28 @@ struct error *stand_in_find(int32_t *stand_in, const float *sight, const struct 
     struct job job = {
         .tracer = tracer, .mesh = mesh, .stars = stars, .sight = sight, .stand_in = stand_in};
     return threads_for(threads, mesh->cell_count, look_for, &job);
+}
+
+struct error *stand_in_find_outside(int32_t *stand_in, const float *sight, const float *slope,
+                                    const struct tracer *tracer, const struct outside *outside,
+                                    const struct stars *stars, int threads)
+{
+    struct job job = {.tracer = tracer,
+                      .mesh = outside->mesh,
+                      .stars = stars,
+                      .sight = sight,
+                      .slope = slope,
+                      .outside = outside,
+                      .stand_in = stand_in};
+    int32_t *asked = NULL;
+    const size_t count = outside->mesh->cell_count;
+    struct error *err = threads_for(threads, count, look_for_outside, &job);
+    if (!err)
+        err = array_create(&asked, count, sizeof *asked);
+    for (size_t cell = 0; cell < count && !err; cell++)
+        asked[cell] = stand_in[cell] == ASK ? ask_around(&job, cell) : stand_in[cell];
+    if (!err)
+        memcpy(stand_in, asked, count * sizeof *asked);
+    free(asked);
+    return err;
 }

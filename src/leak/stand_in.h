@@ -7,6 +7,7 @@
 
 struct error;
 struct leak_mesh;
+struct outside;
 struct stars;
 struct tracer;
 
@@ -17,5 +18,11 @@ struct tracer;
  * stand_in: one a cell, the caller's. The result does not depend on the threads. */
 struct error *stand_in_find(int32_t *stand_in, const float *sight, const struct tracer *tracer,
                             const struct leak_mesh *mesh, const struct stars *stars, int threads);
+
+/* The same for points outside of the hull (outside.h), by the slopes of each cell's corners too (12
+ * a cell). */
+struct error *stand_in_find_outside(int32_t *stand_in, const float *sight, const float *slope,
+                                    const struct tracer *tracer, const struct outside *outside,
+                                    const struct stars *stars, int threads);
 
 #endif

@@ -113,6 +113,13 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
 enum probe_status probe_volume_set_sight(struct probe_volume *volume, const float *sight,
                                          const int32_t *stand_in, size_t *row);
 
+/* Has it heed what stands outside of the hull, too; after probe_volume_set_sight, which ends it.
+ * slope: 12 a cell, column sight_outside of a stream; stand_in: a probe a cell, or -1, column
+ * stand_in_outside, or NULL. Cells without either cost nothing. Both are copied. slope NULL: no
+ * more. PROBE_BAD_ARGUMENT: there is no sight, or cells have fewer than 4 corners. */
+enum probe_status probe_volume_set_sight_outside(struct probe_volume *volume, const float *slope,
+                                                 const int32_t *stand_in, size_t *row);
+
 /* Whether places have the weights of what their points see. */
 int probe_volume_sees(const struct probe_volume *volume);
 

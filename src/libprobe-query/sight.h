@@ -7,7 +7,9 @@
  *
  * 1 at the corner and 0 on a plane that cuts the way to corner j at 1 / sight_ij of it: behind that
  * plane the corner is not seen. Numbers belong to pairs of probes, so on the face between two cells
- * both say the same, and what is blended goes on there without a jump.
+ * both say the same, and what is blended goes on there without a jump. Outside of the hull, at
+ * `off` from the place at u whose light it has, it is less by slope_i . off; slopes belong to
+ * probes.
  */
 #ifndef SIGHT_WEIGHTS_H
 #define SIGHT_WEIGHTS_H
@@ -15,7 +17,7 @@
 #include "half.h"
 
 /* Where less than this is left of all weight, a cell's stand-in makes up for it. */
-#define SIGHT_ENOUGH 0.05
+#define SIGHT_ENOUGH 0.01
 
 /* Numbers of sight a cell: of each corner, in order, towards each other one. */
 static inline int sight_width(int corners)
@@ -36,22 +38,46 @@ static inline double sight_left(double depth)
     return least * (behind * behind) * (behind * behind);
 }
 
-/* Weights of a cell's corners, not yet divided by their sum, which it returns. sight: the cell's
- * halves; u: barycentric. */
-static inline double sight_weights(int corners, const uint16_t *sight, const double u[4],
-                                   double weight[4])
+/* Depths of a point before what a cell's corners see. sight: the cell's halves; u: barycentric. */
+static inline void sight_depths(int corners, const uint16_t *sight, const double u[4],
+                                double depth[4])
 {
-    double sum = 0;
     float value[12];
     for (int i = 0; i < sight_width(corners); i++)
         value[i] = half_value(sight[i]);
     const float *next = value;
     for (int i = 0; i < corners; i++) {
-        double depth = 1;
+        depth[i] = 1;
         for (int j = 0; j < corners; j++)
             if (j != i)
-                depth -= (double)*next++ * u[j];
-        weight[i] = u[i] * sight_left(depth);
+                depth[i] -= (double)*next++ * u[j];
+    }
+}
+
+/* Weights of a cell's corners, not yet divided by their sum, which it returns. */
+static inline double sight_weights(int corners, const uint16_t *sight, const double u[4],
+                                   double weight[4])
+{
+    double sum = 0;
+    sight_depths(corners, sight, u, weight);
+    for (int i = 0; i < corners; i++) {
+        weight[i] = u[i] * sight_left(weight[i]);
+        sum += weight[i];
+    }
+    return sum;
+}
+
+/* The same of a point that is `off` away from the place at u, outside of the hull, where the depth
+ * of each corner falls by three numbers of slope (leak/sight.h). */
+static inline double sight_weights_outside(const uint16_t *sight, const float *slope,
+                                           const double u[4], const double off[3], double weight[4])
+{
+    double sum = 0;
+    sight_depths(4, sight, u, weight);
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < 3; k++)
+            weight[i] -= (double)slope[3 * i + k] * off[k];
+        weight[i] = u[i] * sight_left(weight[i]);
         sum += weight[i];
     }
     return sum;

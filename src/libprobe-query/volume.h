@@ -34,6 +34,15 @@ struct volume_cell {
     int32_t vertex[4], neighbour[4];
 };
 
+/* What points outside of the hull see of a cell's corners, where something stands there: by scene
+ * unit away from the place on the hull, a corner's depth (sight.h) falls by slope. As packed files
+ * hold it. */
+struct volume_beyond {
+    int32_t cell; /* by the caller's number */
+    int32_t stand_in;
+    float slope[12]; /* 3 a corner */
+};
+
 /* A face of the hull. */
 struct volume_facet {
     int32_t cell;   /* whose it is */
@@ -101,6 +110,9 @@ struct probe_volume {
     const void *stand_in; /* a probe a cell, or -1; with sight */
     int stand_in_bytes;
     void *sight_owned;
+    const struct volume_beyond *beyond; /* by cell, ascending; with sight */
+    size_t beyonds;
+    void *beyond_owned;
     struct probe_image_facts image;
     const void *light; /* of an image */
     float light_scale;
@@ -196,8 +208,14 @@ double volume_coordinates(const struct probe_volume *v, const double point[3],
 /* Whether sight and stand_in are what they may be; true where there are none. */
 enum probe_status volume_check_sight(const struct probe_volume *v, size_t *row);
 
+/* What is known of the outside at a cell, by the caller's number; NULL: nothing stands there. */
+const struct volume_beyond *volume_beyond_of(const struct probe_volume *v, int32_t cell);
+
 /* Takes weight from the corners that a place's point does not see. */
 void volume_see(const struct probe_volume *v, struct probe_place *place);
+
+/* The same of a point outside of the hull, p in lattice coordinates. */
+void volume_see_outside(const struct probe_volume *v, const double p[3], struct probe_place *place);
 
 /* -- outside (volume_outer.c) ----------------------------------------------------------------- */
 

@@ -24,16 +24,18 @@ struct image_header {
     double step, origin[3]; /* position = origin + step * site */
     float light_scale;      /* coefficient = light_scale * what is stored */
     uint32_t nothing_either;
-    uint64_t size; /* of the whole */
-    uint64_t unused[4];
+    uint64_t size;    /* of the whole */
+    uint64_t outside; /* cells that something stands beyond, outside of the hull */
+    uint64_t unused[3];
 };
 _Static_assert(sizeof(struct image_header) == 128, "the header is packed");
+_Static_assert(sizeof(struct volume_beyond) == 56, "what is outside is packed");
 
 static const char image_magic[8] = {'p', 'r', 'o', 'b', 'e', 'p', 'a', 'k'};
 
 /* Where the parts of an image lie. */
 struct layout {
-    size_t site, light, vertex, neighbour, sight, stand_in, size;
+    size_t site, light, vertex, neighbour, sight, stand_in, beyond, size;
 };
 
 static size_t align(size_t at)
@@ -55,7 +57,8 @@ static struct layout lay_out(const struct image_header *h)
     at.sight = align(at.neighbour + h->cells * h->corners * h->neighbour_bytes);
     const uint64_t walled = h->sight ? h->cells : 0;
     at.stand_in = align(at.sight + walled * (uint64_t)sight_width(h->corners) * 2);
-    at.size = align(at.stand_in + walled * h->vertex_bytes);
+    at.beyond = align(at.stand_in + walled * h->vertex_bytes);
+    at.size = align(at.beyond + h->outside * sizeof(struct volume_beyond));
     return at;
 }
 
@@ -114,8 +117,9 @@ static enum probe_status check_header(const struct image_header *h, const void *
                       h->packing <= PROBE_PACK_HALF && h->sight <= 1 &&
                       (h->vertex_bytes == 2 || h->vertex_bytes == 4) &&
                       (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
-                      h->probes <= INT32_MAX && h->cells <= INT32_MAX && sane_lattice(h) &&
-                      sane_scale(h);
+                      h->probes <= INT32_MAX && h->cells <= INT32_MAX &&
+                      h->outside <= (h->sight && h->corners == 4 ? h->cells : 0) &&
+                      sane_lattice(h) && sane_scale(h);
     if (!sane || h->size != size || lay_out(h).size != size ||
         h->checksum != image_checksum(image, size))
         return PROBE_BAD_IMAGE;
@@ -179,6 +183,8 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
                      : NULL,
         .stand_in = h.sight ? bytes + at.stand_in : NULL,
         .stand_in_bytes = h.vertex_bytes,
+        .beyond = (const struct volume_beyond *)(const void *)(bytes + at.beyond),
+        .beyonds = (size_t)h.outside,
         .light = bytes + at.light,
         .light_scale = h.light_scale};
     v->image = (struct probe_image_facts){
@@ -253,6 +259,22 @@ static float scale_of(size_t used, const int32_t *old, size_t width, const float
     return ldexpf(1, exponent - 15);
 }
 
+/* Records of cells by their own order, as open wants them; those of the volume are few. */
+static void put_outside(const struct probe_volume *v, uint64_t count, const int32_t *fresh,
+                        char *image)
+{
+    struct volume_beyond *to = (struct volume_beyond *)(void *)image;
+    for (size_t cell = 0; cell < v->cells && count; cell++) {
+        const struct volume_beyond *from = volume_beyond_of(v, volume_number(v, cell));
+        if (!from)
+            continue;
+        *to = *from;
+        to->cell = (int32_t)cell;
+        to->stand_in = from->stand_in < 0 ? -1 : fresh[from->stand_in];
+        to++;
+    }
+}
+
 static void put_parts(const struct probe_volume *v, const struct image_header *h,
                       const int32_t *fresh, const int32_t *old, const float *sh, char *image)
 {
@@ -287,6 +309,7 @@ static void put_parts(const struct probe_volume *v, const struct image_header *h
                2 * width_of_sight);
         put_index(image + at.stand_in, h->vertex_bytes, cell, stand_in < 0 ? -1 : fresh[stand_in]);
     }
+    put_outside(v, h->outside, fresh, image + at.beyond);
     memcpy(image, h, sizeof *h);
     const uint64_t sum = image_checksum(image, at.size);
     memcpy(image + offsetof(struct image_header, checksum), &sum, sizeof sum);
@@ -308,6 +331,7 @@ size_t probe_volume_pack(const struct probe_volume *v, int order, const float *s
         .convolved = convolved != 0,
         .packing = (uint8_t)packing,
         .sight = v->sight != NULL,
+        .outside = v->sight ? v->beyonds : 0,
         .cells = v->cells,
         .step = v->lattice.step,
         .origin = {v->lattice.origin[0], v->lattice.origin[1], v->lattice.origin[2]}};

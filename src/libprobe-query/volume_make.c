@@ -557,6 +557,7 @@ void probe_volume_destroy(struct probe_volume *v)
         return;
     free(v->site_owned);
     free(v->sight_owned);
+    free(v->beyond_owned);
     free(v->flat);
     free(v->cell);
     free(v->number);

@@ -28,6 +28,7 @@
 #define span_find probe_private_span_find
 #define span_flatten probe_private_span_flatten
 
+#define volume_beyond_of probe_private_volume_beyond_of
 #define volume_check_sight probe_private_volume_check_sight
 #define volume_coordinates probe_private_volume_coordinates
 #define volume_facet_corner probe_private_volume_facet_corner
@@ -39,6 +40,7 @@
 #define volume_outer_init probe_private_volume_outer_init
 #define volume_outer_ray probe_private_volume_outer_ray
 #define volume_see probe_private_volume_see
+#define volume_see_outside probe_private_volume_see_outside
 #define volume_sort probe_private_volume_sort
 #define volume_tree_add probe_private_volume_tree_add
 #define volume_tree_clear probe_private_volume_tree_clear

@@ -13,6 +13,23 @@ static bool sees_all(const uint16_t *sight, size_t width)
     return !any;
 }
 
+/* Weights, of that sum, to a place. A stand-in (-1: there is none) has what is missing to enough,
+ * in the place of the corner that has least. */
+static void give(int corners, double weight[4], double sum, int32_t stand_in,
+                 struct probe_place *place)
+{
+    if (stand_in >= 0) {
+        int least = 0;
+        for (int i = 1; i < corners; i++)
+            least = weight[i] < weight[least] ? i : least;
+        place->probe[least] = stand_in;
+        weight[least] += SIGHT_ENOUGH - sum;
+        sum = SIGHT_ENOUGH;
+    }
+    for (int i = 0; i < corners; i++)
+        place->weight[i] = weight[i] / sum;
+}
+
 void volume_see(const struct probe_volume *v, struct probe_place *place)
 {
     const int n = v->corners;
@@ -25,16 +42,41 @@ void volume_see(const struct probe_volume *v, struct probe_place *place)
                         : sight_weights(n, sight, place->weight, weight);
     const int32_t stand_in = sum < SIGHT_ENOUGH ? volume_index(v->stand_in, v->stand_in_bytes, cell)
                                                 : -1;
-    if (stand_in >= 0) { /* in the place of the corner that has least */
-        int least = 0;
-        for (int i = 1; i < n; i++)
-            least = weight[i] < weight[least] ? i : least;
-        place->probe[least] = stand_in;
-        weight[least] += SIGHT_ENOUGH - sum;
-        sum = SIGHT_ENOUGH;
+    give(n, weight, sum, stand_in, place);
+}
+
+const struct volume_beyond *volume_beyond_of(const struct probe_volume *v, int32_t cell)
+{
+    size_t low = 0, high = v->beyonds;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (v->beyond[middle].cell < cell)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    for (int i = 0; i < n; i++)
-        place->weight[i] = weight[i] / sum;
+    return low < v->beyonds && v->beyond[low].cell == cell ? &v->beyond[low] : NULL;
+}
+
+void volume_see_outside(const struct probe_volume *v, const double p[3], struct probe_place *place)
+{
+    const struct volume_beyond *beyond = volume_beyond_of(v, place->cell);
+    double off[3], weight[4];
+    if (!beyond) {
+        volume_see(v, place);
+        return;
+    }
+    for (int k = 0; k < 3; k++) {
+        off[k] = p[k];
+        for (int i = 0; i < 4; i++)
+            off[k] -= place->weight[i] * volume_site(v, place->probe[i])[k];
+        off[k] *= v->lattice.step;
+    }
+    const double sum =
+        sight_weights_outside(v->sight + (size_t)sight_width(4) * (size_t)place->cell,
+                              beyond->slope, place->weight, off, weight);
+    if (sum > 0) /* or too far away for any */
+        give(4, weight, sum, sum < SIGHT_ENOUGH ? beyond->stand_in : -1, place);
 }
 
 /* -- making ----------------------------------------------------------------------------------- */
@@ -50,8 +92,27 @@ enum probe_status volume_check_sight(const struct probe_volume *v, size_t *row)
         if (stand_in < -1 || stand_in >= (int64_t)v->probes)
             return PROBE_BAD_SIGHT;
     }
+    for (size_t i = 0; i < v->beyonds; i++) {
+        const struct volume_beyond *b = &v->beyond[i];
+        *row = b->cell >= 0 && (uint64_t)b->cell < v->cells ? (size_t)b->cell : 0;
+        if (b->cell < 0 || (uint64_t)b->cell >= v->cells || b->stand_in < -1 ||
+            b->stand_in >= (int64_t)v->probes || (i && b->cell <= v->beyond[i - 1].cell))
+            return PROBE_BAD_SIGHT;
+        for (int k = 0; k < 12; k++)
+            if (!isfinite(b->slope[k]))
+                return PROBE_BAD_SIGHT;
+    }
     *row = 0;
     return PROBE_OK;
+}
+
+static void forget_outside(struct probe_volume *v)
+{
+    v->bytes -= v->beyond_owned ? v->beyonds * sizeof *v->beyond : 0;
+    free(v->beyond_owned);
+    v->beyond_owned = NULL;
+    v->beyond = NULL;
+    v->beyonds = 0;
 }
 
 enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *sight,
@@ -62,6 +123,7 @@ enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *si
     size_t nowhere;
     row = row ? row : &nowhere;
     *row = 0;
+    forget_outside(v);
     v->bytes -= v->sight_owned ? halves + v->cells * sizeof(int32_t) : 0;
     free(v->sight_owned);
     v->sight_owned = NULL;
@@ -89,6 +151,46 @@ enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *si
         probe_volume_set_sight(v, NULL, NULL, NULL);
         *row = where;
     }
+    return status;
+}
+
+/* Whether there is anything to know of a cell. */
+static bool is_beyond(const float *slope, int32_t stand_in)
+{
+    bool any = stand_in >= 0;
+    for (int k = 0; k < 12; k++)
+        any = any || slope[k] != 0;
+    return any;
+}
+
+enum probe_status probe_volume_set_sight_outside(struct probe_volume *v, const float *slope,
+                                                 const int32_t *stand_in, size_t *row)
+{
+    size_t nowhere, count = 0;
+    row = row ? row : &nowhere;
+    *row = 0;
+    forget_outside(v);
+    if (!slope)
+        return PROBE_OK;
+    if (v->corners != 4 || !v->sight)
+        return PROBE_BAD_ARGUMENT;
+    for (size_t i = 0; i < v->cells; i++)
+        count += is_beyond(slope + 12 * i, stand_in ? stand_in[i] : -1);
+    struct volume_beyond *beyond = malloc((count + 1) * sizeof *beyond);
+    if (!beyond)
+        return PROBE_NO_MEMORY;
+    for (size_t i = 0; i < v->cells; i++) {
+        const int32_t other = stand_in ? stand_in[i] : -1;
+        if (!is_beyond(slope + 12 * i, other))
+            continue;
+        beyond[v->beyonds] = (struct volume_beyond){.cell = (int32_t)i, .stand_in = other};
+        memcpy(beyond[v->beyonds++].slope, slope + 12 * i, sizeof beyond->slope);
+    }
+    v->beyond = v->beyond_owned = beyond;
+    v->bytes += v->beyonds * sizeof *beyond;
+    const enum probe_status status = volume_check_sight(v, row);
+    if (status)
+        forget_outside(v);
     return status;
 }
 

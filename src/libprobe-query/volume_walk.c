@@ -398,8 +398,10 @@ static inline void arrive(const struct probe_volume *v, struct walker *w, enum w
     } else if (w->far > 0) {
         place->distance = w->far;
     }
-    if (v->sight)
+    if (v->sight && place->inside)
         volume_see(v, place);
+    else if (v->sight)
+        volume_see_outside(v, w->exactly, place);
 }
 
 /* Finds a point that is certainly within a cell: nearly every one of a path, in that of the last.

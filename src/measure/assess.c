@@ -6,11 +6,14 @@
 #include "base/warning.h"
 #include "interpolate/baked.h"
 #include "math/box.h"
+#include "measure/unseen_outside.h"
 #include "stream/cells.h"
 
 #include <errno.h>
 #include <string.h>
 #include <unistd.h>
+
+enum { OUTSIDE = 4000 }; /* points of the box that may be outside of the hull */
 
 static struct error *trace(struct truth *truth, const struct assess_job *job)
 {
@@ -81,6 +84,7 @@ struct error *assess(struct assessment *result, const struct assess_job *job)
     struct truth truth = {0};
     struct report *report = &result->report;
     const bool leaks = job->leak_samples && job->baked->mesh.corners > 1;
+    struct unseen_outside outside = {0};
     const struct unseen_settings settings = {
         .least = job->leak_samples, .seed = job->measure.seed, .threads = job->measure.threads};
     const double start = clock_seconds();
@@ -93,11 +97,15 @@ struct error *assess(struct assessment *result, const struct assess_job *job)
     const double measured = clock_seconds();
     if (!err && leaks)
         err = unseen_cells(&result->cells, job->stage->tracer, job->baked, &settings);
+    if (!err && leaks)
+        err = unseen_outside(&outside, job->stage->tracer, job->baked, &settings, OUTSIDE);
     result->truth_seconds = traced - start;
     result->error_seconds = measured - traced;
     result->leak_seconds = clock_seconds() - measured;
     if (!err && leaks)
         err = unseen_report(report, &result->cells, job->baked->mesh.cells);
+    if (!err && leaks)
+        err = unseen_outside_report(report, &outside);
     if (!err)
         warn_of_noise(report, job);
     truth_clear(&truth);

@@ -189,6 +189,26 @@ static void print_worst(const struct report *report, const char *of, const char 
         fprintf(out, "none: nothing leaks\n");
 }
 
+/* What leaks outside of the hull, where there is a point. */
+static void print_outside(const struct report *report, const char *before, FILE *out)
+{
+    static const char *const of[] = {"outside-all-probes", "outside"},
+                             *const measure[] = {"leak_volume", "leak_light"},
+                             *const name[] = {"outside: unseen", "outside: leaks"};
+    const int first = isnan(value_of(report, "leak_volume", of[0]));
+    for (int i = 0; i < 2; i++) {
+        if (isnan(value_of(report, measure[i], "outside")))
+            continue;
+        fprintf(out, "%s  %-18s", before, name[i]);
+        for (int k = first; k < 2; k++)
+            print_column(report, measure[i], of[k], out);
+        fprintf(out, "\n");
+    }
+    if (value_of(report, "lost", "outside") > 0)
+        fprintf(out, "%s  %-18s%8.3g %%\n", before, "outside: see none",
+                percent(report, "lost", "outside"));
+}
+
 void report_print_leaks(const struct report *report, const char *before, FILE *out)
 {
     static const struct {
@@ -215,6 +235,7 @@ void report_print_leaks(const struct report *report, const char *before, FILE *o
     print_column(report, "lost", "all", out);
     fprintf(out, "\n");
     print_worst(report, "all", before, out);
+    print_outside(report, before, out);
 }
 
 static void print_leak(const struct report *report, FILE *out)

@@ -4,8 +4,10 @@ measure_sources = \
 	%D%/assess.c %D%/assess.h \
 	%D%/bootstrap.c %D%/bootstrap.h \
 	%D%/measure.c %D%/measure.h \
+	%D%/ratio.c %D%/ratio.h \
 	%D%/report.c %D%/report.h \
 	%D%/ruler.c %D%/ruler.h \
 	%D%/sphere.c %D%/sphere.h \
 	%D%/truth.c %D%/truth.h \
-	%D%/unseen.c %D%/unseen.h
+	%D%/unseen.c %D%/unseen.h \
+	%D%/unseen_outside.c %D%/unseen_outside.h

@@ -27,7 +27,7 @@
  * 6.11), which takes the points for random ones and is too wide rather than too narrow. Intervals
  * are Wilson's (1927) with that variance, and with as many points as weigh as much as those have
  * where surfaces are: where none of n points leaks, the share may still be 3.84 / n; where there
- * are no surfaces, it is 0.
+ * are no surfaces, it is 0 (ratio.h).
  */
 #ifndef UNSEEN_H
 #define UNSEEN_H

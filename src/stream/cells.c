@@ -19,6 +19,21 @@ static struct error *find_sight(struct cells *cells)
     return err;
 }
 
+static struct error *find_sight_outside(struct cells *cells)
+{
+    struct column *slope, *stand_in = NULL;
+    if (!cells->sight || cells->corners != 4 || !table_column(cells->table, "sight_outside"))
+        return NULL;
+    struct error *err = table_require(cells->table, "sight_outside", COLUMN_F32, 12, &slope);
+    if (!err && table_column(cells->table, "stand_in_outside"))
+        err = table_require(cells->table, "stand_in_outside", COLUMN_I32, 1, &stand_in);
+    if (!err) {
+        cells->sight_outside = column_f32(slope);
+        cells->stand_in_outside = stand_in ? column_i32(stand_in) : NULL;
+    }
+    return err;
+}
+
 struct error *cells_find(const struct stream *stream, struct cells *cells)
 {
     *cells = (struct cells){0};
@@ -40,6 +55,8 @@ struct error *cells_find(const struct stream *stream, struct cells *cells)
                             &neighbour);
     if (!err)
         err = find_sight(cells);
+    if (!err)
+        err = find_sight_outside(cells);
     cells->vertex = vertex ? column_i32(vertex) : NULL;
     cells->neighbour = neighbour ? column_i32(neighbour) : NULL;
     return err;

@@ -26,6 +26,9 @@ struct cells {
      * NULL where probe-leakfix has not looked, or the column was dropped */
     float *sight;
     int32_t *stand_in;
+    /* and a point outside of the hull: 12 and 1 a cell; NULL: as on the hull */
+    float *sight_outside;
+    int32_t *stand_in_outside;
 };
 
 /* Whether there is a table of cells. */

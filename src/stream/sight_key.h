@@ -41,6 +41,7 @@ void sight_warn_other_scene(const struct stream *stream, uint64_t surfaces, cons
                             struct warnings *warnings);
 
 /* The columns of cells that speak of surfaces: of other ones, they go together. */
-#define SIGHT_COLUMNS "sight,stand_in,occlusion,leak,leak_light,leak_free"
+#define SIGHT_COLUMNS                                                                              \
+    "sight,stand_in,sight_outside,stand_in_outside,occlusion,leak,leak_light,leak_free"
 
 #endif

@@ -50,6 +50,8 @@ static const struct known {
     {"tet", "occlusion", COLUMN_I32, 6, 0},
     {"tet", "sight", COLUMN_F32, 12, 0},
     {"tet", "stand_in", COLUMN_I32, 1, 0},
+    {"tet", "sight_outside", COLUMN_F32, 12, 0},
+    {"tet", "stand_in_outside", COLUMN_I32, 1, 0},
     {"tet", "leak", COLUMN_F32, 1, 0},
     {"tri", "vertex", COLUMN_I32, 3, 0},
     {"tri", "neighbour", COLUMN_I32, 3, 0},
@@ -309,7 +311,8 @@ struct error *validity_rows(struct stream_validity *validity, const struct table
             err = check_indices(c, &rows, -1, &validity->merged, &row);
         } else if (cells && !strcmp(c->name, "neighbour")) {
             err = check_indices(c, &rows, -1, &validity->neighbour, &row);
-        } else if (cells > 1 && !strcmp(c->name, "stand_in")) {
+        } else if ((cells > 1 && !strcmp(c->name, "stand_in")) ||
+                   (cells == 4 && !strcmp(c->name, "stand_in_outside"))) {
             err = check_indices(c, &rows, -1, &validity->stand_in, &row);
         }
     }

@@ -111,6 +111,12 @@ static void try_sight(struct probe_volume *v, const float *sight, const int32_t 
     require((status == PROBE_OK) == (probe_volume_sees(v) != 0), "a volume that sees, or a status");
     sighted += status == PROBE_OK;
     ask(v, bytes);
+    if (probe_volume_corners(v) == 4 && status == PROBE_OK) { /* as many numbers, and of any size */
+        const size_t less = probe_volume_bytes(v);
+        const enum probe_status outside = probe_volume_set_sight_outside(v, sight, stand_in, &row);
+        require(outside == PROBE_OK && probe_volume_bytes(v) >= less, "the outside, too");
+        ask(v, bytes);
+    }
     probe_volume_set_sight(v, NULL, NULL, NULL);
     require(!probe_volume_sees(v) && probe_volume_bytes(v) == bytes, "sight is taken back");
     if (bytes & 8)
@@ -266,7 +272,8 @@ static void make_seed(int corners, bool packed, bool sees, enum probe_packing pa
         for (size_t i = 0; i < 27 * m.probes; i++)
             sh[i] = (float)(i * 7 % 13) / 8;
         if (probe_volume_create(&v, &m, 0, NULL) ||
-            (sees && probe_volume_set_sight(v, sight, stand_in, NULL)))
+            (sees && probe_volume_set_sight(v, sight, stand_in, NULL)) ||
+            (sees && corners == 4 && probe_volume_set_sight_outside(v, sight, stand_in, NULL)))
             bail("no seed");
         static uint64_t image[ROOM / 8];
         const size_t bytes = probe_volume_pack(v, 2, sh, 0, packing, image, ROOM - 1);

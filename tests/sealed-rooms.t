@@ -1,0 +1,91 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# A sealed dark room beside a lit one stays dark to its very corners: outside of the hull of the
+# probes, too, where the wall leans and stands between a point and the probes that its light comes
+# from.
+. "${SRC:?}/tests/support/setup.sh"
+cat >sealed.mtl <<'END'
+newmtl white
+Kd .7 .7 .7
+newmtl lamp
+Kd 0 0 0
+Ke 10 10 10
+END
+
+# sealed LEAN TURN: a room of 4 x 2 x 2.5 with a wall through x = 2.1 + LEAN (y - 1) + TURN (z -
+# 1.25), and a lamp below the ceiling of the left half
+sealed() {
+    awk -v lean="$1" -v turn="$2" '
+        function at(y, z) { return 2.1 + lean * (y - 1) + turn * (z - 1.25) }
+        BEGIN {
+            print "mtllib sealed.mtl\nusemtl white"
+            for (i = 0; i < 8; i++)
+                print "v", i % 2 * 4, int(i / 2) % 2 * 2, int(i / 4) * 2.5
+            for (i = 0; i < 4; i++)
+                print "v", at(i % 2 * 2, int(i / 2) * 2.5), i % 2 * 2, int(i / 2) * 2.5
+            print "v .4 1.99 .6\nv 1 1.99 .6\nv 1 1.99 1.6\nv .4 1.99 1.6"
+            print "f 1 3 7 5\nf 2 6 8 4\nf 1 5 6 2\nf 3 4 8 7\nf 1 2 4 3\nf 5 7 8 6"
+            print "f 9 10 12 11\nusemtl lamp\nf 13 14 15 16"
+        }'
+}
+# points_of LEAN TURN: on both sides of the wall, to the corners: dark.txt and lit.txt
+points_of() {
+    awk -v lean="$1" -v turn="$2" 'BEGIN {
+        for (i = 0; i < 41; i++)
+            for (j = 0; j < 11; j++)
+                for (k = 0; k < 13; k++) {
+                    x = .005 + i * 3.99 / 40; y = .005 + j * 1.98 / 10; z = .005 + k * 2.49 / 12
+                    beyond = x - (2.1 + lean * (y - 1) + turn * (z - 1.25))
+                    if (beyond > .01) print x, y, z, 0, 1, 0 >"dark.txt"
+                    if (beyond < -.01) print x, y, z, 0, 1, 0 >"lit.txt"
+                }
+    }'
+}
+# count_lit BAKED OPTION...: points of the dark room above a thousandth of the lit one's mean
+count_lit() {
+    probe-query -q "$@" lit.txt >lit.light
+    probe-query -q "$@" dark.txt >dark.light
+    lit=$(awk 'FNR == NR { sum += $1; next } $1 > 1e-3 * sum / (NR - FNR) { n++ }
+        END { print n + 0 }' lit.light dark.light)
+}
+
+for lean in ".3 .1 150" "-.6 .3 300" ".2 -.5 200"; do
+    set -- $lean
+    sealed "$1" "$2" >sealed.obj
+    points_of "$1" "$2"
+    probe-place grid -q --count "$3" sealed.obj |
+        probe-capture -q --rays 32 --bounces 4 sealed.obj | probe-tet -q >cells.probe
+    probe-leakfix sealed.obj cells.probe >baked.probe 2>said
+    for how in nearest extend; do
+        count_lit --outside $how baked.probe
+        check "leaning by $1 and $2, $how: no point of the dark room is lit ($lit)" [ "$lit" = 0 ]
+    done
+    check "what leaks outside is said" says said 'outside: unseen .* %.* %' and \
+        says said 'outside: leaks .* %.* %'
+done
+probe-cat --drop sight_outside,stand_in_outside baked.probe >inside.probe
+count_lit inside.probe
+check "without what cells keep of the outside $lit points were" [ "$lit" -gt 5 ]
+probe-query --pack half -q -o packed baked.probe
+count_lit packed
+check "and with it, none of a packed file" [ "$lit" = 0 ]
+probe-error -q --points 20 --paths 0 --truth-rays 16 --tsv sealed.obj baked.probe >with.tsv
+probe-error -q --points 20 --paths 0 --truth-rays 16 --tsv sealed.obj inside.probe >without.tsv
+leak() { awk -F '\t' '$1 == "leak_volume" && $2 == "outside" { print $3 }' "$1"; }
+{ leak with.tsv; leak without.tsv; } | paste -s -d ' ' - >leaks
+check "probe-error measures it ($(cat leaks))" every 'NF == 2 && $1 < 1e-6 && $2 > 2e-3' leaks
+for threads in 1 3; do
+    probe-leakfix -q --points 0 --threads $threads sealed.obj cells.probe >threads$threads.probe
+done
+check "1 and 3 threads give the same bytes" cmp threads1.probe threads3.probe \
+    and test -s threads1.probe
+
+# Where nothing stands outside of the hull, nothing is kept of it.
+sed '/^f 9 /d' sealed.obj >open.obj
+probe-leakfix -q --points 0 open.obj cells.probe | probe-cat --text >open.text
+check "in a room without a wall nothing is kept of the outside" says open.text 'sight:f32' \
+    and lacks open.text 'sight_outside'
+probe-capture --again -q open.obj baked.probe 2>said | probe-cat --text >again.text
+check "and of other surfaces it is left out" lacks again.text 'sight_outside' \
+    and says again.text '^table tet'
+tap_done
