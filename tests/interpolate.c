@@ -148,6 +148,10 @@ static void test_reproduced(void)
         {"tricubic: quadratic in each coordinate, nodes uneven", true, 2, true,
          &interpolate_tricubic, true},
         {"tricubic: not cubic fields", true, 3, false, &interpolate_tricubic, false},
+        {"trilinear-gradient: quadratic fields, nodes uneven", true, 2, false,
+         &interpolate_trilinear_gradient, true},
+        {"trilinear-gradient: not cubic ones", true, 3, false, &interpolate_trilinear_gradient,
+         false},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const double worst = worst_of(rows[i].grid, rows[i].degree, rows[i].each, rows[i].kind);
@@ -179,7 +183,8 @@ static void test_smooth(void)
                 {"cubic", g, &interpolate_cubic, true, true},
                 {"shepard", s, &interpolate_shepard, false, false},
                 {"trilinear", g, &interpolate_trilinear, false, true},
-                {"tricubic", g, &interpolate_tricubic, false, true}};
+                {"tricubic", g, &interpolate_tricubic, false, true},
+                {"trilinear-gradient", g, &interpolate_trilinear_gradient, false, true}};
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
         /* a radius that reaches a probe from all of the lines */
         struct interpolate *in =

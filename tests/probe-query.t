@@ -465,6 +465,22 @@ printf '%s\n' '0 0 0 0 1 1 2' '1 0 0 1 3 1 2' |
 echo '.5 0 3 0' | probe-query --along time lit.probe >light
 check "t and a normal: irradiance" every 'near($1, 3.14159265 * 0.282095 * 2, 1e-5)' light
 
+# -- gradients at nodes: a parabola on an octree of which one cell is cut, far from the origin -----
+awk 'BEGIN {
+        for (z = 0; z <= 4; z++) for (y = 0; y <= 4; y++) for (x = 0; x <= 4; x++)
+            if ((x % 2 == 0 && y % 2 == 0 && z % 2 == 0) || (x < 3 && y < 3 && z < 3))
+                print x + 1e4, y, z, x * x + y * z, 2 * x, z, y
+    }' | stream_of "table probe position:f64:3 v:f32:1 v_gradient:f32:3" >slopes.probe
+awk 'BEGIN { srand(4); for (i = 0; i < 300; i++) print 1e4 + 2 * rand(), 2 * rand(), 2 * rand() }' \
+    >many
+probe-query --interpolate trilinear-gradient --column v slopes.probe many |
+    paste -d ' ' many - >light
+awk '$1 < 10001 && $2 < 1 && $3 < 1' light >fine
+check "trilinear-gradient: parabolas come out" every \
+    'near($4, ($1 - 10000) ^ 2 + $2 * $3, 1e-4)' fine
+refused 1 "expected a column v_gradient" sh -c 'sed s/v_gradient/w/ slopes.probe |
+    probe-query --interpolate trilinear-gradient --column v - many'
+
 # -- nodes in no air -------------------------------------------------------------------------------
 # 5 in the air, 100 elsewhere: on a grid, and on an octree of which one cell is cut
 nodes() {

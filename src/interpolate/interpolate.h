@@ -40,7 +40,10 @@ extern const struct interpolate_kind
      * an octree (octree.h): linear fields, continuous. Without cells */
     interpolate_trilinear,
     /* the same with cubics: reproduces parabolas along a grid's axes, smooth */
-    interpolate_tricubic;
+    interpolate_tricubic,
+    /* the trilinear blend of what each node's gradient foretells for the point, within bounds:
+     * reproduces linear fields, exact gradients at nodes, continuous */
+    interpolate_trilinear_gradient;
 
 enum interpolate_falloff {
     INTERPOLATE_FALL_LINEAR,

@@ -10,7 +10,7 @@
  * nothing.
  *
  * Based on:
- * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation.
+ * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation, and gradients.
  */
 #include "base/array.h"
 #include "base/error.h"
@@ -36,7 +36,15 @@ struct own {
     /* Where nodes are in no air: values of all nodes, what they weigh, and of the octree these
      * values, linear, and weights; its data are values times weights then. Else NULL; owned */
     float *value, *weight, *plain, *weight_data;
+    /* Of gradients: what they add at a place p is, with `from` in the middle, a blend of slope[0],
+     * and of slope[1 + k] times (p - from)[k]; as value or data; owned; NULL: not asked for */
+    float *slope[4];
+    double low[3], high[3], from[3];
 };
+
+/* How much of what gradients foretell counts: with half of it parabolas come out exactly, where the
+ * whole, as Tatarchuk has it, is off as far as none is, to the other side. */
+static const float GRADIENT_SHARE = 0.5f;
 
 /* What a node in no air weighs. */
 static const float NO_AIR = 1e-3f;
@@ -155,6 +163,48 @@ static struct error *open_cubic(struct interpolate *in, size_t probes)
     return err;
 }
 
+/* Of each node c + g (p - x) is foretold for p, so what g adds is -g (x - from) + g (p - from). */
+static struct error *open_slopes(struct interpolate *in, size_t probes)
+{
+    const size_t width = in->width;
+    struct error *err = open_nodes(in, probes, false);
+    struct own *own = in->own;
+    if (!err && width > 3 * SH_COUNT_MAX)
+        err = error_new("column %s is too wide to be blended by gradients: %zu numbers",
+                        in->settings.column, width);
+    for (int k = 0; k < 3 && !err; k++) {
+        own->low[k] = own->data ? own->octree.low[k] : own->nodes.at[k][0];
+        own->high[k] = own->data ? own->octree.high[k] : own->nodes.at[k][own->nodes.count[k] - 1];
+        own->from[k] = (own->low[k] + own->high[k]) / 2;
+    }
+    if (!err && in->order)
+        bound_start(&own->bound, in->order, in->convolved);
+    for (size_t t = 0; t < 4 && !err; t++) {
+        float *slope = NULL;
+        err = array_create(&slope, probes * width, sizeof *slope);
+        for (size_t i = 0; i < probes && !err; i++) {
+            const float weight = own->weight ? own->weight[i] : 1;
+            const float *g = in->gradient + 3 * width * i;
+            if (weight < 1) /* in no air: what it has is not its own */
+                continue;
+            if (isnan(g[0]))
+                err = error_new("probe %zu has no gradient: run probe-capture", i);
+            for (size_t v = 0; v < width && !err; v++) {
+                double sum = t ? (double)g[(t - 1) * width + v] : 0;
+                for (size_t k = 0; k < 3 && !t; k++)
+                    sum -= (double)g[k * width + v] * (in->position[3 * i + k] - own->from[k]);
+                slope[width * i + v] = (float)sum;
+            }
+        }
+        own->slope[t] = slope;
+        if (!err && own->data) {
+            err = octree_fill(&own->octree, false, width, slope, &own->slope[t]);
+            free(slope);
+        }
+    }
+    return err;
+}
+
 static void close_nodes(void *context)
 {
     struct own *own = context;
@@ -166,6 +216,8 @@ static void close_nodes(void *context)
     free(own->weight);
     free(own->plain);
     free(own->weight_data);
+    for (int k = 0; k < 4; k++)
+        free(own->slope[k]);
     free(own);
 }
 
@@ -225,13 +277,14 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
     return NULL;
 }
 
-static struct error *linear(const struct interpolate *in, const double point[3], float *out)
+/* A linear blend of values of a grid's nodes, or data of an octree's. */
+static struct error *blend(const struct interpolate *in, const double point[3], const float *value,
+                           float *out)
 {
     const struct own *own = in->own;
     if (!own->data)
-        return blend_nodes(in, point, nodes_linear, own->value ? own->value : in->value,
-                           own->weight, out);
-    octree_at(&own->octree, false, in->width, own->data, point, out);
+        return blend_nodes(in, point, nodes_linear, value, own->weight, out);
+    octree_at(&own->octree, false, in->width, value, point, out);
     if (own->weight) {
         float all;
         octree_at(&own->octree, false, 1, own->weight_data, point, &all);
@@ -239,6 +292,12 @@ static struct error *linear(const struct interpolate *in, const double point[3],
             out[k] /= all;
     }
     return NULL;
+}
+
+static struct error *linear(const struct interpolate *in, const double point[3], float *out)
+{
+    const struct own *own = in->own;
+    return blend(in, point, own->data ? own->data : own->value ? own->value : in->value, out);
 }
 
 /* The linear blend that a cubic goes beyond: of all nodes alike. */
@@ -301,6 +360,31 @@ static struct error *cubic_at(const struct interpolate *in, const double point[3
     return NULL;
 }
 
+/* Adds what gradients foretell, as far as it takes no more light than there is. */
+static struct error *slopes_at(const struct interpolate *in, const double point[3],
+                               const struct probe_place *place, float *out)
+{
+    (void)place;
+    const struct own *own = in->own;
+    float more[3 * SH_COUNT_MAX], term[3 * SH_COUNT_MAX], share[3] = {1, 1, 1};
+    struct error *err = linear(in, point, out);
+    if (!err)
+        err = blend(in, point, own->slope[0], more);
+    for (int k = 0; k < 3 && !err; k++) {
+        const double x = fmin(fmax(point[k], own->low[k]), own->high[k]) - own->from[k];
+        err = blend(in, point, own->slope[1 + k], term);
+        for (size_t v = 0; v < in->width && !err; v++)
+            more[v] += (float)x * term[v];
+    }
+    for (size_t v = 0; v < in->width && !err; v++)
+        more[v] *= GRADIENT_SHARE;
+    if (!err && in->order)
+        bound_shares(&own->bound, out, more, share);
+    for (size_t v = 0; v < in->width && !err; v++)
+        out[v] += share[v % 3] * more[v];
+    return err;
+}
+
 const struct interpolate_kind interpolate_trilinear = {.name = "trilinear",
                                                        .open = open_linear,
                                                        .close = close_nodes,
@@ -311,3 +395,9 @@ const struct interpolate_kind interpolate_tricubic = {.name = "tricubic",
                                                       .close = close_nodes,
                                                       .find = find_in_box,
                                                       .at = cubic_at};
+const struct interpolate_kind interpolate_trilinear_gradient = {.name = "trilinear-gradient",
+                                                                .needs_gradients = true,
+                                                                .open = open_slopes,
+                                                                .close = close_nodes,
+                                                                .find = find_in_box,
+                                                                .at = slopes_at};
