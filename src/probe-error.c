@@ -59,6 +59,13 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .given = &t->bounds_given,
          .shown = "the scene's",
          .help = "the box that random points and paths are in"},
+        {.name = "reach",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &t->reach_file,
+         .shown = "anywhere",
+         .help = "random points and paths only where a body gets from the start\n"
+                 "points in FILE"},
         {.name = "paths",
          .argument = "N",
          .kind = OPTION_INTEGER,
@@ -184,9 +191,12 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .unrecorded = true,
          .help = "the same as JSON"},
         {0}};
+    struct option_row body[REACH_OPTION_ROWS] = {{0}};
+    reach_option_rows(&t->reach, body);
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
         points,
+        body,
         truth,
         interpolate_options_rows(&a->how, how),
         visible,
@@ -210,6 +220,11 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
                               t->bounds[k], t->bounds[3 + k]);
     if (!err && t->points_file && t->points_given)
         err = error_usage("--points and --at exclude each other");
+    const char *given = reach_option_given(&t->reach);
+    if (!err && given && !t->reach_file)
+        err = error_usage("%s goes with --reach", given);
+    if (!err && t->reach_file && !strcmp(t->reach_file, "-"))
+        err = error_usage("--reach: expected a file, which is read twice, got standard input");
     if (!err && t->path_file && t->paths_given)
         err = error_usage("--paths and --path exclude each other");
     if (!err && job->leak_samples == 1)

@@ -6,6 +6,7 @@
 #include "base/options.h"
 #include "math/random.h"
 #include "math/vec.h"
+#include "place/place_grid.h"
 #include "place/place_inside.h"
 #include "place/place_method.h"
 #include "scene/scene.h"
@@ -19,7 +20,7 @@
 
 static void append_grid(struct place *place, const struct place_grid *grid)
 {
-    must(place_grids(place, grid, 1, 1e6));
+    must(place_grids(place, grid, 1, NULL, 1e6));
 }
 
 /* Even nodes from face to face, but for the clearance, as many as the count allows. */
@@ -69,7 +70,7 @@ static void test_grid(void)
         }
     const struct place_grid grid = {.box = {.high = {1, 1, 1}}, .spacing = {1e-4, 1e-4, 1e-4}};
     struct place place = {0};
-    struct error *err = place_grids(&place, &grid, 1, 1e6);
+    struct error *err = place_grids(&place, &grid, 1, NULL, 1e6);
     ok(err && strstr(error_message(err), "1000300030001 probes") && !place.count, "refused: %s",
        err ? error_message(err) : "");
     error_destroy(err);
@@ -100,7 +101,7 @@ static void test_boxes(void)
     struct place one = {0}, all = {0};
     const double spacing = place_grid_spacing(grid, 3, 500);
     append_grid(&one, grid);
-    must(place_grids(&all, grid, 3, 1e6));
+    must(place_grids(&all, grid, 3, NULL, 1e6));
     size_t in_first = 0;
     for (size_t i = one.count; i < all.count; i++) {
         const struct place_space first = {
@@ -377,7 +378,7 @@ static void test_told(void)
         for (int k = 0; k < count; k++) {
             snprintf(text, sizeof text, "Fl -%s", rows[k].name);
             char *in_manual = strstr(manual, text);
-            snprintf(text, sizeof text, "--%s %s", rows[k].name,
+            snprintf(text, sizeof text, "--%s%s%s", rows[k].name, rows[k].argument ? " " : "",
                      rows[k].argument ? rows[k].argument : "");
             told = told && in_manual && strstr(help, text) && rows[k].given &&
                    names(rows[k].help, method);
@@ -436,6 +437,9 @@ static bool shares(const struct place_method *method, const char *option)
 {
     for (int i = 0; method->shares && method->shares[i]; i++)
         if (!strcmp(method->shares[i], option))
+            return true;
+    for (int i = 0; method->reaches && place_reach_shares[i]; i++)
+        if (!strcmp(place_reach_shares[i], option))
             return true;
     return false;
 }

@@ -65,6 +65,7 @@ PROGRAM_TESTS = \
 	tests/extreme-numbers.t \
 	tests/bench.t \
 	tests/probe-place.t \
+	tests/probe-reach.t \
 	tests/probe-adaptive.t \
 	tests/place-by-light.t \
 	tests/probe-capture.t \

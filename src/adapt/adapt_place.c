@@ -8,6 +8,7 @@
 #include "base/warning.h"
 #include "capture/capture.h"
 #include "place/place_method.h"
+#include "place/reach.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -145,23 +146,26 @@ static struct error *place_by_options(struct place *place, const struct place_op
 {
     struct place_light light = {0};
     struct adapt_result result = {0};
+    struct reach *reach = NULL;
     struct error *err = place_light_open(&light, o, world, RAYS, CAPTURE_ALL);
-    const struct adapt_job job = {.candidates = {.path = &light.path,
-                                                 .settings = &light.settings,
-                                                 .space = light.space,
-                                                 .threads = world->inside.threads,
-                                                 .inside_rays = world->inside.rays,
-                                                 .backface_share = world->inside.backface_share,
-                                                 .warnings = world->warnings},
-                                  .limits = {.error = o->adaptive.error,
-                                             .gain = o->adaptive.gain,
-                                             .probes = (size_t)o->adaptive.probes,
-                                             .bytes = (size_t)o->adaptive.bytes},
-                                  .probes_most = (size_t)world->most,
-                                  .program = world->program,
-                                  .progress = world->progress,
-                                  .given = light.kept_count,
-                                  .position = light.kept};
+    if (!err)
+        err = place_reach_open(&reach, o, light.tracer, world);
+    struct adapt_job job = {.candidates = {.path = &light.path,
+                                           .settings = &light.settings,
+                                           .threads = world->inside.threads,
+                                           .inside_rays = world->inside.rays,
+                                           .backface_share = world->inside.backface_share,
+                                           .warnings = world->warnings},
+                            .limits = {.error = o->adaptive.error,
+                                       .gain = o->adaptive.gain,
+                                       .probes = (size_t)o->adaptive.probes,
+                                       .bytes = (size_t)o->adaptive.bytes},
+                            .probes_most = (size_t)world->most,
+                            .program = world->program,
+                            .progress = world->progress,
+                            .given = light.kept_count,
+                            .position = light.kept};
+    place_options_space(o, world->scene, reach, &job.candidates.space);
     if (!err)
         err = adapt(&result, &job);
     if (!err)
@@ -174,6 +178,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
         err = write_curve(&result, o->adaptive.curve);
     world->interrupted = !err && result.end == ADAPT_INTERRUPT;
     adapt_clear(&result);
+    reach_destroy(reach);
     place_light_close(&light);
     return err;
 }
@@ -185,6 +190,7 @@ const struct place_method place_method_adaptive = {.name = "adaptive",
                                                    .needs_scene = true,
                                                    .sees_light = true,
                                                    .shares = shared,
+                                                   .reaches = true,
                                                    .rows = rows,
                                                    .check = check,
                                                    .place = place_by_options};

@@ -364,6 +364,7 @@ const struct place_method place_method_ascent = {.name = "ascent",
                                                  .needs_scene = true,
                                                  .sees_light = true,
                                                  .shares = shared,
+                                                 .reaches = true,
                                                  .rows = rows,
                                                  .check = check,
                                                  .place = place_by_options};

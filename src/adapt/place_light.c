@@ -100,10 +100,7 @@ struct error *place_light_open(struct place_light *light, const struct place_opt
     light->settings.light = o->light.light_given ? (enum capture_light)o->light.light : which;
     light->settings.seed = world->seed;
     light->settings.columns = 0;
-    struct error *err = NULL;
-    place_options_space(o, world->scene, &light->space);
-    if (o->light.keep)
-        err = read_kept(light, o->light.keep);
+    struct error *err = o->light.keep ? read_kept(light, o->light.keep) : NULL;
     if (!err)
         err = trace_create(&light->tracer, world->scene);
     if (!err)

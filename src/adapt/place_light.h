@@ -16,7 +16,6 @@
 #define PLACE_LIGHT_H
 
 #include "capture/capture.h"
-#include "place/space.h"
 #include "trace/path.h"
 
 #include <stdbool.h>
@@ -42,7 +41,6 @@ struct option_row *place_light_rows(struct place_options *options, struct option
 struct place_light {
     struct place_world *world;        /* borrowed */
     struct capture_settings settings; /* as the options say */
-    struct place_space space;         /* that --bounds says, or the scene's box */
     struct tracer *tracer;            /* owned, as the path tracer is */
     struct path_tracer path;
     const double *kept; /* positions of --keep, 3 each; borrowed from `stream` */

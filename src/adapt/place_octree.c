@@ -586,8 +586,10 @@ static struct error *start(struct making *m)
     int32_t cells[3];
     double low[3], high[3];
     double inset = o->octree.inset;
-    memcpy(low, m->light.space.low, sizeof low);
-    memcpy(high, m->light.space.high, sizeof high);
+    struct place_space space;
+    place_options_space(o, m->light.world->scene, NULL, &space);
+    memcpy(low, space.low, sizeof low);
+    memcpy(high, space.high, sizeof high);
     for (int k = 0; k < 3; k++)
         if (!(high[k] > low[k]))
             return error_new("an octree needs a box with a volume: --bounds gives one");

@@ -182,6 +182,7 @@ const struct place_method place_method_spawn_merge = {.name = "spawn-merge",
                                                       .needs_scene = true,
                                                       .sees_light = true,
                                                       .shares = shared,
+                                                      .reaches = true,
                                                       .rows = rows,
                                                       .check = check,
                                                       .place = place_by_options};

@@ -25,6 +25,7 @@
 enum { STEPS_MOST = 32 };    /* of a random path */
 enum { STEPS_ACROSS = 256 }; /* the step's share of the box's diagonal */
 enum { TRIES = 64 };         /* candidates for each free point */
+enum { REACH_TRIES = 4096 }; /* points of the box for each candidate in the region */
 enum { DIRECTIONS = 4 };     /* tried for each path */
 
 /* What random numbers are for: part of their name. */
@@ -38,6 +39,7 @@ struct truth_settings truth_settings_default(void)
                                    .step = NAN,
                                    .rays = 4096,
                                    .rays_most = 65536,
+                                   .reach = reach_default(),
                                    .bounces = -1};
 }
 
@@ -72,6 +74,11 @@ static struct error *describe(struct stream_header *header, const struct stage *
         err = header_set_reals(header, "truth-bounds", 6, bounds);
     if (!err)
         err = header_set_real(header, "truth-step", step);
+    char key[REACH_KEY];
+    if (!err && s->reach_file)
+        err = reach_key(s->reach_file, &s->reach, key);
+    if (!err && s->reach_file)
+        err = header_set_key(header, "truth-reach", key);
     return err;
 }
 
@@ -90,6 +97,7 @@ static struct error *check_described(const struct stream_header *is,
                 {"truth-paths", s->paths_given || s->path_file},
                 {"truth-seed", s->seed_given},
                 {"truth-bounds", s->bounds_given},
+                {"truth-reach", s->reach_file},
                 {"truth-step", s->step_given}};
     const char *key = header_key(is, "scene-key");
     if (!key || !header_key(is, "truth-rays"))
@@ -131,8 +139,14 @@ static void choose_bounds(const struct truth_settings *s, const struct scene *sc
 struct space {
     const struct truth_job *job;
     double bounds[6];
-    double step; /* along paths */
+    double step;               /* along paths */
+    const struct reach *reach; /* NULL: anywhere in the bounds */
 };
+
+static bool is_reached(const struct space *space, const double p[3])
+{
+    return !space->reach || reach_holds(space->reach, p);
+}
 
 static void free_candidate(const struct space *space, size_t number, double p[3])
 {
@@ -157,19 +171,23 @@ static struct error *place_free(struct place *place, const struct space *space)
         err = array_create(&candidates.position, 3 * wanted, sizeof *candidates.position);
     if (!err)
         err = array_create(&side, wanted, sizeof *side);
-    candidates.count = wanted;
+    size_t next = 0;
     for (size_t turn = 0; turn < TRIES && place->count < wanted && !err; turn++) {
-        for (size_t i = 0; i < wanted; i++)
-            free_candidate(space, turn * wanted + i, candidates.position + 3 * i);
+        candidates.count = 0;
+        for (size_t i = 0; i < REACH_TRIES * wanted && candidates.count < wanted; i++) {
+            double *p = candidates.position + 3 * candidates.count;
+            free_candidate(space, next++, p);
+            candidates.count += is_reached(space, p);
+        }
         err = place_inside(&candidates, job->stage->tracer, &inside_settings, side, job->warnings);
-        for (size_t i = 0; i < wanted && place->count < wanted && !err; i++)
+        for (size_t i = 0; i < candidates.count && place->count < wanted && !err; i++)
             if (side[i] == PLACE_AIR)
                 memcpy(place->position + 3 * place->count++, candidates.position + 3 * i,
                        3 * sizeof(double));
     }
     if (!err && place->count < wanted)
         err = error_new("%zu of %zu random points are in free space: --bounds says where it is",
-                        place->count, TRIES * wanted);
+                        place->count, next);
     place_clear(&candidates);
     free(side);
     return err;
@@ -198,7 +216,14 @@ static int free_steps(const struct space *space, const double p[3], const double
         if (d[k] < 0)
             most = fmin(most, fmax((bounds[k] - p[k]) / d[k], 0));
     }
-    return (int)fmin(floor(most / step), STEPS_MOST);
+    int steps = (int)fmin(floor(most / step), STEPS_MOST);
+    for (int i = 1; i <= steps; i++) {
+        double q[3];
+        vec3_store(q, vec3_fma(vec3_load(p), i * step, vec3_load(d)));
+        if (!is_reached(space, q))
+            steps = i - 1;
+    }
+    return steps;
 }
 
 /* Appends one straight path from a point on; of the directions tried, that with the longest way.
@@ -384,6 +409,25 @@ static struct error *trace_table(const struct truth_job *job, const struct table
     return threads_for(job->threads, table->rows, trace_one, &work);
 }
 
+/* The region that points are in, if one is asked for, and the bounds within those of it. */
+static struct error *open_reach(struct reach **reach, const struct truth_job *job,
+                                struct space *space)
+{
+    const struct truth_settings *s = job->settings;
+    struct reach_settings settings = s->reach;
+    settings.threads = job->threads;
+    if (!s->reach_file)
+        return NULL;
+    struct error *err =
+        reach_create(reach, s->reach_file, job->stage->tracer, &settings, job->warnings);
+    if (err)
+        return err;
+    space->reach = *reach;
+    if (!s->bounds_given) /* else the points of this box that are in the region */
+        reach_box(*reach, space->bounds, space->bounds + 3);
+    return NULL;
+}
+
 struct error *truth_trace(struct truth *truth, const struct truth_job *job)
 {
     const struct stage *stage = job->stage;
@@ -395,10 +439,13 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job)
     size_t points = 0;
     struct table *table = NULL;
     choose_bounds(s, stage->scene, job->box, space.bounds);
+    struct reach *reach = NULL;
+    struct error *err = open_reach(&reach, job, &space);
     space.step = s->step_given ? s->step : default_step(space.bounds);
-    if (!(space.step > 0) || !(space.step < (double)INFINITY))
-        return error_new("the box is a point: --bounds says where to look");
-    struct error *err = place_all(&space, &place, &path, &points);
+    if (!err && (!(space.step > 0) || !(space.step < (double)INFINITY)))
+        err = error_new("the box is a point: --bounds says where to look");
+    if (!err)
+        err = place_all(&space, &place, &path, &points);
     if (!err)
         err = stream_create(&truth->stream);
     if (!err)
@@ -426,6 +473,7 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job)
     memcpy(truth->high, space.bounds + 3, sizeof truth->high);
     free(path);
     place_clear(&place);
+    reach_destroy(reach);
     return err;
 }
 

@@ -25,6 +25,7 @@
 
 #include "capture/stage.h"
 #include "measure/sphere.h"
+#include "place/reach.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -51,6 +52,9 @@ struct truth_settings {
     int64_t rays_most;
     int64_t bounces; /* -1: the stream's */
     int64_t seed;
+    const char
+        *reach_file; /* start points: where a body gets from them (reach.h); NULL: anywhere */
+    struct reach_settings reach;
     bool points_given, paths_given, bounds_given, step_given, rays_given, error_given, seed_given;
 };
 

@@ -42,30 +42,6 @@ struct error *place_add_column(struct place *place, const char *name, enum colum
 struct error *place_check_count(double count, double most);
 struct error *place_append(struct place *place, const double position[3]);
 
-/* A grid that fills a box. Along each axis its nodes are even, as far from each other as the
- * spacing or less, and the outermost ones have the clearance from the box's faces. Where that
- * leaves less than half a spacing, there is one node in the middle. */
-struct place_grid {
-    struct place_box box; /* low <= high */
-    int up;               /* the axis that the box is turned about */
-    double spacing[3];    /* greater than 0 */
-    double clearance;     /* a length, or a share of the nodes' distance, at most 0.5 */
-    bool share;
-};
-
-/* How many nodes the grid has along each axis. Doubles, since they may exceed any integer. */
-void place_grid_nodes(const struct place_grid *grid, double nodes[3]);
-
-/* Gives the grids the smallest spacing, one for all and equal along the axes, with which they have
- * at most `most` nodes (as many as there are grids, or more), and returns it. Not all of the boxes
- * are points. */
-double place_grid_spacing(struct place_grid *grid, int count, double most);
-
-/* Appends the nodes of each, x fastest. Nodes in an earlier box, or nearer to a node of it than
- * half a spacing of either, are left out. Errors: more than `most` of them, naming the number. */
-struct error *place_grids(struct place *place, const struct place_grid *grid, int count,
-                          double most);
-
 /* Appends positions from text, one "x y z" a line (points.h). path "-": standard input. Errors:
  * file:line, no position, more than `most`. */
 struct error *place_points(struct place *place, const char *path, double most,

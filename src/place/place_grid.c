@@ -4,8 +4,10 @@
 #include "base/options.h"
 #include "base/warning.h"
 #include "math/vec.h"
+#include "place/place_grid.h"
 #include "place/place_ground.h"
 #include "place/place_method.h"
+#include "place/up.h"
 #include "scene/scene.h"
 #include "trace/trace.h"
 
@@ -91,6 +93,22 @@ static bool is_given(const struct place_grid *grid, int at, const double p[3], d
     return false;
 }
 
+/* Whether a node is a corner of a cell of the grid that the region comes into. */
+static bool is_wanted(const struct place_grid *grid, const struct reach *reach, const double p[3])
+{
+    double margin[3], most = 0;
+    if (!reach)
+        return true;
+    for (int k = 0; k < 3; k++) {
+        const double step = line_of(grid, k).step;
+        margin[k] = step > 0 ? step : (grid->box.high[k] - grid->box.low[k]) / 2;
+        most = k == grid->up ? most : fmax(most, margin[k]);
+    }
+    for (int k = 0; k < 3; k++)
+        margin[k] = k == grid->up || !(grid->box.turn < 0 || grid->box.turn > 0) ? margin[k] : most;
+    return reach_near(reach, p, margin);
+}
+
 static double count_nodes(const struct place_grid *grid, int count)
 {
     double all = 0;
@@ -103,9 +121,9 @@ static double count_nodes(const struct place_grid *grid, int count)
 }
 
 struct error *place_grids(struct place *place, const struct place_grid *grid, int count,
-                          double most)
+                          const struct reach *reach, double most)
 {
-    struct error *err = place_check_count(count_nodes(grid, count), most);
+    struct error *err = reach ? NULL : place_check_count(count_nodes(grid, count), most);
     for (int i = 0; i < count && !err; i++) {
         const struct line x = line_of(&grid[i], 0), y = line_of(&grid[i], 1),
                           z = line_of(&grid[i], 2);
@@ -116,8 +134,10 @@ struct error *place_grids(struct place *place, const struct place_grid *grid, in
                     double p[3] = {x.first + a * x.step, y.first + b * y.step,
                                    z.first + c * z.step};
                     place_box_turn(&grid[i].box, grid[i].up, false, p, p);
-                    if (!is_given(grid, i, p, own, -1))
+                    if (!is_given(grid, i, p, own, -1) && is_wanted(&grid[i], reach, p))
                         err = place_append(place, p);
+                    if (!err && reach)
+                        err = place_check_count((double)place->count, most);
                 }
     }
     return err;
@@ -125,16 +145,30 @@ struct error *place_grids(struct place *place, const struct place_grid *grid, in
 
 /* -- on the ground ---------------------------------------------------------------------------- */
 
+/* Of those from `first` on. */
+static void keep_wanted(struct place *place, size_t first, const struct place_grid *grid,
+                        const struct reach *reach)
+{
+    size_t kept = first;
+    for (size_t i = first; i < place->count; i++)
+        if (is_wanted(grid, reach, place->position + 3 * i))
+            memmove(place->position + 3 * kept++, place->position + 3 * i,
+                    3 * sizeof *place->position);
+    place->count = kept;
+}
+
 /* within: and in the boxes. */
 static struct error *place_columns(struct place *place, const struct place_grid *grid, int count,
-                                   const struct place_ground *ground, bool within, double most)
+                                   const struct place_ground *ground, const struct reach *reach,
+                                   bool within, double most)
 {
     const int up = ground->up, u = (up + 1) % 3, v = (up + 2) % 3;
     struct error *err = NULL;
     double columns = 0;
     for (int i = 0; i < count; i++)
         columns += line_of(&grid[i], u).nodes * line_of(&grid[i], v).nodes;
-    err = place_check_count(columns * ground->layers, most);
+    if (!reach)
+        err = place_check_count(columns * ground->layers, most);
     for (int i = 0; i < count && !err; i++) {
         const struct place_grid *g = &grid[i];
         const struct line x = line_of(g, u), y = line_of(g, v);
@@ -146,9 +180,11 @@ static struct error *place_columns(struct place *place, const struct place_grid 
                 p[u] = x.first + a * x.step;
                 p[v] = y.first + b * y.step;
                 place_box_turn(&g->box, up, false, p, p);
+                const size_t before = place->count;
                 if (!is_given(grid, i, p, own, up))
                     err =
                         place_ground_column(place, ground, p, first, g->spacing[up], ends, within);
+                keep_wanted(place, before, g, reach);
                 if (!err)
                     err = place_check_count((double)place->count, most);
             }
@@ -163,6 +199,7 @@ struct counting {
     struct place_grid *grid;
     int count;
     const struct place_ground *ground; /* NULL: nodes of boxes */
+    const struct reach *reach;         /* NULL: anywhere */
     bool within;
     double most; /* that there may be */
 };
@@ -171,22 +208,18 @@ struct counting {
 static struct error *try_spacing(const struct counting *c, double spacing, bool *fits)
 {
     set_spacing(c->grid, c->count, spacing);
-    if (!c->ground) {
-        *fits = count_nodes(c->grid, c->count) <= c->most;
+    *fits = count_nodes(c->grid, c->count) <= c->most;
+    if (!c->ground && !c->reach)
         return NULL;
-    }
-    double columns = 0;
-    const int u = (c->ground->up + 1) % 3, v = (c->ground->up + 2) % 3;
-    for (int i = 0; i < c->count; i++)
-        columns += line_of(&c->grid[i], u).nodes * line_of(&c->grid[i], v).nodes;
-    if (columns > 2 * c->most + 16) { /* as good as none is over a hole */
-        *fits = false;
-        return NULL;
-    }
     struct place place = {0};
     struct error *err =
-        place_columns(&place, c->grid, c->count, c->ground, c->within, (double)INFINITY);
-    *fits = (double)place.count <= c->most;
+        c->ground ? place_columns(&place, c->grid, c->count, c->ground, c->reach, c->within, 1e15)
+                  : place_grids(&place, c->grid, c->count, c->reach, c->most);
+    *fits = !err && (double)place.count <= c->most;
+    if (err && (double)place.count > c->most) { /* it was not made to its end */
+        error_destroy(err);
+        err = NULL;
+    }
     place_clear(&place);
     return err;
 }
@@ -202,7 +235,7 @@ static struct error *find_spacing(const struct counting *c)
     if (!(high > 0))
         return error_new("the box is a point: a grid of it needs --spacing");
     struct error *err = try_spacing(c, high, &fits);
-    const double exact = c->ground ? 1e-3 : 1e-12;
+    const double exact = c->ground || c->reach ? 1e-3 : 1e-12;
     for (int step = 0; step < 200 && high - low > exact * high && fits && !err; step++) {
         const double middle = low + (high - low) / 2;
         bool now = false;
@@ -381,7 +414,7 @@ static struct error *place_on_ground(struct place *place, struct counting *c,
     if (o->count_given)
         err = find_spacing(c);
     if (!err)
-        err = place_columns(place, c->grid, c->count, ground, c->within, most);
+        err = place_columns(place, c->grid, c->count, ground, c->reach, c->within, most);
     if (!err && o->count_given && (double)place->count > o->count)
         place->count = (size_t)o->count; /* a column alone, of many floors */
     if (!err && !place->count)
@@ -406,11 +439,12 @@ static struct error *place_by_options(struct place *place, const struct place_op
     static const char *const axes[] = {"X", "Y", "Z"};
     struct place_grid *grid = NULL;
     struct tracer *tracer = NULL;
+    struct reach *reach = NULL;
     const int count = o->boxes ? o->boxes : 1;
     struct error *err = array_create(&grid, (size_t)count, sizeof *grid);
     struct counting c = {.grid = grid, .count = count, .within = o->bounds_given, .most = o->count};
     for (int i = 0; i < count && !err; i++) {
-        grid[i] = (struct place_grid){.up = place_up(world->scene),
+        grid[i] = (struct place_grid){.up = up_axis(world->scene),
                                       .spacing = {o->spacing[0], o->spacing[1], o->spacing[2]},
                                       .clearance = o->clearance,
                                       .share = o->clearance_share};
@@ -419,22 +453,28 @@ static struct error *place_by_options(struct place *place, const struct place_op
         else
             place_box_of_scene(world->scene, o->turn, &grid[i].box);
     }
+    if (!err && (o->reach_given || o->ground_given))
+        err = trace_create(&tracer, world->scene);
+    if (!err)
+        err = place_reach_open(&reach, o, tracer, world);
+    c.reach = reach;
+    if (reach && !o->boxes && !(o->turn < 0 || o->turn > 0))
+        reach_box(reach, grid->box.low, grid->box.high);
     if (!err && o->count_given)
         err = find_spacing(&c);
     struct place_ground ground = {.layers = o->ground_given ? o->ground : AIR_LAYERS};
     if (!err)
         ground.up = grid->up;
-    const bool flat = !err && !o->bounds_given && is_flat(grid, &ground.up);
+    const bool flat = !err && !o->bounds_given && !reach && is_flat(grid, &ground.up);
     bool stands = false;
-    if (!err && (flat || o->ground_given)) {
+    if (flat && !tracer)
         err = trace_create(&tracer, world->scene);
-        ground.tracer = tracer;
-    }
-    if (tracer)
+    ground.tracer = tracer;
+    if (!err && (flat || o->ground_given))
         stands = place_ground_look(&ground) || o->ground_given;
     if (!err)
         err = stands ? place_on_ground(place, &c, &ground, o, world->most)
-                     : place_grids(place, grid, count, world->most);
+                     : place_grids(place, grid, count, reach, world->most);
     if (!err && stands && !o->ground_given)
         warnings_add(world->warnings, "open ground",
                      "the scene is flat along %s: the grid stands on the ground, in %d layers up "
@@ -445,10 +485,15 @@ static struct error *place_by_options(struct place *place, const struct place_op
                      ground.way > 0 ? "above" : "below");
     if (grid)
         memcpy(world->spacing, grid->spacing, sizeof world->spacing);
+    reach_destroy(reach);
     trace_destroy(tracer);
     free(grid);
     return err;
 }
 
-const struct place_method place_method_grid = {
-    .name = "grid", .origin = 1, .rows = rows, .check = check, .place = place_by_options};
+const struct place_method place_method_grid = {.name = "grid",
+                                               .origin = 1,
+                                               .reaches = true,
+                                               .rows = rows,
+                                               .check = check,
+                                               .place = place_by_options};

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "place/place_ground.h"
 #include "base/error.h"
-#include "math/affine.h"
 #include "math/vec.h"
+#include "place/up.h"
 #include "scene/scene.h"
 #include "trace/trace.h"
 
@@ -13,27 +13,6 @@
 #define FLOOR_LEAST .342
 /* Surfaces that a column goes through, at the most. */
 enum { DEEP = 256 };
-
-double place_ground_way(const struct scene *scene, int axis)
-{
-    double sum = 0;
-    if (axis == 1)
-        return 1;
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
-        const double *m = scene->instances[i].transform, side = affine_mirrors(m) ? -1 : 1;
-        for (size_t t = 0; t < mesh->triangle_count; t++) {
-            struct vec3 p[3];
-            double twice[3];
-            for (size_t c = 0; c < 3; c++)
-                p[c] = affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
-            vec3_store(twice, vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
-            sum += side * twice[axis];
-        }
-    }
-    const struct vec3 size = vec3_sub(scene->box_max, scene->box_min);
-    return sum < -1e-3 * vec3_dot(size, size) ? -1 : 1;
-}
 
 /* How far rays step from a surface that they go on behind. */
 static double step_of(const struct scene *scene)
@@ -47,7 +26,7 @@ bool place_ground_look(struct place_ground *ground)
     enum { SIDE = 12 };
     const struct scene *scene = trace_scene(ground->tracer);
     const int axis = ground->up, u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const double step = step_of(scene), way = place_ground_way(scene, axis);
+    const double step = step_of(scene), way = up_way(scene, axis);
     double low[3], high[3];
     int escaped = 0, fronts = 0, backs = 0;
     vec3_store(low, scene->box_min);

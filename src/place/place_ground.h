@@ -25,10 +25,6 @@ struct place_ground {
     int layers;                  /* probes in a column, above each floor */
 };
 
-/* Where the air is above a ground along the axis, 1 or -1: Y is up, as most files have it, and
- * along another axis its fronts look there. */
-double place_ground_way(const struct scene *scene, int axis);
-
 /* Whether most rays from within the scene's box along its shortest axis escape, through backs but
  * no front: there is no ceiling. Of a ground whose tracer and up are known; sets way and turned. */
 bool place_ground_look(struct place_ground *ground);

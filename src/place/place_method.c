@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "place/place_method.h"
+#include "place/up.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
@@ -19,6 +20,7 @@ struct place_options place_options_default(void)
                                   .clearance_share = true,
                                   .offset = NAN,
                                   .crease = NAN,
+                                  .reach = reach_default(),
                                   .levels = {1, 2},
                                   .octree = {.cut = {NAN, 1, NAN, NAN, NAN}},
                                   .light = {.order = 3, .bounces = 64, .light = -1},
@@ -60,9 +62,10 @@ void place_usage(char *text, size_t size)
 }
 
 void place_options_space(const struct place_options *o, const struct scene *scene,
-                         struct place_space *space)
+                         const struct reach *reach, struct place_space *space)
 {
-    *space = (struct place_space){.box = o->box, .count = o->boxes, .up = place_up(scene)};
+    *space = (struct place_space){
+        .box = o->box, .count = o->boxes, .up = up_axis(scene), .reach = reach};
     struct box all = box_empty();
     for (int i = 0; i < o->boxes; i++) {
         struct box hull;
@@ -75,6 +78,14 @@ void place_options_space(const struct place_options *o, const struct scene *scen
     if (!o->boxes) {
         vec3_store(space->low, scene->box_min);
         vec3_store(space->high, scene->box_max);
+    }
+    if (!reach)
+        return;
+    struct box region;
+    reach_box(reach, region.low, region.high);
+    for (int k = 0; k < 3; k++) { /* heads may stick out of a scene that is an open ground */
+        space->low[k] = o->boxes ? fmax(space->low[k], region.low[k]) : region.low[k];
+        space->high[k] = o->boxes ? fmin(space->high[k], region.high[k]) : region.high[k];
     }
 }
 
@@ -117,6 +128,9 @@ static bool has_share(const struct place_method *method, const char *name)
     for (int i = 0; method->shares && method->shares[i]; i++)
         if (!strcmp(method->shares[i], name))
             return true;
+    for (int i = 0; method->reaches && place_reach_shares[i]; i++)
+        if (!strcmp(place_reach_shares[i], name))
+            return true;
     return false;
 }
 
@@ -156,6 +170,8 @@ struct error *place_options_check(struct place_options *options, const struct pl
             err = check_not_given(options, place_methods[i], method);
     if (!err && method->needs_scene && !scene)
         err = error_usage("%s: expected a SCENE", method->name);
+    if (!err && method->reaches)
+        err = place_reach_check(options, scene);
     if (!err && method->check)
         err = method->check(options, scene);
     return err;

@@ -17,12 +17,15 @@
 
 #include "place/place.h"
 #include "place/place_inside.h"
+#include "place/reach.h"
+#include "place/space.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 struct option_row;
+struct tracer;
 struct warnings;
 
 /* What cuts cells of an octree. */
@@ -46,6 +49,10 @@ struct place_options {
     int boxes;
     double turn;
     bool bounds_given, turn_given;
+    /* reach, and where others go */
+    const char *reach_file;
+    bool reach_given;
+    struct reach_settings reach;
     /* path */
     struct place_way way;
     bool step_given, interval_given, spline_given;
@@ -119,6 +126,7 @@ struct place_method {
     int origin;          /* its number in column origin (man probe.5) */
     /* Names of other methods' options that it takes as well, NULL after the last; NULL: none. */
     const char *const *shares;
+    bool reaches; /* and place_reach_shares */
     /* Writes the options that go with this method alone, each with `given`, and returns what
      * follows them. NULL: there are none. */
     struct option_row *(*rows)(struct place_options *options, struct option_row *row);
@@ -131,7 +139,7 @@ struct place_method {
 
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
     place_method_vertices, place_method_lights, place_method_adaptive, place_method_spawn_merge,
-    place_method_ascent, place_method_unlit, place_method_octree;
+    place_method_ascent, place_method_unlit, place_method_octree, place_method_reach;
 /* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];
@@ -151,9 +159,20 @@ struct error *place_operands(int count, const char *const *operands,
 struct error *place_options_check(struct place_options *options, const struct place_method *method,
                                   bool scene);
 
-/* The boxes that --bounds says, or the scene's. options must outlive the space. */
+/* For methods that take --reach as well: the names of its options, NULL after the last; options
+ * that lack it, or the scene; the region, NULL where it was not asked for; and leaving out of what
+ * was placed what is not in it. */
+extern const char *const place_reach_shares[];
+struct error *place_reach_check(const struct place_options *options, bool scene);
+struct error *place_reach_open(struct reach **reach, const struct place_options *options,
+                               const struct tracer *tracer, const struct place_world *world);
+struct error *place_reach_keep(struct place *place, const struct place_options *options,
+                               const struct place_world *world);
+
+/* The boxes that --bounds says, or the scene's, and the region in them, which may be NULL: no
+ * larger than what holds it. options and reach must outlive the space. */
 void place_options_space(const struct place_options *options, const struct scene *scene,
-                         struct place_space *space);
+                         const struct reach *reach, struct place_space *space);
 
 /* "grid|points FILE|... [OPTION]... [SCENE]" */
 void place_usage(char *text, size_t size);

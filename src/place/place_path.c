@@ -214,12 +214,14 @@ static struct error *check(const struct place_options *o, bool scene)
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       struct place_world *world)
 {
-    return place_path(place, world->file, &o->way, world->most, world->warnings);
+    struct error *err = place_path(place, world->file, &o->way, world->most, world->warnings);
+    return err ? err : place_reach_keep(place, o, world);
 }
 
 const struct place_method place_method_path = {.name = "path",
                                                .origin = 3,
                                                .file_of = "positions",
+                                               .reaches = true,
                                                .rows = rows,
                                                .check = check,
                                                .place = place_by_options};

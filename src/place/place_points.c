@@ -65,9 +65,12 @@ struct error *place_surface_points(struct place *place, const char *path, double
 static struct error *place_by_options(struct place *place, const struct place_options *options,
                                       struct place_world *world)
 {
-    (void)options;
-    return place_surface_points(place, world->file, world->most, world->warnings);
+    struct error *err = place_surface_points(place, world->file, world->most, world->warnings);
+    return err ? err : place_reach_keep(place, options, world);
 }
 
-const struct place_method place_method_points = {
-    .name = "points", .origin = 2, .file_of = "positions", .place = place_by_options};
+const struct place_method place_method_points = {.name = "points",
+                                                 .origin = 2,
+                                                 .file_of = "positions",
+                                                 .reaches = true,
+                                                 .place = place_by_options};

@@ -2,7 +2,7 @@
 # where probes go: a file a method, and what is inside solids
 place_sources = \
 	%D%/place.c %D%/place.h \
-	%D%/place_grid.c \
+	%D%/place_grid.c %D%/place_grid.h \
 	%D%/place_ground.c %D%/place_ground.h \
 	%D%/place_inside.c %D%/place_inside.h \
 	%D%/place_lights.c \
@@ -11,6 +11,9 @@ place_sources = \
 	%D%/place_method.c %D%/place_method.h \
 	%D%/place_path.c \
 	%D%/place_points.c \
+	%D%/place_reach.c \
 	%D%/place_vertices.c \
+	%D%/reach.c %D%/reach.h \
 	%D%/space.c %D%/space.h \
+	%D%/up.c %D%/up.h \
 	%D%/vertices.c %D%/vertices.h

@@ -3,23 +3,11 @@
 #include "math/affine.h"
 #include "math/angle.h"
 #include "math/box.h"
+#include "place/reach.h"
+#include "place/up.h"
 #include "scene/scene.h"
 
 #include <string.h>
-
-int place_up(const struct scene *scene)
-{
-    if (!scene)
-        return 1;
-    double low[3], high[3];
-    int least = 1;
-    vec3_store(low, scene->box_min);
-    vec3_store(high, scene->box_max);
-    for (int k = 0; k < 3; k += 2)
-        if (high[k] - low[k] < high[least] - low[least])
-            least = k;
-    return high[least] - low[least] < (high[1] - low[1]) / 4 ? least : 1;
-}
 
 /* Quarters are exact. */
 static void turn_of(double degrees, double *x, double *y)
@@ -76,7 +64,7 @@ void place_box_hull(const struct place_box *box, int up, double low[3], double h
 
 void place_box_of_scene(const struct scene *scene, double turn, struct place_box *box)
 {
-    const int up = place_up(scene);
+    const int up = up_axis(scene);
     struct box hull = box_empty();
     double centre[3], middle[3];
     *box = (struct place_box){.turn = turn};
@@ -108,11 +96,8 @@ void place_box_of_scene(const struct scene *scene, double turn, struct place_box
     }
 }
 
-bool place_space_holds(const struct place_space *space, const double p[3])
+static bool boxes_hold(const struct place_space *space, const double p[3])
 {
-    for (int k = 0; k < 3; k++)
-        if (!(p[k] >= space->low[k] && p[k] <= space->high[k]))
-            return false;
     for (int i = 0; i < space->count; i++) {
         const struct place_box *box = &space->box[i];
         double q[3];
@@ -124,4 +109,12 @@ bool place_space_holds(const struct place_space *space, const double p[3])
             return true;
     }
     return !space->count;
+}
+
+bool place_space_holds(const struct place_space *space, const double p[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (!(p[k] >= space->low[k] && p[k] <= space->high[k]))
+            return false;
+    return boxes_hold(space, p) && (!space->reach || reach_holds(space->reach, p));
 }

@@ -3,13 +3,14 @@
  *
  * A box is turned about the line through its centre along the up axis. Of the axes, u and v follow
  * up in the order X Y Z X: a turn goes from u to v, counter-clockwise seen from above.
+ * A region that can be reached (reach.h) may limit it further.
  */
 #ifndef SPACE_H
 #define SPACE_H
 
 #include <stdbool.h>
 
-struct error;
+struct reach;
 struct scene;
 
 struct place_box {
@@ -23,14 +24,11 @@ struct place_space {
     double low[3], high[3];      /* what holds all of it */
     const struct place_box *box; /* borrowed; the space is in one of them; NULL: as above */
     int count;
-    int up; /* axis: 0 to 2 */
+    int up;                    /* axis: 0 to 2 */
+    const struct reach *reach; /* and in this region as well; borrowed; NULL: anywhere */
 };
 
 bool place_space_holds(const struct place_space *space, const double p[3]);
-
-/* The axis that is up: Y, or the shortest side of the scene's box, where that is less than a
- * quarter as long along it: of a ground whose Z is up. scene NULL: Y. */
-int place_up(const struct scene *scene);
 
 /* Turns p from where the box stands to where it was before its turn, or back. */
 void place_box_turn(const struct place_box *box, int up, bool back, const double p[3],

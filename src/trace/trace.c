@@ -522,21 +522,36 @@ static bool nearer_candidate(struct RTCPointQueryFunctionArguments *args)
     return true;
 }
 
-double trace_distance(const struct tracer *tracer, const double p[3])
+/* To the nearest surface, no farther than `most`, both local: else INFINITY. */
+static double find_nearest(const struct tracer *t, struct vec3 place, double most)
 {
-    const struct tracer *t = trace_near(tracer, p);
-    const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
-    struct nearness n = {.tracer = t, .place = place, .distance = (double)INFINITY};
+    struct nearness n = {.tracer = t, .place = place, .distance = most};
     struct RTCPointQuery query = {
         .x = (float)place.x,
         .y = (float)place.y,
         .z = (float)place.z,
         /* no corner is farther out than sqrt 3 times the extent */
-        .radius = (float)((vec3_length(place) + 2 * t->extent) * t->reach)};
+        .radius = (float)(fmin(vec3_length(place) + 2 * t->extent,
+                               most * (1 + 1e-5) + 1e-6 * fmax(1, largest(place))) *
+                          t->reach)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(t->embree, &query, &context, nearer_candidate, &n);
-    return n.distance / t->scale;
+    return n.distance < most ? n.distance : (double)INFINITY;
+}
+
+double trace_distance(const struct tracer *tracer, const double p[3])
+{
+    const struct tracer *t = trace_near(tracer, p);
+    const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
+    return find_nearest(t, place, (double)INFINITY) / t->scale;
+}
+
+bool trace_is_near(const struct tracer *tracer, const double p[3], double distance)
+{
+    const struct tracer *t = trace_near(tracer, p);
+    const struct vec3 place = vec3_scale(t->scale, vec3_sub(vec3_load(p), t->centre));
+    return find_nearest(t, place, distance * t->scale) < (double)INFINITY;
 }
 
 /* -- rays ------------------------------------------------------------------------------------- */

@@ -59,4 +59,7 @@ float trace_visibility_sky(const struct tracer *tracer, const double a[3],
  * scene without any. */
 double trace_distance(const struct tracer *tracer, const double p[3]);
 
+/* Whether a surface is nearer to p (finite) than that, which costs less. */
+bool trace_is_near(const struct tracer *tracer, const double p[3], double distance);
+
 #endif
