@@ -42,6 +42,8 @@ check "a room of 4 by 4 has 23 x 23 places, as far from its walls as the body is
 walked room.obj '2 1 2' --fly
 check "and 16 layers of them for a ball" has_lines 8464 rows
 awk '/^v/ { print $1, 100 * $2, 100 * $3, 100 * $4; next } { print }' room.obj >cm.obj
+walked room.obj '2 1 2' --fly --cell .2
+check "or 17 x 17 x 12 of another lattice" has_lines 3468 rows
 walked cm.obj '200 100 200' --radius 30 --height 180 --climb 40 --drop 300
 check "lengths are in units of the scene" has_lines 529 rows
 walked cm.obj '200 1 200' --max-cells 5000
@@ -81,6 +83,14 @@ check "a door narrower than the body is none" every '$1 < 3.7' rows
 door .76 >wide.obj
 walked wide.obj '1 1 1.93'
 check "one wider by a cell is, wherever the cells are" gets '$1 > 4.3'
+awk '/^v/ { c = cos(.5); s = sin(.5); print $1, c * $2 + s * $4, $3, c * $4 - s * $2; next }
+    { print }' wide.obj >turned.obj
+for z in 1.85 1.95 2.05; do
+    awk -v z=$z 'BEGIN { c = cos(.5); s = sin(.5); print c + s * z, 1, c * z - s }' >start
+    walked turned.obj "$(cat start)"
+    gets 'cos(.5) * $1 - sin(.5) * $3 > 4.3' && echo passed
+done >passed
+check "and where the wall is turned" has_lines 3 passed
 for height in 1.75 1.85; do
     { box 0 0 0 8 3 4 in; box 4 $height -.1 8.1 3.1 4.1; } >ceiling.obj
     walked ceiling.obj '1 1 2'

@@ -79,8 +79,9 @@ static size_t mix(int32_t i, int32_t j, int32_t k)
 /* States of a column are told apart by elevation, in layers that no two floors share. */
 static int32_t layer_of(const struct reach *r, double low)
 {
-    const double layer = r->settings.fly ? r->cell : r->settings.height / 4;
-    return (int32_t)floor((low - r->origin) / layer + .5);
+    const double layer = r->settings.fly ? r->cell : r->settings.height / 4,
+                 from = r->settings.fly ? low + r->settings.radius : low;
+    return (int32_t)floor((from - r->origin) / layer + .5);
 }
 
 static void put(struct reach *r, uint32_t number)
@@ -302,20 +303,24 @@ static struct error *fly(struct reach *r, int32_t i, int32_t j, double elevation
 
 /* -- the flood -------------------------------------------------------------------------------- */
 
-/* Leaves what was entered and not yet left, by all ways. */
+/* Leaves what was entered and not yet left, by all ways: the eight or 26 nodes around it, so that a
+ * gap which is wider than the body by a cell is found however it is turned. */
 static struct error *flood(struct reach *r, int32_t part)
 {
-    static const int way[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
-                                  {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
     const bool flies = r->settings.fly;
+    const int up = flies ? 1 : 0;
     struct error *err = NULL;
     for (; r->left < r->entered && !err; r->left++) {
         const struct state from = r->state[r->order[r->left]];
-        for (int k = 0; k < (flies ? 6 : 4) && !err; k++) {
-            const int32_t i = from.i + way[k][0], j = from.j + way[k][1];
-            err = flies ? fly(r, i, j, from.low + r->settings.radius + way[k][2] * r->cell, part)
-                        : walk(r, &from, way[k][0], way[k][1], part);
-        }
+        const double middle = from.low + r->settings.radius;
+        for (int i = -1; i <= 1; i++)
+            for (int j = -1; j <= 1; j++)
+                for (int k = -up; k <= up && !err; k++) {
+                    if (flies)
+                        err = fly(r, from.i + i, from.j + j, middle + k * r->cell, part);
+                    else if (i || j)
+                        err = walk(r, &from, i, j, part);
+                }
     }
     return err;
 }

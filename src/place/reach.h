@@ -2,8 +2,8 @@
 /* reach: the play space: where a body gets from start points.
  *
  * A body that walks is a cylinder with round ends on columns of a lattice: it stands on floors not
- * steeper than 60 degrees, goes from a column to the next one beside it where nothing is in the
- * way but what is lower than it climbs, and falls as far as it may. One that flies is a ball on the
+ * steeper than 60 degrees, goes from a column to the eight around it where nothing is in the way
+ * but what is lower than it climbs, and falls as far as it may. One that flies is a ball on the
  * nodes of a lattice. The flood goes breadth first from each start in turn: the same region for
  * any number of threads, in time and memory that grow as the region does. What a ray passes, holes
  * of cut-outs, is no obstacle to feet, but within a body's radius all surfaces are.
