@@ -10,7 +10,8 @@
  * nothing.
  *
  * Based on:
- * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation, and gradients.
+ * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation, and
+ * gradients.
  */
 #include "base/array.h"
 #include "base/error.h"
