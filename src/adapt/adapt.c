@@ -21,11 +21,24 @@ enum { FIRST = 4, START = 20 }; /* probes that are far apart: of the first choic
 enum { SPACE_OF_PROBE = 10 };   /* candidates of space for each probe that is wanted */
 enum { WANTED_LEAST = 150 };    /* probes that there are candidates for, at the least */
 enum { TURNS = 3 };
+enum { TRIES = 3 }; /* at having fewer probes for the same error */
 
 static const double ROUND_SHARE = 0.2; /* probes that come in a round, of those there are */
+static const double LOOK_EVERY = 1.5;  /* as many probes as at the last look */
 static const double TURN_SHARE = 0.15; /* and that go in a turn */
 static const double GAIN_SHARE = 0.1;  /* of the largest gain of a round, that a probe must have */
+static const double FLAT_SHARE = 0.05; /* of the error, that twice the probes must take off it */
+static const double UNSEEN = 0.02;     /* errors that nobody sees */
 static const double FLAT = 0.003;      /* turns end where the error falls by less than this share */
+
+/* What was chosen when it was looked at. */
+struct looked {
+    size_t probes;
+    uint32_t *probe; /* owned */
+    float *judge;    /* squares of the errors of the judges, in order; owned */
+    size_t judges;
+    struct choice_errors told, quick; /* by sight; by what each point sees */
+};
 
 /* A run: what was chosen so far. */
 struct run {
@@ -34,11 +47,12 @@ struct run {
     struct candidates candidates;
     struct choice_world world;
     struct choice now;
+    struct looked *looked; /* as `rows` of the result */
+    size_t room;
     uint32_t *start; /* the first probes, after the given ones; owned */
     size_t starts;
     double began;
-    size_t told; /* probes of the row that was printed last */
-    bool full;   /* the last round would have made too many bytes */
+    bool full; /* the last round would have made too many bytes */
 };
 
 /* -- the start -------------------------------------------------------------------------------- */
@@ -117,27 +131,10 @@ static struct error *find_start(struct run *run)
 
 /* -- rounds ----------------------------------------------------------------------------------- */
 
-static struct error *record(struct run *run)
-{
-    struct adapt_result *r = run->result;
-    struct error *err = array_reserve(&r->row, &r->room, r->rows + 1, sizeof *r->row);
-    if (err)
-        return err;
-    r->row[r->rows++] =
-        (struct adapt_row){.probes = run->now.count,
-                           .bytes = choice_bytes(&run->now, run->job->candidates.settings->order),
-                           .space = run->now.error_of_space,
-                           .judges = run->now.error_of_judges,
-                           .doubt = run->now.judges_doubt,
-                           .seconds = clock_seconds() - run->began};
-    return NULL;
-}
-
 /* Prints the last row. */
-static void tell(struct run *run)
+static void tell(const struct run *run)
 {
     const struct adapt_row *row = &run->result->row[run->result->rows - 1];
-    run->told = row->probes;
     if (run->job->program)
         fprintf(stderr, "%s: %zu probes: error %.2f %% (held out %.2f, %.2f to %.2f), %.1f s\n",
                 run->job->program, row->probes, 100 * row->space, 100 * row->judges,
@@ -145,13 +142,80 @@ static void tell(struct run *run)
                 row->seconds);
 }
 
+static const struct looked *last_looked(const struct run *run)
+{
+    return run->result->rows ? &run->looked[run->result->rows - 1] : NULL;
+}
+
+/* Remembers a choice and the squares of the errors of all candidates. */
+static struct error *remember(struct looked *looked, const struct choice *choice,
+                              const float *square)
+{
+    const struct candidates *c = choice->world.candidates;
+    looked->probes = choice->count;
+    looked->quick = choice->errors;
+    struct error *err = array_create(&looked->probe, choice->count, sizeof *looked->probe);
+    if (!err)
+        err = array_create(&looked->judge, c->judges, sizeof *looked->judge);
+    if (err)
+        return err;
+    memcpy(looked->probe, choice->probe, choice->count * sizeof *looked->probe);
+    for (size_t x = 0; x < choice->candidates; x++)
+        if (c->kind[x] == CANDIDATE_JUDGE)
+            looked->judge[looked->judges++] = square[x];
+    return NULL;
+}
+
+/* Looks at what there is (choice_look), and tells it. */
+static struct error *look(struct run *run)
+{
+    struct adapt_result *r = run->result;
+    const struct choice *now = &run->now;
+    float *square = NULL;
+    struct error *err = array_reserve(&r->row, &r->room, r->rows + 1, sizeof *r->row);
+    if (!err)
+        err = array_reserve(&run->looked, &run->room, r->rows + 1, sizeof *run->looked);
+    if (!err)
+        err = array_create(&square, now->candidates, sizeof *square);
+    struct looked looked = {0};
+    if (!err)
+        err = choice_look(now, &looked.told, square);
+    if (!err)
+        err = remember(&looked, now, square);
+    free(square);
+    if (err) {
+        free(looked.probe);
+        free(looked.judge);
+        return err;
+    }
+    run->looked[r->rows] = looked;
+    r->row[r->rows++] =
+        (struct adapt_row){.probes = now->count,
+                           .bytes = choice_bytes(now, run->job->candidates.settings->order),
+                           .space = looked.told.space,
+                           .judges = looked.told.judges,
+                           .doubt = looked.told.doubt,
+                           .seconds = clock_seconds() - run->began};
+    tell(run);
+    return NULL;
+}
+
 /* Makes a choice, whatever it was made for, the one that there is. */
-static struct error *put(struct run *run, struct choice *choice)
+static void put(struct run *run, struct choice *choice)
 {
     choice_clear(&run->now);
     run->now = *choice;
     *choice = (struct choice){0};
-    return record(run);
+}
+
+/* Goes back to what was looked at. */
+static struct error *go_back(struct run *run, const struct looked *looked)
+{
+    struct choice next = {0};
+    struct error *err = choice_init(&next, &run->world, looked->probes, looked->probe, &run->now);
+    if (!err)
+        put(run, &next);
+    return err;
 }
 
 /* The probes of a choice and others. */
@@ -179,7 +243,7 @@ static struct error *insert(struct run *run, const struct choice *from, size_t m
     if (!err && *found)
         err = join(from, more, *found, &all);
     if (!err && *found)
-        err = choice_init(to, &run->world, from->count + *found, all);
+        err = choice_init(to, &run->world, from->count + *found, all, from);
     free(more);
     free(all);
     return err;
@@ -193,7 +257,7 @@ static size_t room_for(const struct run *run)
     size_t most = limits->probes && limits->probes < probes ? limits->probes : probes;
     most = most > n ? most - n : 0;
     if (limits->bytes) {
-        const double bytes = (double)run->result->row[run->result->rows - 1].bytes,
+        const double bytes = (double)choice_bytes(&run->now, run->job->candidates.settings->order),
                      left = (double)limits->bytes - bytes, one = 1.02 * bytes / (double)n;
         const size_t fit = left > one ? (size_t)(left / one) : 0;
         most = most < fit ? most : fit;
@@ -266,9 +330,11 @@ static struct error *choose_start(struct run *run, size_t starts)
     for (size_t i = 0; i < starts && !err; i++)
         all[given + i] = run->start[i];
     if (!err)
-        err = choice_init(&next, &run->world, given + starts, all);
+        err = choice_init(&next, &run->world, given + starts, all, NULL);
     free(all);
-    return err ? err : put(run, &next);
+    if (!err)
+        put(run, &next);
+    return err;
 }
 
 /* Makes more candidates where there are few for the number of probes, and judges by them. */
@@ -282,8 +348,10 @@ static struct error *grow_with(struct run *run)
     if (err || run->candidates.count == before)
         return err;
     if (!err)
-        err = choice_init(&next, &run->world, n, run->now.probe);
-    return err ? err : put(run, &next);
+        err = choice_init(&next, &run->world, n, run->now.probe, &run->now);
+    if (!err)
+        put(run, &next);
+    return err;
 }
 
 static bool is_too_large(const struct run *run, const struct choice *choice)
@@ -305,25 +373,75 @@ static struct error *go_round(struct run *run, size_t *found)
         err = insert(run, &run->now, most < room ? most : room, &next, found);
     run->full = !err && next.count && is_too_large(run, &next);
     if (!err && next.count && !run->full)
-        return put(run, &next);
+        put(run, &next);
     choice_clear(&next);
     return err;
 }
 
-/* Whether the error is at most what was asked for, by the upper end of its interval. */
-static bool is_reached(const struct run *run, const struct choice *choice)
+/* Whether the error that was told is at most what was asked for, by the upper end of its interval;
+ * and whether that of a choice may be, if it is to what is quickly found as it was. */
+static bool is_reached(const struct run *run)
 {
-    return choice->error_of_judges + 1.96 * choice->judges_doubt <= run->job->limits.error;
+    const struct choice_errors *told = &last_looked(run)->told;
+    return told->judges + 1.96 * told->doubt <= run->job->limits.error;
+}
+
+static bool may_be_reached(const struct run *run, const struct choice *choice)
+{
+    const struct looked *last = last_looked(run);
+    const double ratio = last->quick.judges > 0 ? last->told.judges / last->quick.judges : 1;
+    return ratio * (choice->errors.judges + 1.96 * choice->errors.doubt) <= run->job->limits.error;
+}
+
+/* The last look at half as many probes or fewer; NULL: there is none. */
+static const struct looked *half_ago(const struct run *run)
+{
+    const size_t least = run->job->given + FIRST, probes = last_looked(run)->probes;
+    for (size_t i = run->result->rows; i-- > 0;)
+        if (run->looked[i].probes >= least && 2 * run->looked[i].probes <= probes)
+            return &run->looked[i];
+    return NULL;
+}
+
+static bool is_noise(const struct choice_errors *errors)
+{
+    return errors->judges <= 1.96 * errors->doubt;
+}
+
+/* Whether twice the probes took as good as nothing off the errors of the judges, in all likelihood;
+ * or what is left of these is no more than its noise, before and now. */
+static bool is_flat(const struct run *run)
+{
+    const struct looked *last = last_looked(run), *before = half_ago(run);
+    const struct choice *now = &run->now;
+    double n = 0, sum = 0, squares = 0;
+    if (!before)
+        return false;
+    for (size_t x = 0; x < now->candidates && n < (double)before->judges; x++) {
+        if (run->candidates.kind[x] != CANDIDATE_JUDGE)
+            continue;
+        const size_t i = (size_t)n++;
+        const double fall = (double)now->weight[x] *
+                            ((double)before->judge[i] - (double)last->judge[i]);
+        sum += fall;
+        squares += fall * fall;
+    }
+    return (is_noise(&before->told) && is_noise(&last->told)) ||
+           ((before->probes >= run->job->given + START || before->told.judges <= UNSEEN) &&
+            sum + sqrt(squares) <= FLAT_SHARE * n * fmax(last->told.judges, UNSEEN));
 }
 
 static enum adapt_end find_end(const struct run *run, size_t found)
 {
     const struct adapt_limits *limits = &run->job->limits;
     const size_t n = run->now.count;
-    if (limits->error > 0 && is_reached(run, &run->now))
+    const bool looked = last_looked(run)->probes == n;
+    if (looked && limits->error > 0 && is_reached(run))
         return ADAPT_ERROR;
-    if (limits->gain > 0 && gains_little(run))
+    if (looked && limits->gain > 0 && gains_little(run))
         return ADAPT_GAIN;
+    if (looked && is_flat(run))
+        return ADAPT_FLAT;
     if (run->full || !room_for(run))
         return limits->probes && n >= limits->probes ? ADAPT_PROBES
                : n >= run->job->probes_most          ? ADAPT_MOST
@@ -333,16 +451,30 @@ static enum adapt_end find_end(const struct run *run, size_t found)
     return found ? ADAPT_NONE : ADAPT_FLAT;
 }
 
+/* Whether it is time to look again: there are many more probes, or an end may have come. */
+static bool is_due(const struct run *run, size_t found)
+{
+    const struct looked *last = last_looked(run);
+    const size_t n = run->now.count;
+    return n != last->probes &&
+           ((double)n >= LOOK_EVERY * (double)last->probes || !found ||
+            (run->job->limits.error > 0 && (may_be_reached(run, &run->now) || !room_for(run))));
+}
+
 static struct error *go_rounds(struct run *run)
 {
     size_t found = 1;
     struct error *err = choose_start(run, FIRST);
+    if (!err)
+        err = look(run);
     while (!err && !(run->result->end = find_end(run, found))) {
         err = go_round(run, &found);
-        if (!err && 3 * run->now.count >= 4 * run->told)
-            tell(run);
+        if (!err && is_due(run, found))
+            err = look(run);
     }
-    return err;
+    const struct looked *before =
+        !err && run->result->end == ADAPT_FLAT && is_flat(run) ? half_ago(run) : NULL;
+    return before ? go_back(run, before) : err;
 }
 
 /* -- turns ------------------------------------------------------------------------------------ */
@@ -367,7 +499,7 @@ static struct error *without(const struct run *run, size_t most, struct choice *
         if (!goes[i])
             left[kept++] = now->probe[i];
     if (!err && count && kept >= FIRST)
-        err = choice_init(less, &run->world, kept, left);
+        err = choice_init(less, &run->world, kept, left, now);
     free(gone);
     free(goes);
     free(left);
@@ -378,7 +510,7 @@ static struct error *without(const struct run *run, size_t most, struct choice *
 static struct error *turn(struct run *run, size_t most, double *better)
 {
     struct choice turned = {0}, next = {0};
-    const double before = run->now.error_of_space;
+    const double before = run->now.errors.space;
     size_t found = 1;
     *better = 0;
     struct error *err = without(run, most, &turned);
@@ -390,10 +522,10 @@ static struct error *turn(struct run *run, size_t most, double *better)
             next = (struct choice){0};
         }
     }
-    if (!err && turned.count == run->now.count && turned.error_of_space < before &&
+    if (!err && turned.count == run->now.count && turned.errors.space < before &&
         !is_too_large(run, &turned)) {
-        *better = 1 - turned.error_of_space / before;
-        return put(run, &turned);
+        *better = 1 - turned.errors.space / before;
+        put(run, &turned);
     }
     choice_clear(&turned);
     return err;
@@ -409,20 +541,48 @@ static struct error *go_turns(struct run *run)
     return err;
 }
 
-/* Fewer probes for the same error. */
-static struct error *shed(struct run *run)
+/* Takes away as many probes as the error allows, by what is quickly found. */
+static struct error *thin(struct run *run)
 {
     size_t most = (size_t)(TURN_SHARE * (double)run->now.count);
-    struct error *err = go_turns(run);
+    struct error *err = NULL;
     while (!err && most && !interrupt_came()) {
         struct choice less = {0};
         err = without(run, most, &less);
-        if (!err && less.count && is_reached(run, &less))
-            err = put(run, &less);
+        if (!err && less.count && may_be_reached(run, &less))
+            put(run, &less);
         else
             most /= 2;
         choice_clear(&less);
     }
+    return err;
+}
+
+/* Fewer probes for the same error: what a look does not find so good is tried again with what it
+ * found. */
+static struct error *shed(struct run *run)
+{
+    struct error *err = NULL;
+    size_t good = run->result->rows - 1; /* the look that was the last to be reached */
+    for (int i = 0; i < TRIES && !err && !interrupt_came(); i++) {
+        const size_t before = run->now.count;
+        if (!i)
+            err = go_turns(run);
+        if (!err)
+            err = thin(run);
+        if (!err && !i && run->now.count == before)
+            break;
+        if (!err)
+            err = look(run);
+        if (!err && is_reached(run))
+            good = run->result->rows - 1;
+        else if (!err)
+            err = go_back(run, &run->looked[good]);
+        if (!err && run->now.count == before)
+            break;
+    }
+    if (!err && run->now.count != last_looked(run)->probes)
+        err = look(run);
     return err;
 }
 
@@ -458,17 +618,23 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
         err = go_rounds(&run);
     if (!err && result->end == ADAPT_ERROR)
         err = shed(&run);
-    else if (!err && result->end != ADAPT_INTERRUPT)
+    else if (!err && result->end != ADAPT_INTERRUPT) {
         err = go_turns(&run);
+        if (!err)
+            err = look(&run);
+    }
     if (interrupt_came() && run.now.count) { /* which may have ended probe-tet as well */
         error_destroy(err);
         err = NULL;
         result->end = ADAPT_INTERRUPT;
     }
-    if (!err && result->rows)
-        tell(&run);
     if (!err)
         err = take_over(&run);
+    for (size_t i = 0; i < result->rows; i++) {
+        free(run.looked[i].probe);
+        free(run.looked[i].judge);
+    }
+    free(run.looked);
     choice_clear(&run.now);
     candidates_clear(&run.candidates);
     free(run.start);

@@ -2,14 +2,16 @@
 /* adapt: probes where they lower the error most that a player sees.
  *
  * Of candidates whose light is known (candidates.h) a few far apart are the first probes. Then go
- * rounds: cells and sight are made as a stream's will be, every candidate is blended and held
- * against its own light by the ruler (choice.h), and those that lower the sum of errors most become
- * probes (insert.h), at most a fifth of what there is a round, so that all rounds together cost a
- * small multiple of the last. Then turns: those that are missed least go (thin_out.h), as many
- * others come, and the turn is kept if the error fell.
+ * rounds: cells are made, every candidate is blended of what it sees and held against its own light
+ * by the ruler (choice.h), and those that lower the sum of errors most become probes (insert.h), at
+ * most a fifth of what there is a round, so that all rounds together cost a small multiple of the
+ * last. Whenever there are half as many more, the choice is looked at as queries will see it
+ * (choice_look), and its errors are told. Then turns: those that are missed least go (thin_out.h),
+ * as many others come, and the turn is kept if the error fell.
  *
  * The error of the candidates of space guides the choice, and so is too good; that of the judges,
- * which take no part, is the one that is told and that ends the rounds.
+ * which take no part, is the one that is told and that ends the rounds: where it is low enough, or
+ * where twice the probes have not lowered it beyond its noise.
  */
 #ifndef ADAPT_H
 #define ADAPT_H
@@ -27,7 +29,7 @@ struct adapt_limits {
     double gain;   /* the last doubling took less than this share off the error */
 };
 
-/* What one choice came to. */
+/* What a choice came to that was looked at. */
 struct adapt_row {
     size_t probes, bytes;
     double space, judges, doubt; /* errors; doubt: standard error of that of judges */
@@ -53,7 +55,7 @@ enum adapt_end {
     ADAPT_BYTES,
     ADAPT_GAIN,
     ADAPT_MOST, /* probes_most came first */
-    ADAPT_FLAT, /* no candidate lowers the error */
+    ADAPT_FLAT, /* no candidate lowers the error beyond its noise */
     ADAPT_INTERRUPT
 };
 
@@ -61,7 +63,7 @@ enum adapt_end {
 struct adapt_result {
     double *position; /* 3 each, given ones first; owned */
     size_t count;
-    struct adapt_row *row; /* of all rounds and turns, in order; the last is the result's; owned */
+    struct adapt_row *row; /* of all looks, in order; the last is the result's; owned */
     size_t rows, room;
     enum adapt_end end;
     size_t candidates;

@@ -124,7 +124,7 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
                                        [ADAPT_BYTES] = "there are as many as --bytes allows",
                                        [ADAPT_GAIN] = "twice the probes gained less than --gain",
                                        [ADAPT_MOST] = "there are as many as --max-probes allows",
-                                       [ADAPT_FLAT] = "no other probe lowers the error",
+                                       [ADAPT_FLAT] = "the error is flat, no other probe lowers it",
                                        [ADAPT_INTERRUPT] = "interrupted"};
     const struct adapt_row *last = &result->row[result->rows - 1];
     const double reached = last->judges + 1.96 * last->doubt;

@@ -21,14 +21,18 @@
 #include <string.h>
 
 enum { TRIES = 64 }; /* points of the box for each free one that is wanted, at the most */
-enum { JUDGE_EVERY = 6, JUDGES_LEAST = 500 }; /* of space for each judge; judges */
-enum { SURFACE_EVERY = 3 };                   /* of space for each near a surface */
-enum { TRUTH_ORDER = 5 };                     /* of SH that hold irradiance but for a thousandth */
-enum { FOR_JUDGE = 0x61, FOR_SURFACE };       /* what random numbers are for: part of their name */
+enum { JUDGES = 500, JUDGES_MOST = 2000, JUDGE_EVERY = 20 }; /* of space for each judge */
+enum { SURFACE_EVERY = 3 };                                  /* of space for each near a surface */
+enum { TRUTH_ORDER = 5 };               /* of SH that hold irradiance but for a thousandth */
+enum { FOR_JUDGE = 0x61, FOR_SURFACE }; /* what random numbers are for: part of their name */
 
-/* Rays of each, as shares of those that a probe will be captured with. Chosen ones have as many as
- * judges: what noise they have is in the errors of all around them. */
+/* Rays of both halves, as shares of those that a probe will be captured with. What noise chosen
+ * ones have is in the errors of all around them, and a quarter of their rays are those of the
+ * capture itself. */
 static const double JUDGE_RAYS = 4, CHOICE_RAYS = 0.5, PROBE_RAYS = 4;
+
+/* Rays of a half, at the least: errors from more noise would be capped. */
+enum { HALF_LEAST = 64, JUDGE_HALF_LEAST = 128 };
 
 /* Those near surfaces are this far off, as shares of the box's mean side. */
 static const double OFF_LEAST = 0.004, OFF_MOST = 0.06;
@@ -95,7 +99,7 @@ static struct error *spread(struct candidates *c, const struct candidates_job *j
     size_t found = 0, looked = 0;
     struct error *err = NULL;
     while (!err && found < wanted && looked < most && !interrupt_came()) {
-        const size_t turn = wanted + 64;
+        const size_t left = wanted - found, turn = left + left / 4 + 64;
         struct place place = {0};
         size_t *after = NULL; /* of each, how many of the sequence are used up with it */
         enum place_side *side = NULL;
@@ -189,10 +193,12 @@ struct error *candidates_spread(struct candidates *c, const struct candidates_jo
     if (space <= first)
         return NULL;
     struct error *err = spread(c, job, CANDIDATE_SPACE, space - first, &c->space_tried);
-    const size_t end = c->count, judges = space / JUDGE_EVERY,
-                 most = judges > JUDGES_LEAST ? judges : JUDGES_LEAST;
-    if (!err)
-        err = spread(c, job, CANDIDATE_JUDGE, most - c->judges, &c->judges_tried);
+    const size_t end = c->count, share = space / JUDGE_EVERY,
+                 judges = share < JUDGES        ? JUDGES
+                          : share > JUDGES_MOST ? JUDGES_MOST
+                                                : share;
+    if (!err && judges > c->judges)
+        err = spread(c, job, CANDIDATE_JUDGE, judges - c->judges, &c->judges_tried);
     for (size_t i = before, number = first; i < end && !err; i++, number++)
         if (number % SURFACE_EVERY == 0)
             err = add_near_surface(c, job, i, number / SURFACE_EVERY);
@@ -227,14 +233,22 @@ static struct tracing tracing_of(const struct candidates *c, const struct candid
     return t;
 }
 
-/* Of each half. */
-static int rays_of(const struct tracing *t, enum candidate_kind kind)
+/* Whether a candidate is one that probes are made of, now or before. */
+static bool is_probe(const struct tracing *t, size_t i)
 {
-    const double rays = t->job->settings->rays / 2.0,
-                 share = t->list || kind == CANDIDATE_GIVEN ? PROBE_RAYS
-                         : kind == CANDIDATE_JUDGE          ? JUDGE_RAYS
-                                                            : CHOICE_RAYS;
-    return (int)fmin(fmax(ceil(share * rays), 8), CAPTURE_RAYS_MOST);
+    return t->list || t->c->kind[i] == CANDIDATE_GIVEN;
+}
+
+/* Of a half. */
+static int rays_of(const struct tracing *t, size_t i, int half)
+{
+    const double rays = t->job->settings->rays;
+    const bool judge = t->c->kind[i] == CANDIDATE_JUDGE;
+    const int least = judge ? JUDGE_HALF_LEAST : HALF_LEAST;
+    const double share = !is_probe(t, i) ? (judge ? JUDGE_RAYS : CHOICE_RAYS) / 2
+                         : half          ? PROBE_RAYS - 1
+                                         : 1;
+    return (int)fmin(fmax(ceil(share * rays), least), CAPTURE_RAYS_MOST);
 }
 
 /* Luminance of irradiance along the directions. */
@@ -267,7 +281,7 @@ static struct error *trace_one(void *context, size_t index, int thread)
         struct capture_probe light;
         /* no --seed of a capture is as large, nor those of truths (truth.c) */
         settings.seed = t->settings.seed | (uint64_t)(half + 2) << 60;
-        settings.rays = rays_of(t, (enum candidate_kind)t->c->kind[i]);
+        settings.rays = rays_of(t, i, half);
         err = capture_probe(t->job->path, &settings, p, NULL, &light);
         if (!err)
             err = look(&t->probe, &light, t->c->light[i].probe[half]);

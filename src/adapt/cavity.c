@@ -3,11 +3,10 @@
 #include "base/array.h"
 #include "libprobe-query/sight.h"
 #include "math/vec.h"
-#include "trace/path.h"
-#include "trace/trace.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A face of the cavity, or of the hull, joined to the point. */
 struct cavity_face {
@@ -43,10 +42,10 @@ static bool in_sphere(const struct choice *choice, int32_t cell, struct vec3 p)
     return volume > 0 ? det < 0 : det > 0;
 }
 
-static bool has(const struct cavity *cavity, int32_t cell)
+static bool holds(size_t count, const int32_t *list, int32_t cell)
 {
-    for (size_t i = 0; i < cavity->cells; i++)
-        if (cavity->cell[i] == cell)
+    for (size_t i = 0; i < count; i++)
+        if (list[i] == cell)
             return true;
     return false;
 }
@@ -55,11 +54,11 @@ bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t can
 {
     const struct vec3 p = vec3_load(choice->world.candidates->position + 3 * (size_t)candidate);
     cavity->cells = 0;
-    cavity->cell[cavity->cells++] = choice->place[candidate].cell;
+    cavity->cell[cavity->cells++] = choice->blend[candidate].cell;
     for (size_t i = 0; i < cavity->cells; i++)
         for (int k = 0; k < 4; k++) {
             const int32_t next = choice->cells.neighbour[4 * (size_t)cavity->cell[i] + (size_t)k];
-            if (next < 0 || has(cavity, next) || !in_sphere(choice, next, p))
+            if (next < 0 || holds(cavity->cells, cavity->cell, next) || !in_sphere(choice, next, p))
                 continue;
             if (cavity->cells == CAVITY_CELLS)
                 return false;
@@ -105,6 +104,19 @@ static struct error *join(struct cavity *cavity, const struct choice *choice, in
     return NULL;
 }
 
+/* Adds the cells around the cavity, nearest by faces first, to where hull may be in the way. */
+static void find_ring(struct cavity *cavity, const struct choice *choice)
+{
+    memcpy(cavity->ring, cavity->cell, cavity->cells * sizeof *cavity->ring);
+    cavity->ringed = cavity->cells;
+    for (size_t i = 0; i < cavity->ringed; i++)
+        for (size_t k = 0; k < 4 && cavity->ringed < CAVITY_RING; k++) {
+            const int32_t next = choice->cells.neighbour[4 * (size_t)cavity->ring[i] + k];
+            if (next >= 0 && !holds(cavity->ringed, cavity->ring, next))
+                cavity->ring[cavity->ringed++] = next;
+        }
+}
+
 static struct error *find_faces(struct cavity *cavity, const struct choice *choice, bool inside,
                                 struct vec3 p)
 {
@@ -114,12 +126,16 @@ static struct error *find_faces(struct cavity *cavity, const struct choice *choi
         for (int k = 0; k < 4 && !err; k++) {
             const int32_t cell = cavity->cell[i],
                           next = choice->cells.neighbour[4 * (size_t)cell + (size_t)k];
-            if (next < 0 || !has(cavity, next))
+            if (next < 0 || !holds(cavity->cells, cavity->cell, next))
                 err = join(cavity, choice, cell, k, 1, p);
         }
-    for (size_t i = 0; i < 4 * choice->mesh.cell_count && !inside && !err; i++)
-        if (choice->cells.neighbour[i] < 0 && !has(cavity, (int32_t)(i / 4)))
-            err = join(cavity, choice, (int32_t)(i / 4), (int)(i % 4), -1, p);
+    if (inside)
+        return err;
+    find_ring(cavity, choice);
+    for (size_t i = cavity->cells; i < cavity->ringed; i++)
+        for (int k = 0; k < 4 && !err; k++)
+            if (choice->cells.neighbour[4 * (size_t)cavity->ring[i] + (size_t)k] < 0)
+                err = join(cavity, choice, cavity->ring[i], k, -1, p);
     return err;
 }
 
@@ -133,79 +149,79 @@ static const struct cavity_face *find_face(const struct cavity *cavity, const do
     double most = -1e-6;
     for (size_t i = 0; i < cavity->faces; i++) {
         const struct cavity_face *face = &cavity->face[i];
-        double w[4], least = 1;
-        w[3] = 1;
-        for (int k = 0; k < 3; k++) {
+        double w[4] = {[3] = 1}, least = 1;
+        for (int k = 0; k < 3 && least > most; k++) {
             w[k] = face->row[k][0] * x[0] + face->row[k][1] * x[1] + face->row[k][2] * x[2] +
                    face->row[k][3];
             w[3] -= w[k];
-            least = fmin(least, w[k]);
+            least = w[k] < least ? w[k] : least;
         }
-        least = fmin(least, w[3]);
+        least = w[3] < least ? w[3] : least;
         if (least <= most)
             continue;
         most = least;
         found = face;
         for (int k = 0; k < 4; k++)
-            weight[k] = fmax(w[k], 0);
+            weight[k] = w[k] > 0 ? w[k] : 0;
     }
     return found;
 }
 
-/* Whether anything stands in the cavity's cells. */
+/* Whether something hid a corner from a candidate in the cavity's cells. */
 static bool is_walled(const struct cavity *cavity, const struct choice *choice)
 {
     for (size_t i = 0; i < cavity->cells; i++)
-        for (size_t k = 0; k < 12; k++)
-            if (choice->sights.sight[12 * (size_t)cavity->cell[i] + k] > 0)
+        for (uint32_t k = choice->first[cavity->cell[i]]; k < choice->first[cavity->cell[i] + 1];
+             k++)
+            if (choice->blend[choice->at[k]].hidden)
                 return true;
     return false;
 }
 
-static double visibility(const struct choice *choice, uint32_t a, uint32_t b)
-{
-    const double *position = choice->world.candidates->position;
-    return (double)trace_visibility(choice->world.job->path->tracer, position + 3 * (size_t)a,
-                                    position + 3 * (size_t)b);
-}
-
-/* What the error at x falls by. */
-static double gain_at(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
-                      bool walled, uint32_t x)
+/* What the error at x comes to: its square, as it counts. */
+static double square_at(const struct cavity *cavity, const struct choice *choice,
+                        uint32_t candidate, bool walled, uint32_t x)
 {
     const struct candidates *c = choice->world.candidates;
+    const double before = choice_square((double)choice->error[x]);
     double weight[4], light[2][SPHERE_COUNT], sum = 0;
     const struct cavity_face *face = find_face(cavity, c->position + 3 * (size_t)x, weight);
     if (!face)
-        return 0;
+        return before;
     const uint32_t from[4] = {face->corner[0], face->corner[1], face->corner[2], candidate};
+    const struct seen_world seen = choice_seen(choice);
     for (int k = 0; k < 4; k++) {
         if (walled)
-            weight[k] *= weight[k] < LEAST ? 0 : visibility(choice, x, from[k]);
+            weight[k] *= weight[k] < LEAST ? 0 : seen_by(&seen, x, from[k]);
         sum += weight[k];
     }
     if (sum < SIGHT_ENOUGH)
-        return 0; /* a stand-in answers, as before, more or less */
+        return before; /* a stand-in answers, as before, more or less */
     for (int k = 0; k < 4; k++)
         weight[k] /= sum;
     choice_blend(c, 4, from, weight, light);
-    return (double)choice->weight[x] *
-           (choice_square((double)choice->error[x]) - choice_square(choice_error_of(c, x, light)));
+    return choice_square(choice_error_of(c, x, light, NULL));
 }
 
-/* Adds what the errors of candidates fall by, and the squares of that. */
-static void add_gains(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
-                      bool walled, size_t count, const uint32_t *at, double sum[2])
+/* Squares of errors as they count, and of what they fall by. */
+struct sums {
+    double before, after, squares;
+};
+
+/* Adds those of a cell's candidates. Those of a cell that stays are beyond the hull. */
+static void add_cell(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                     bool walled, int32_t cell, bool stays, struct sums *sums)
 {
-    const bool inside = choice->place[candidate].inside;
-    for (size_t i = 0; i < count; i++) {
-        const uint32_t x = at ? at[i] : (uint32_t)i;
-        if (x == candidate || !choice_counts(choice, x) ||
-            (at ? !inside && !choice->place[x].inside : (bool)choice->place[x].inside))
+    for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++) {
+        const uint32_t x = choice->at[k];
+        if (x == candidate || !choice_counts(choice, x) || (stays && choice->blend[x].inside))
             continue;
-        const double gain = gain_at(cavity, choice, candidate, walled, x);
-        sum[0] += gain;
-        sum[1] += gain * gain;
+        const double weight = (double)choice->weight[x],
+                     before = weight * choice_square((double)choice->error[x]),
+                     after = weight * square_at(cavity, choice, candidate, walled, x);
+        sums->before += before;
+        sums->after += after;
+        sums->squares += (before - after) * (before - after);
     }
 }
 
@@ -213,22 +229,20 @@ double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t 
                    struct error **err)
 {
     const struct candidates *c = choice->world.candidates;
-    const bool inside = choice->place[candidate].inside;
-    double sum[2] = {0};
+    const bool inside = choice->blend[candidate].inside;
+    struct sums sums = {0};
     if (!cavity_dig(cavity, choice, candidate))
         return 0;
     *err = find_faces(cavity, choice, inside, vec3_load(c->position + 3 * (size_t)candidate));
     if (*err)
         return 0;
     const bool walled = !inside || is_walled(cavity, choice);
-    for (size_t i = 0; i < cavity->cells; i++) {
-        const int32_t cell = cavity->cell[i];
-        add_gains(cavity, choice, candidate, walled, choice->first[cell + 1] - choice->first[cell],
-                  choice->at + choice->first[cell], sum);
-    }
-    if (!inside)
-        add_gains(cavity, choice, candidate, walled, c->count, NULL, sum);
-    return sum[0] > DOUBT * sqrt(sum[1]) ? sum[0] : 0;
+    for (size_t i = 0; i < cavity->cells; i++)
+        add_cell(cavity, choice, candidate, walled, cavity->cell[i], false, &sums);
+    for (size_t i = cavity->cells; i < cavity->ringed && !inside; i++)
+        add_cell(cavity, choice, candidate, walled, cavity->ring[i], true, &sums);
+    const double gain = fmax(sums.before, 0) - fmax(sums.after, 0); /* less than none is noise */
+    return gain > DOUBT * sqrt(sums.squares) ? gain : 0;
 }
 
 void cavity_clear(struct cavity *cavity)

@@ -17,12 +17,15 @@
 
 #include "adapt/choice.h"
 
-enum { CAVITY_CELLS = 192 };
+enum { CAVITY_CELLS = 192, CAVITY_RING = 256 };
 
 /* Room for one thread's work. Starts as {0}. */
 struct cavity {
     int32_t cell[CAVITY_CELLS];
     size_t cells;
+    /* with those around them, where the point is beyond the hull */
+    int32_t ring[CAVITY_RING];
+    size_t ringed;
     struct cavity_face *face; /* owned */
     size_t faces, room;
 };

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 enum { OF_A_CELL = 12 };         /* candidates of one that are looked at */
+enum { SHARED = 25 };            /* % of a cavity's cells that others may change as well */
 enum { FOR_EACH = 8, AND = 64 }; /* candidates that are looked at for each one wanted, and more */
 
 static bool can_be_chosen(const struct choice *choice, uint32_t x)
@@ -80,6 +81,15 @@ static struct error *find_gain(void *context, size_t i, int thread)
     return err;
 }
 
+/* Whether as good as none of a cavity's cells are taken. */
+static bool is_free(const struct cavity *cavity, const bool *taken)
+{
+    size_t shared = 0;
+    for (size_t k = 0; k < cavity->cells; k++)
+        shared += taken[cavity->cell[k]];
+    return shared <= SHARED * cavity->cells / 100;
+}
+
 /* Takes the candidates whose cavities are apart. */
 static struct error *take(const struct choice *choice, const struct rank *picked, size_t count,
                           double least, struct cavity *cavity, size_t most, uint32_t *candidate,
@@ -90,11 +100,8 @@ static struct error *take(const struct choice *choice, const struct rank *picked
     *found = 0;
     *gain = 0;
     for (size_t i = 0; i < count && *found < most && !err; i++) {
-        bool free_of_others = picked[i].value > 0 && picked[i].value >= least &&
-                              cavity_dig(cavity, choice, picked[i].number);
-        for (size_t k = 0; k < cavity->cells && free_of_others; k++)
-            free_of_others = !taken[cavity->cell[k]];
-        if (!free_of_others)
+        if (!(picked[i].value > 0) || !(picked[i].value >= least) ||
+            !cavity_dig(cavity, choice, picked[i].number) || !is_free(cavity, taken))
             continue;
         for (size_t k = 0; k < cavity->cells; k++)
             taken[cavity->cell[k]] = true;
@@ -105,29 +112,40 @@ static struct error *take(const struct choice *choice, const struct rank *picked
     return err;
 }
 
+static struct error *find(struct gaining *g, size_t room, size_t most, double share,
+                          uint32_t *candidate, size_t *found, double *gain, bool *all)
+{
+    const struct choice *choice = g->choice;
+    size_t count = 0;
+    struct error *err = array_create(&g->picked, room, sizeof *g->picked);
+    if (!err)
+        err = pick_all(choice, room, g->picked, &count);
+    *all = count + OF_A_CELL <= room;
+    if (!err)
+        err = threads_for(choice->world.job->threads, count, find_gain, g);
+    if (!err && count) {
+        qsort(g->picked, count, sizeof *g->picked, rank_compare);
+        const size_t large = most / 8 < count ? most / 8 : count - 1;
+        err = take(choice, g->picked, count, share * g->picked[large].value, g->cavity, most,
+                   candidate, found, gain);
+    }
+    free(g->picked);
+    return err;
+}
+
 struct error *insert_find(const struct choice *choice, size_t most, double share,
                           uint32_t *candidate, size_t *found, double *gain)
 {
-    const size_t room = FOR_EACH * most + AND + choice->count;
     const int threads = choice->world.job->threads;
     struct gaining g = {.choice = choice};
-    size_t count = 0;
+    bool all = false;
     *found = 0;
-    struct error *err = array_create(&g.picked, room, sizeof *g.picked);
-    if (!err)
-        err = array_create(&g.cavity, (size_t)threads, sizeof *g.cavity);
-    if (!err)
-        err = pick_all(choice, room, g.picked, &count);
-    if (!err)
-        err = threads_for(threads, count, find_gain, &g);
-    if (!err && count) {
-        qsort(g.picked, count, sizeof *g.picked, rank_compare);
-        err = take(choice, g.picked, count, share * g.picked[0].value, g.cavity, most, candidate,
-                   found, gain);
-    }
+    struct error *err = array_create(&g.cavity, (size_t)threads, sizeof *g.cavity);
+    /* where none gains among those, more are looked at */
+    for (size_t room = FOR_EACH * most + AND + choice->count; !err && !*found && !all; room *= 4)
+        err = find(&g, room, most, share, candidate, found, gain, &all);
     for (int i = 0; i < threads && g.cavity; i++)
         cavity_clear(&g.cavity[i]);
     free(g.cavity);
-    free(g.picked);
     return err;
 }

@@ -9,6 +9,7 @@ adapt_sources = \
 	%D%/cloud.c %D%/cloud.h \
 	%D%/contrast.c %D%/contrast.h \
 	%D%/insert.c %D%/insert.h \
+	%D%/mean_error.c %D%/mean_error.h \
 	%D%/place_ascent.c \
 	%D%/place_light.c %D%/place_light.h \
 	%D%/place_methods.c \
@@ -16,6 +17,7 @@ adapt_sources = \
 	%D%/place_spawn_merge.c \
 	%D%/place_unlit.c \
 	%D%/rank.h \
+	%D%/seen.c %D%/seen.h \
 	%D%/thin_out.c %D%/thin_out.h \
 	%D%/unlit.c %D%/unlit.h \
 	%D%/voxels.c %D%/voxels.h

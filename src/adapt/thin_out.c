@@ -4,9 +4,8 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/threads.h"
+#include "leak/stars.h"
 #include "math/vec.h"
-#include "trace/path.h"
-#include "trace/trace.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,12 +14,13 @@
 enum { NEIGHBOURS = 64 };
 
 /* The probes in the cells around one, as candidates. */
-static int find_neighbours(const struct choice *choice, size_t probe, uint32_t *neighbour)
+static int find_neighbours(const struct choice *choice, const struct stars *stars, size_t probe,
+                           uint32_t *neighbour)
 {
     int count = 0;
-    for (size_t s = choice->stars.first[probe]; s < choice->stars.first[probe + 1]; s++)
+    for (size_t s = stars->first[probe]; s < stars->first[probe + 1]; s++)
         for (size_t k = 0; k < 4; k++) {
-            const int32_t vertex = choice->mesh.vertex[choice->stars.slot[s] / 4 * 4 + k];
+            const int32_t vertex = choice->mesh.vertex[stars->slot[s] / 4 * 4 + k];
             const uint32_t candidate = choice->probe[vertex];
             int i = 0;
             while (i < count && neighbour[i] != candidate)
@@ -84,34 +84,34 @@ static void fit(const struct candidates *c, const double p[3], int count, const 
 }
 
 /* By how much the errors around a probe grow without it. */
-static double loss_of(const struct choice *choice, size_t probe)
+static double loss_of(const struct choice *choice, const struct stars *stars, size_t probe)
 {
     const struct candidates *c = choice->world.candidates;
+    const struct seen_world world = choice_seen(choice);
     const double *p = c->position + 3 * (size_t)choice->probe[probe];
     uint32_t neighbour[NEIGHBOURS], from[NEIGHBOURS + 4];
-    double weight[NEIGHBOURS], all[NEIGHBOURS + 4], light[2][SPHERE_COUNT], loss = 0;
-    int count = find_neighbours(choice, probe, neighbour), seen = 0;
+    double weight[NEIGHBOURS], all[NEIGHBOURS + 4], light[2][SPHERE_COUNT], before = 0, after = 0;
+    int count = find_neighbours(choice, stars, probe, neighbour), seen = 0;
     for (int i = 0; i < count; i++)
-        if (trace_visibility(choice->world.job->path->tracer, p,
-                             c->position + 3 * (size_t)neighbour[i]) > 0.5F)
+        if (seen_by(&world, choice->probe[probe], neighbour[i]) > 0.5)
             neighbour[seen++] = neighbour[i];
     count = seen;
     if (!count)
         return (double)INFINITY;
     fit(c, p, count, neighbour, weight);
-    for (size_t s = choice->stars.first[probe]; s < choice->stars.first[probe + 1]; s++) {
-        const size_t cell = choice->stars.slot[s] / 4;
+    for (size_t s = stars->first[probe]; s < stars->first[probe + 1]; s++) {
+        const size_t cell = stars->slot[s] / 4;
         for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++) {
             const uint32_t x = choice->at[k];
-            const struct probe_place *place = &choice->place[x];
+            const struct blend *blend = &choice->blend[x];
             double mine = 0;
             int n = 0;
             for (int i = 0; i < 4; i++)
-                if ((size_t)place->probe[i] == probe) {
-                    mine += place->weight[i];
+                if (blend->from[i] == choice->probe[probe]) {
+                    mine += blend->weight[i];
                 } else {
-                    from[n] = choice->probe[place->probe[i]];
-                    all[n++] = place->weight[i];
+                    from[n] = blend->from[i];
+                    all[n++] = blend->weight[i];
                 }
             if (!(mine > 0) || !choice_counts(choice, x))
                 continue;
@@ -120,15 +120,16 @@ static double loss_of(const struct choice *choice, size_t probe)
                 all[n++] = weight[j] * mine;
             }
             choice_blend(c, n, from, all, light);
-            loss += (double)choice->weight[x] * (choice_square(choice_error_of(c, x, light)) -
-                                                 choice_square((double)choice->error[x]));
+            before += (double)choice->weight[x] * choice_square((double)choice->error[x]);
+            after += (double)choice->weight[x] * choice_square(choice_error_of(c, x, light, NULL));
         }
     }
-    return loss;
+    return fmax(after, 0) - fmax(before, 0); /* less than none is noise */
 }
 
 struct losing {
     const struct choice *choice;
+    struct stars stars;
     struct rank *rank; /* of each probe, less its loss: those that are missed least come first */
 };
 
@@ -137,7 +138,8 @@ static struct error *find_loss(void *context, size_t i, int thread)
     (void)thread;
     struct losing *l = context;
     const bool given = l->choice->world.candidates->kind[l->choice->probe[i]] == CANDIDATE_GIVEN;
-    l->rank[i] = (struct rank){given ? -(double)INFINITY : -loss_of(l->choice, i), (uint32_t)i};
+    l->rank[i] =
+        (struct rank){given ? -(double)INFINITY : -loss_of(l->choice, &l->stars, i), (uint32_t)i};
     return NULL;
 }
 
@@ -151,20 +153,23 @@ struct error *thin_out_find(const struct choice *choice, size_t most, uint32_t *
     if (!err)
         err = array_create(&taken, choice->mesh.cell_count, sizeof *taken);
     if (!err)
+        err = stars_init(&l.stars, &choice->mesh);
+    if (!err)
         err = threads_for(choice->world.job->threads, choice->count, find_loss, &l);
     if (!err)
         qsort(l.rank, choice->count, sizeof *l.rank, rank_compare);
     for (size_t i = 0; i < choice->count && *found < most && !err; i++) {
         const uint32_t number = l.rank[i].number;
-        const size_t first = choice->stars.first[number], end = choice->stars.first[number + 1];
+        const size_t first = l.stars.first[number], end = l.stars.first[number + 1];
         bool alone = l.rank[i].value > -(double)INFINITY;
         for (size_t s = first; s < end; s++)
-            alone = alone && !taken[choice->stars.slot[s] / 4];
+            alone = alone && !taken[l.stars.slot[s] / 4];
         for (size_t s = first; s < end && alone; s++)
-            taken[choice->stars.slot[s] / 4] = true;
+            taken[l.stars.slot[s] / 4] = true;
         if (alone)
             probe[(*found)++] = number;
     }
+    stars_clear(&l.stars);
     free(taken);
     free(l.rank);
     return err;

@@ -5,13 +5,19 @@
 
 #include <math.h>
 
+/* fmax that is no call */
+static inline double most(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 double ruler_error(const double *light, const double *truth, const double *variance, double floor)
 {
     double square[SPHERE_COUNT];
     for (int d = 0; d < SPHERE_COUNT; d++) {
-        const double s = fmax(light[d], 0), below = fmax(truth[d], floor), x = s - truth[d];
+        const double s = most(light[d], 0), below = most(truth[d], floor), x = s - truth[d];
         square[d] = below > 0 ? (x * x - variance[d]) / (below * below) : s > 0;
-        square[d] = fmin(fmax(square[d], -1), 1);
+        square[d] = -most(-most(square[d], -1), -1);
     }
     const double mean = sphere_mean(square);
     return copysign(sqrt(fabs(mean)), mean);

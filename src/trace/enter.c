@@ -5,6 +5,17 @@
 #include <float.h>
 #include <math.h>
 
+/* fmin and fmax that are no calls: millions of triangles are asked for. */
+static inline double least(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double most(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* How far floats of rays and surfaces may be off, of the largest coordinate. */
 static const double slack = 16 * (double)FLT_EPSILON;
 
@@ -43,18 +54,18 @@ static inline bool separates(const struct cell *c, const struct vec3 triangle[3]
                              struct vec3 axis)
 {
     const struct range a = range_of(axis, c->count, c->corner), b = range_of(axis, 3, triangle);
-    const double apart = fmax(a.low - b.high, b.low - a.high);
+    const double apart = most(a.low - b.high, b.low - a.high);
     return apart > gap * (fabs(axis.x) + fabs(axis.y) + fabs(axis.z));
 }
 
 static bool boxes_part(const struct cell *c, const struct vec3 t[3], double gap)
 {
-    return fmax(t[0].x, fmax(t[1].x, t[2].x)) < c->low.x - gap ||
-           fmax(t[0].y, fmax(t[1].y, t[2].y)) < c->low.y - gap ||
-           fmax(t[0].z, fmax(t[1].z, t[2].z)) < c->low.z - gap ||
-           fmin(t[0].x, fmin(t[1].x, t[2].x)) > c->high.x + gap ||
-           fmin(t[0].y, fmin(t[1].y, t[2].y)) > c->high.y + gap ||
-           fmin(t[0].z, fmin(t[1].z, t[2].z)) > c->high.z + gap;
+    return most(t[0].x, most(t[1].x, t[2].x)) < c->low.x - gap ||
+           most(t[0].y, most(t[1].y, t[2].y)) < c->low.y - gap ||
+           most(t[0].z, most(t[1].z, t[2].z)) < c->low.z - gap ||
+           least(t[0].x, least(t[1].x, t[2].x)) > c->high.x + gap ||
+           least(t[0].y, least(t[1].y, t[2].y)) > c->high.y + gap ||
+           least(t[0].z, least(t[1].z, t[2].z)) > c->high.z + gap;
 }
 
 /* Of cells that are flat some axes are not tried: then what is near them may count. */
@@ -91,7 +102,7 @@ static bool try_candidate(struct RTCPointQueryFunctionArguments *args)
     trace_corners(c->tracer, entering.instance, entering.triangle, corner);
     for (int k = 0; k < 3; k++) {
         t[k] = (struct vec3){(double)corner[k].x, (double)corner[k].y, (double)corner[k].z};
-        size = fmax(size, fmax(fabs(t[k].x), fmax(fabs(t[k].y), fabs(t[k].z))));
+        size = most(size, most(fabs(t[k].x), most(fabs(t[k].y), fabs(t[k].z))));
     }
     if (are_apart(c, t, slack * size))
         return false;
