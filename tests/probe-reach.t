@@ -39,6 +39,11 @@ box 0 0 0 4 3 4 in >room.obj
 walked room.obj '2 1 2'
 check "a room of 4 by 4 has 23 x 23 places, as far from its walls as the body is wide" \
     has_lines 529 rows and every 'near($2, .9, 1e-5) && $1 > .34 && $1 < 3.66' rows
+for y in 0 -.001 .02 2.9; do
+    walked room.obj "2 $y 2"
+    has_lines 529 rows && echo so
+done >same
+check "from wherever a start is: at the feet, the eyes, or above its head" has_lines 4 same
 walked room.obj '2 1 2' --fly
 check "and 16 layers of them for a ball" has_lines 8464 rows
 awk '/^v/ { print $1, 100 * $2, 100 * $3, 100 * $4; next } { print }' room.obj >cm.obj
@@ -128,6 +133,10 @@ awk 'BEGIN {
 walked hills.obj '0 3 0' --cell .3
 check "on open hills it follows the ground" \
     every 'near($2 - .9, 2 + 2 * sin($1 / 3), .05)' rows and gets '$1 < -9.5' and gets '$1 > 9.5'
+
+printf '%s\n' 'v -3 0 -3' 'v -3 0 3' 'v 3 0 3' 'v 3 0 -3' 'f 1 2 3 4' >flat.obj
+walked flat.obj '0 0 0' --cell .3
+check "and a flat one to its ends" has_lines 441 rows
 
 # -- starts ----------------------------------------------------------------------------------------
 # A room with a block, and another room; nothing is between them.

@@ -81,7 +81,7 @@ static int32_t layer_of(const struct reach *r, double low)
 {
     const double layer = r->settings.fly ? r->cell : r->settings.height / 4,
                  from = r->settings.fly ? low + r->settings.radius : low;
-    return (int32_t)floor((from - r->origin) / layer + .5);
+    return (int32_t)fmin(fmax(floor((from - r->origin) / layer + .5), -2e9), 2e9);
 }
 
 static void put(struct reach *r, uint32_t number)
@@ -108,12 +108,17 @@ static int64_t find(const struct reach *r, int32_t i, int32_t j, double low)
     return NONE;
 }
 
+static struct error *refuse_size(const struct reach *r)
+{
+    return error_new("the region has more than %d cells of %g: --cell makes them larger, "
+                     "--max-cells allows more (lengths are in units of the scene)",
+                     r->settings.most, r->cell);
+}
+
 static struct error *add(struct reach *r, struct state state, int64_t *number)
 {
     if (r->count >= (size_t)r->settings.most || abs(state.i) >= FAR || abs(state.j) >= FAR)
-        return error_new("the region has more than %d cells of %g: --cell makes them larger, "
-                         "--max-cells allows more (lengths are in units of the scene)",
-                         r->settings.most, r->cell);
+        return refuse_size(r);
     struct error *err = array_reserve(&r->state, &r->room, r->count + 1, sizeof *r->state);
     if (!err && 2 * (r->count + 1) > r->slots) {
         const size_t slots = r->slots ? 2 * r->slots : 1024;
@@ -344,8 +349,10 @@ static struct error *refuse_body(const struct reach *r, const double p[3])
                      s->radius, s->height, p[0], p[1], p[2], s->climb);
 }
 
-/* Comes to one of the nodes around a start, the nearest that a body gets to. */
-static struct error *start_at(struct reach *r, const double p[3], int32_t part)
+/* Comes to one of the nodes around a start, the nearest that a body gets to. lifted: as of
+ * lift_start. */
+static struct error *start_at(struct reach *r, const double p[3], const double lifted[3],
+                              int32_t part)
 {
     const struct reach_settings *s = &r->settings;
     const double e = r->way * p[r->up], i = (p[r->u] - r->origin_u) / r->cell,
@@ -355,10 +362,13 @@ static struct error *start_at(struct reach *r, const double p[3], int32_t part)
     double floor_at = 0, q[3];
     bool falls;
     struct error *err = NULL;
-    if (!s->fly && !find_floor(r, p, s->height + s->drop, &floor_at))
+    const double most = s->height + s->drop;
+    if (!(fmax(fabs(i), fabs(j)) < FAR && fabs(middle) < 1e9))
+        return refuse_size(r);
+    if (!s->fly && !find_floor(r, lifted, most + fabs(lifted[r->up] - p[r->up]), &floor_at))
         return error_new("there is no floor below %g %g %g, no farther than %g down (--height and "
                          "--drop) and not steeper than 60 degrees",
-                         p[0], p[1], p[2], s->height + s->drop);
+                         p[0], p[1], p[2], most);
     for (int ring = 0; ring < 9 && r->comings == before && !err; ring++) {
         static const int off[9][2] = {{0, 0}, {1, 0},  {-1, 0}, {0, 1},  {0, -1},
                                       {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
@@ -372,6 +382,20 @@ static struct error *start_at(struct reach *r, const double p[3], int32_t part)
             err = fly(r, a, b, to, part);
     }
     return err || r->comings > before ? err : refuse_body(r, p);
+}
+
+/* A start that was given at its feet, on the floor or a hair below it, is lifted into the body. */
+static void lift_start(const struct reach *r, const double p[3], double lifted[3])
+{
+    const struct reach_settings *s = &r->settings;
+    const double most = fmin(s->climb > 0 ? s->climb : s->radius, s->height / 4);
+    double up[3] = {0};
+    memcpy(lifted, p, 3 * sizeof *p);
+    up[r->up] = r->way;
+    if (s->fly)
+        return;
+    const struct trace_hit hit = trace_nearest(r->tracer, p, up, most);
+    lifted[r->up] += r->way * (!hit.hit || hit.distance < most / 8 ? most : hit.distance / 2);
 }
 
 static struct error *take_start(struct starting *starting, const double p[3])
@@ -389,7 +413,9 @@ static struct error *take_start(struct starting *starting, const double p[3])
                 "%g %g %g",
                 p[0], p[1], p[2], r->scene.low[0], r->scene.low[1], r->scene.low[2],
                 r->scene.high[0], r->scene.high[1], r->scene.high[2]);
-    const enum place_side side = place_judge_side(starting->judge, p);
+    double q[3];
+    lift_start(r, p, q);
+    const enum place_side side = place_judge_side(starting->judge, q);
     if (side != PLACE_AIR)
         return error_new("the start %g %g %g is %s", p[0], p[1], p[2], where[side]);
     if (!r->parts) {
@@ -402,7 +428,7 @@ static struct error *take_start(struct starting *starting, const double p[3])
         return err;
     const int32_t part = (int32_t)r->parts++;
     r->root[part] = part;
-    err = start_at(r, p, part);
+    err = start_at(r, p, q, part);
     return err ? err : flood(r, part);
 }
 
@@ -415,21 +441,25 @@ static struct error *take(void *context, const struct points *points, const doub
     return err;
 }
 
-/* Judges by even points of the scene's box. */
+/* Judges by even points of the scene's box, with the air that bodies need above it: an open ground
+ * may be flat. */
 static struct error *judge_scene(struct place_judge **judge, const struct reach *r,
                                  struct warnings *warnings)
 {
     enum { ASKED = 512 };
-    static const double step[3] = {0.8191725133961644, 0.6710436067037892, 0.5497004779019702};
+    static const double even[3] = {0.8191725133961644, 0.6710436067037892, 0.5497004779019702};
     struct place_inside_settings settings = place_inside_default();
     struct place place = {.count = ASKED};
+    struct box box = r->scene;
+    double *side = r->way > 0 ? &box.high[r->up] : &box.low[r->up];
+    *side += 2 * r->way * r->settings.height;
     settings.threads = r->settings.threads;
     struct error *err = array_create(&place.position, 3 * place.count, sizeof *place.position);
     for (size_t i = 0; i < place.count && !err; i++)
         for (int k = 0; k < 3; k++) {
-            const double x = (double)(i + 1) * step[k];
-            place.position[3 * i + (size_t)k] =
-                r->scene.low[k] + (r->scene.high[k] - r->scene.low[k]) * (x - floor(x));
+            const double x = (double)(i + 1) * even[k];
+            place.position[3 * i + (size_t)k] = box.low[k] +
+                                                (box.high[k] - box.low[k]) * (x - floor(x));
         }
     if (!err)
         err = place_judge_create(judge, &place, r->tracer, &settings, NULL, warnings);
