@@ -12,6 +12,7 @@
 #include "capture/capture.h"
 #include "libprobe-query/sh.h"
 #include "light/light_options.h"
+#include "place/reach.h"
 #include "scene/scene_settings.h"
 #include "stream/common_options.h"
 
@@ -34,6 +35,8 @@ struct arguments {
     int64_t probes, bytes;
     int order, rays, bounces, light;
     double bounds[6];
+    const char *reach;
+    struct reach_settings body;
     struct dering_settings dering;
     struct scene_settings scene;
     struct common common;
@@ -397,6 +400,11 @@ static struct error *check(const struct arguments *a, const struct program *prog
         return error_usage("--pack: expected a file's name, got '-'");
     if (a->pack && !strcmp(a->pack, a->common.output))
         return error_usage("--pack and --output name the same file, %s", a->pack);
+    const char *of_body = reach_option_given(&a->body);
+    if (of_body && !a->reach)
+        return error_usage("%s goes with --reach", of_body);
+    if (a->reach && !strcmp(a->reach, "-"))
+        return error_usage("--reach: expected a file, which several programs read, got '-'");
     if (a->max_error_given && !(a->max_error > 0 && a->max_error < 1))
         return error_usage("--max-error: expected a share between 0 and 1, got %g", a->max_error);
     return light_dering_check(&a->dering);
@@ -404,8 +412,10 @@ static struct error *check(const struct arguments *a, const struct program *prog
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {
-        .quality = PLAN_GOOD, .scene = scene_settings_default(), .common = common_default()};
+    struct arguments a = {.quality = PLAN_GOOD,
+                          .body = reach_default(),
+                          .scene = scene_settings_default(),
+                          .common = common_default()};
     const struct option_row rows[] = {
         {.name = "quality",
          .argument = "LEVEL",
@@ -447,6 +457,12 @@ int main(int argc, char **argv)
          .given = &a.bounds_given,
          .shown = "the scene's",
          .help = "the box that probes are for, in units of the scene"},
+        {.name = "reach",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &a.reach,
+         .shown = "anywhere",
+         .help = "only where a body gets from the start points in FILE, x y z a line"},
         {.name = "light",
          .argument = "WHICH",
          .kind = OPTION_CHOICE,
@@ -495,9 +511,14 @@ int main(int argc, char **argv)
          .value = &a.dry_run,
          .help = "print the pipe to standard output, and run nothing"},
         {0}};
+    struct option_row body[REACH_OPTION_ROWS] = {{0}};
+    reach_option_rows(&a.body, body);
     struct option_row dering[LIGHT_DERING_ROWS], of_scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
-        rows, light_dering_rows(&a.dering, dering), scene_settings_rows(&a.scene, of_scene),
+        rows,
+        body,
+        light_dering_rows(&a.dering, dering),
+        scene_settings_rows(&a.scene, of_scene),
         common_rows(&a.common, COMMON_STREAM | COMMON_SEED | COMMON_THREADS | COMMON_PROGRESS,
                     shared),
         NULL};

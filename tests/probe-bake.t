@@ -65,6 +65,12 @@ probe-bake --dry-run --max-error 10% --sun 0,-1,0,1,1,1 "$box" >dry
 check "--max-error takes the place of the number of probes" \
     says dry 'probe-place adaptive .*--max-error 10%.*--sun' and lacks dry '--probes'
 
+probe-bake --dry-run --reach start.txt --fly --radius .2 "$box" >dry
+check "--reach and its body are of placing" \
+    says dry "probe-place .*--reach start.txt --fly --radius .2" \
+    and [ "$(grep -c -- '--reach' dry)" = 1 ]
+refused 2 "--fly goes with --reach" probe-bake --fly "$box"
+
 # under other names it runs programs of such names
 mkdir named
 cp "$BUILD/src/probe-bake" named/my-probe-bake-2

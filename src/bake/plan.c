@@ -81,6 +81,15 @@ struct route {
 static const struct route routes[] = {
     /* where probes may be */
     {"bounds", TO_PLACE | TO_ERROR},
+    {"reach", TO_PLACE | TO_ERROR},
+    {"radius", TO_PLACE | TO_ERROR},
+    {"height", TO_PLACE | TO_ERROR},
+    {"climb", TO_PLACE | TO_ERROR},
+    {"drop", TO_PLACE | TO_ERROR},
+    {"headroom", TO_PLACE | TO_ERROR},
+    {"cell", TO_PLACE | TO_ERROR},
+    {"fly", TO_PLACE | TO_ERROR},
+    {"max-cells", TO_PLACE | TO_ERROR},
     /* how many */
     {"max-error", TO_ADAPTIVE},
     {"probes", TO_ADAPTIVE},
