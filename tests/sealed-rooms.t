@@ -53,7 +53,7 @@ for lean in ".3 .1 150" "-.6 .3 300" ".2 -.5 200"; do
     set -- $lean
     sealed "$1" "$2" >sealed.obj
     points_of "$1" "$2"
-    probe-place grid -q --count "$3" sealed.obj |
+    probe-place grid --clearance 50% -q --count "$3" sealed.obj |
         probe-capture -q --rays 32 --bounces 4 sealed.obj | probe-tet -q >cells.probe
     probe-leakfix sealed.obj cells.probe >baked.probe 2>said
     for how in nearest extend; do

@@ -362,8 +362,11 @@ struct error *choice_look(const struct choice *choice, struct choice_errors *err
     if (!err)
         err = sight_find(&sights, choice->tracer, &choice->mesh, choice->world.job->threads);
     if (!err) {
-        const enum probe_status status =
+        enum probe_status status =
             probe_volume_set_sight(choice->volume, sights.sight, sights.stand_in, &row);
+        if (!status)
+            status = probe_volume_set_sight_outside(choice->volume, sights.outside,
+                                                    sights.stand_in_outside, &row);
         err = cells_volume_error(status, row);
     }
     if (!err)
@@ -378,6 +381,8 @@ struct error *choice_look(const struct choice *choice, struct choice_errors *err
     free(smooth);
     return err;
 }
+
+enum { OUTSIDE_BYTES = 56 }; /* man libprobe-query */
 
 /* Packed files hold as many numbers of sight, whatever they are. */
 static struct error *set_open_sight(const struct choice *choice)
@@ -407,8 +412,14 @@ size_t choice_bytes(const struct choice *choice, int order)
     struct error *err = array_create(&sh, 3 * choice->count * (size_t)(order * order), sizeof *sh);
     if (!err)
         err = set_open_sight(choice);
-    const size_t bytes =
+    size_t bytes =
         err ? 0 : probe_volume_pack(choice->volume, order, sh, 0, PROBE_PACK_FLOAT, NULL, 0);
+    for (size_t i = 0; bytes && i < choice->mesh.cell_count; i++)
+        for (int k = 0; k < 4; k++) /* something may stand beyond each cell of the hull */
+            if (choice->mesh.neighbour[4 * i + (size_t)k] < 0) {
+                bytes += OUTSIDE_BYTES;
+                break;
+            }
     probe_volume_set_sight(choice->volume, NULL, NULL, NULL);
     error_destroy(err);
     free(sh);
