@@ -80,6 +80,19 @@ done
 check "1 and 3 threads give the same bytes" cmp threads1.probe threads3.probe \
     and test -s threads1.probe
 
+# A path along the wall in the dark room: light changes there that is from beyond, and none that
+# is seen.
+awk 'BEGIN {
+    for (i = 0; i <= 40; i++) print 2.1 + .2 * (i / 40 - .5) + .1, .5 + i / 40, 1.25
+}' >path.txt
+change() {
+    probe-error -q --points 20 --path path.txt --truth-rays 16 --leak-samples 0 --tsv \
+        --visible "$1" sealed.obj baked.probe | awk -F '\t' '/^change_most\tprobes/ { print $3 }'
+}
+{ change all; change kept; change rays; } | paste -s -d ' ' - >changes
+check "change along a path is of the light that is asked for ($(cat changes))" \
+    every 'NF == 3 && $1 > .1 && $2 < 1e-3 * $1 && $3 < 1e-3 * $1' changes
+
 # Where nothing stands outside of the hull, nothing is kept of it.
 sed '/^f 9 /d' sealed.obj >open.obj
 probe-leakfix -q --points 0 open.obj cells.probe | probe-cat --text >open.text
@@ -88,4 +101,10 @@ check "in a room without a wall nothing is kept of the outside" says open.text '
 probe-capture --again -q open.obj baked.probe 2>said | probe-cat --text >again.text
 check "and of other surfaces it is left out" lacks again.text 'sight_outside' \
     and says again.text '^table tet'
+
+if ! sanitized; then
+    (ulimit -v 3000000 && probe-error -q --points 10000000 sealed.obj baked.probe) >out 2>said
+    check "more points than there is memory for are refused at once, with what they ask for" \
+        says said 'out of memory: 8 GB for the truth at [0-9]* points'
+fi
 tap_done

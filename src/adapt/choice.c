@@ -412,8 +412,8 @@ size_t choice_bytes(const struct choice *choice, int order)
     struct error *err = array_create(&sh, 3 * choice->count * (size_t)(order * order), sizeof *sh);
     if (!err)
         err = set_open_sight(choice);
-    size_t bytes =
-        err ? 0 : probe_volume_pack(choice->volume, order, sh, 0, PROBE_PACK_FLOAT, NULL, 0);
+    size_t bytes = err ? 0
+                       : probe_volume_pack(choice->volume, order, sh, 0, PROBE_PACK_FLOAT, NULL, 0);
     for (size_t i = 0; bytes && i < choice->mesh.cell_count; i++)
         for (int k = 0; k < 4; k++) /* something may stand beyond each cell of the hull */
             if (choice->mesh.neighbour[4 * i + (size_t)k] < 0) {

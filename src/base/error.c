@@ -95,6 +95,19 @@ struct error *error_system(int number, const char *format, ...)
     return error_from(EXIT_BAD_DATA, number == EPIPE, message);
 }
 
+struct error *error_memory_for(struct error *err, const char *format, ...)
+{
+    if (err != &out_of_memory)
+        return err;
+    va_list args;
+    va_start(args, format);
+    char *what = format_new(format, args);
+    va_end(args);
+    char *message = what ? join(err->message, what) : NULL;
+    free(what);
+    return message ? error_from(EXIT_BAD_DATA, false, message) : err;
+}
+
 struct error *error_wrap(struct error *err, const char *format, ...)
 {
     if (!err || err == &out_of_memory)

@@ -46,6 +46,10 @@ struct error *error_system(int number, const char *format, ...)
 /* The error for memory that could not be had. Static: destroying it is legal and does nothing. */
 struct error *error_memory(void);
 
+/* Where `err` is that, an error that says what was asked for as well; others stay as they are. */
+struct error *error_memory_for(struct error *err, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
 /* Puts a printf-formatted context and ": " before the message of `err`; takes `err` and
  * returns it changed. NULL stays NULL, so a whole call can be wrapped unconditionally. */
 struct error *error_wrap(struct error *err, const char *format, ...)

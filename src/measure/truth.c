@@ -428,6 +428,20 @@ static struct error *open_reach(struct reach **reach, const struct truth_job *jo
     return NULL;
 }
 
+/* Refuses early what there is no memory for: points are judged, and traced, for long before all of
+ * it is needed. */
+static struct error *check_memory(const struct truth_settings *s)
+{
+    enum { EACH = 3 * sizeof(double) + sizeof(int32_t) + (1 + 2 * TRUTH_WIDTH) * sizeof(float) };
+    void *room = NULL;
+    struct error *err = array_create(&room, truth_size(s), EACH);
+    free(room);
+    return error_memory_for(err,
+                            "%.3g GB for the truth at %zu points (--points and --paths), %d "
+                            "bytes each",
+                            (double)truth_size(s) * EACH / 1e9, truth_size(s), (int)EACH);
+}
+
 struct error *truth_trace(struct truth *truth, const struct truth_job *job)
 {
     const struct stage *stage = job->stage;
@@ -444,6 +458,8 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job)
     space.step = s->step_given ? s->step : default_step(space.bounds);
     if (!err && (!(space.step > 0) || !(space.step < (double)INFINITY)))
         err = error_new("the box is a point: --bounds says where to look");
+    if (!err)
+        err = check_memory(s);
     if (!err)
         err = place_all(&space, &place, &path, &points);
     if (!err)

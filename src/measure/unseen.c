@@ -54,7 +54,8 @@ void unseen_of(const struct baked *baked, const struct sphere_basis *basis,
 
 /* -- points of cells -------------------------------------------------------------------------- */
 
-enum { BLENDS = 2, BLOCK = 4096 }; /* of all of a cell's probes, as it is; cells at a time */
+/* Of all of a cell's probes, as it is; cells and, if they have fewer, points at a time. */
+enum { BLENDS = 2, BLOCK = 4096, SAMPLES = 1 << 20 };
 
 /* What is kept of a point. */
 struct sample {
@@ -281,6 +282,9 @@ static struct error *look_from_block(struct job *job)
         job->first[i + 1] = job->first[i] + count_of(job, job->begin + i);
     struct error *err =
         array_reserve(&job->sample, &job->room, job->first[count], sizeof *job->sample);
+    err = error_memory_for(err, "%.3g GB for %zu points of %zu cells (--points, --leak-samples)",
+                           (double)(job->first[count] * sizeof *job->sample) / 1e9,
+                           job->first[count], count);
     if (!err)
         err = threads_for(job->settings->threads, count, look_from_cell, job);
     job->asked_count = 0;
@@ -431,6 +435,15 @@ static struct error *start(struct job *job, struct unseen_cells *cells)
     return err ? err : array_create(&cells->cell_free, count, sizeof *cells->cell_free);
 }
 
+/* The cells of the next block end here: one of them at least. */
+static size_t end_of_block(const struct job *job)
+{
+    size_t end = job->begin, points = 0;
+    while (end < job->baked->mesh.cells && end < job->begin + BLOCK && points < SAMPLES)
+        points += count_of(job, end++);
+    return end;
+}
+
 struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *tracer,
                            const struct baked *baked, const struct unseen_settings *settings)
 {
@@ -442,7 +455,7 @@ struct error *unseen_cells(struct unseen_cells *cells, const struct tracer *trac
                          baked->mesh.corners ? "the cell is a point" : "there are no cells");
     struct error *err = start(&job, cells);
     for (; job.begin < baked->mesh.cells && !err; job.begin = job.end) {
-        job.end = job.begin + BLOCK < baked->mesh.cells ? job.begin + BLOCK : baked->mesh.cells;
+        job.end = end_of_block(&job);
         err = look_from_block(&job);
         for (size_t i = 0; i < job.end - job.begin && !err; i++) {
             add_cell(&job, i, &totals, cells);

@@ -23,10 +23,18 @@
 
 enum { FOR_BOX = 0x424f5820, BLENDS = 2 }; /* of all probes of a cell, as it is */
 
+enum { SLICE = 1 << 14 }; /* points at a time */
+
 struct point {
     double position[3];
     struct unseen of[BLENDS];
     bool counts, lost;
+};
+
+/* Of all points. */
+struct sums {
+    struct stratum weight, light;
+    double blind, worst, worst_point[3];
 };
 
 struct job {
@@ -39,6 +47,7 @@ struct job {
     bool lit;
     struct box box;
     double start[3];
+    size_t first, count; /* of the slice */
     struct point *point;
     size_t *asked; /* points that see none of their probes, and may be in matter */
     size_t asked_count;
@@ -61,7 +70,7 @@ static struct error *look_from(void *context, size_t i, int thread)
     struct probe_place all = {.cell = PROBE_COLD}, now = {.cell = PROBE_COLD};
     struct seen_look seen[BLENDS];
     for (int k = 0; k < 3; k++) {
-        const double x = job->start[k] + (double)i * step[k], u = x - floor(x);
+        const double x = job->start[k] + (double)(job->first + i) * step[k], u = x - floor(x);
         p->position[k] = job->box.low[k] + u * (job->box.high[k] - job->box.low[k]);
     }
     probe_volume_locate(job->all, p->position, &all);
@@ -88,49 +97,53 @@ static struct error *judge(void *context, size_t index, int thread)
 }
 
 /* What sees a probe is in free space; the others are asked, and whether they see any at all. */
-static struct error *judge_blind(struct job *job, size_t points, int threads)
+static struct error *judge_blind(struct job *job, int threads)
 {
     const struct baked *b = job->baked;
-    struct error *err = array_create(&job->asked, points, sizeof *job->asked);
-    for (size_t i = 0; i < points && !err; i++)
+    struct error *err = NULL;
+    job->asked_count = 0;
+    for (size_t i = 0; i < job->count; i++)
         if (job->point[i].counts && job->point[i].of[0].blind && job->point[i].of[1].blind)
             job->asked[job->asked_count++] = i;
-    if (err || !job->asked_count)
-        return err;
+    if (!job->asked_count)
+        return NULL;
     err = place_judge_of(job->judge, job->tracer, b->probe_count, b->position, threads);
-    if (!err)
+    if (!err && !job->seen)
         err = seen_create(&job->seen, job->tracer, b->probe_count, b->position,
                           job->lit ? b->sh : NULL, b->width);
     return err ? err : threads_for(threads, job->asked_count, judge, job);
 }
 
-static void sum_up(const struct job *job, size_t points, int blend, double volume,
-                   struct unseen_outside_blend *out)
+static void add(const struct job *job, int blend, struct sums *sums)
 {
-    const struct estimate unknown = {(double)NAN, (double)NAN, (double)NAN};
-    struct stratum weight = {0}, light = {0};
-    struct ratio weights = {0}, lights = {0};
-    double count = 0, blind = 0;
-    *out = (struct unseen_outside_blend){0};
-    for (size_t i = 0; i < points; i++) {
+    for (size_t i = 0; i < job->count; i++) {
         const struct point *p = &job->point[i];
         const struct unseen *u = &p->of[blend];
-        stratum_add(&weight, p->counts ? u->weight : 0, p->counts);
-        stratum_add(&light, p->counts ? u->light : 0, p->counts ? u->bright : 0);
+        stratum_add(&sums->weight, p->counts ? u->weight : 0, p->counts);
+        stratum_add(&sums->light, p->counts ? u->light : 0, p->counts ? u->bright : 0);
         if (!p->counts)
             continue;
-        count++;
-        blind += u->blind;
-        if (u->weight > out->worst) {
-            out->worst = u->weight;
-            memcpy(out->worst_point, p->position, sizeof out->worst_point);
+        sums->blind += u->blind;
+        if (u->weight > sums->worst) {
+            sums->worst = u->weight;
+            memcpy(sums->worst_point, p->position, sizeof sums->worst_point);
         }
     }
-    ratio_add(&weights, &weight, points, volume, true);
-    ratio_add(&lights, &light, points, volume, true);
-    out->weight = ratio_estimate(&weights);
-    out->light = job->lit ? ratio_estimate(&lights) : unknown;
-    out->blind = count > 0 ? blind / count : 0;
+}
+
+static struct unseen_outside_blend sum_up(const struct job *job, const struct sums *sums,
+                                          size_t points)
+{
+    const struct estimate unknown = {(double)NAN, (double)NAN, (double)NAN};
+    struct unseen_outside_blend out = {.worst = sums->worst};
+    struct ratio weight = {0}, light = {0};
+    ratio_add(&weight, &sums->weight, points, 1, true);
+    ratio_add(&light, &sums->light, points, 1, true);
+    out.weight = ratio_estimate(&weight);
+    out.light = job->lit ? ratio_estimate(&light) : unknown;
+    out.blind = sums->weight.x > 0 ? sums->blind / sums->weight.x : 0;
+    memcpy(out.worst_point, sums->worst_point, sizeof out.worst_point);
+    return out;
 }
 
 static bool has_light(const struct baked *b)
@@ -154,7 +167,9 @@ struct error *unseen_outside(struct unseen_outside *outside, const struct tracer
                       .box = {{scene->box_min.x, scene->box_min.y, scene->box_min.z},
                               {scene->box_max.x, scene->box_max.y, scene->box_max.z}}};
     struct random r = random_start(settings->seed, 0, FOR_BOX);
+    struct sums sums[BLENDS];
     double volume = 1;
+    memset(sums, 0, sizeof sums);
     *outside = (struct unseen_outside){.differ = baked_sees(baked)};
     for (int k = 0; k < 3; k++) {
         volume *= job.box.high[k] - job.box.low[k];
@@ -167,20 +182,24 @@ struct error *unseen_outside(struct unseen_outside *outside, const struct tracer
     struct error *err =
         cells_volume_create(&baked->mesh, baked->in ? baked->in->settings.outside : 0, &job.all);
     if (!err)
-        err = array_create(&job.point, points, sizeof *job.point);
+        err = array_create(&job.point, SLICE, sizeof *job.point);
     if (!err)
-        err = threads_for(settings->threads, points, look_from, &job);
-    if (!err)
-        err = judge_blind(&job, points, settings->threads);
-    for (size_t i = 0; i < points && !err; i++) {
-        outside->points += job.point[i].counts;
-        outside->lost += job.point[i].lost;
+        err = array_create(&job.asked, SLICE, sizeof *job.asked);
+    for (; job.first < points && !err; job.first += job.count) {
+        job.count = points - job.first < SLICE ? points - job.first : SLICE;
+        err = threads_for(settings->threads, job.count, look_from, &job);
+        if (!err)
+            err = judge_blind(&job, settings->threads);
+        for (int blend = 0; blend < BLENDS && !err; blend++)
+            add(&job, blend, &sums[blend]);
+        for (size_t i = 0; i < job.count && !err; i++) {
+            outside->points += job.point[i].counts;
+            outside->lost += job.point[i].lost;
+        }
     }
     outside->lost /= fmax(outside->lost + (double)outside->points, 1);
-    if (!err) {
-        sum_up(&job, points, 0, volume, &outside->all);
-        sum_up(&job, points, 1, volume, &outside->now);
-    }
+    outside->all = sum_up(&job, &sums[0], points);
+    outside->now = sum_up(&job, &sums[1], points);
     free(job.point);
     free(job.asked);
     seen_destroy(job.seen);
