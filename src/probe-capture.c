@@ -49,7 +49,8 @@ static void warn_after(const struct capture_run *run, struct warnings *warnings)
                      "%s: what cells keep of what their points see is of other surfaces: left out "
                      "(probe-leakfix looks anew)",
                      scene->path);
-    if (run->probes && !run->captured && !run->left)
+    if (run->probes && !run->captured && !run->left &&
+        !header_key(stream_reader_header(run->reader), CAPTURE_BY_KEY))
         warnings_add(warnings, "nothing to do",
                      "all %zu probes%s have light already (--again captures them anew)",
                      run->probes, run->options.slice.parts > 1 ? " of the slice" : "");

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "capture/capture.h"
 #include "import/import_scene.h"
 #include "place/place_inside.h"
 #include "place/place_method.h"
@@ -110,7 +111,7 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
             column_i32(origin)[kept] = place->origin[i];
         if (mark)
             column_i32(mark)[kept] = (int32_t)side[i];
-        table_copy_rows(probes, kept, &place->columns, i, 1);
+        table_copy_rows(probes, kept, &place->columns, i, place->columns.column_count ? 1 : 0);
         kept++;
     }
     if (!err)
@@ -149,9 +150,28 @@ static struct error *check_given(const struct arguments *a, const struct scene_s
     return NULL;
 }
 
+/* The keys of light that was traced, as probe-capture has them, and who traced it. */
+static struct error *add_light_keys(struct stream_header *header, const struct place *place,
+                                    const struct scene *scene, struct scene_settings *settings)
+{
+    char key[SCENE_KEY_ROOM];
+    struct error *err = NULL;
+    for (size_t i = 0; i < place->header.key_count && !err; i++)
+        err = header_set_key(header, place->header.keys[i].name, place->header.keys[i].value);
+    if (!err)
+        err = scene_settings_found_sky(settings, scene);
+    if (!err)
+        err = scene_settings_to_header(settings, header);
+    if (!err) {
+        scene_key_text(scene, NULL, key);
+        err = header_set_key(header, "scene-key", key);
+    }
+    return err ? err : header_set_key(header, CAPTURE_BY_KEY, "probe-place");
+}
+
 static struct error *place_probes(struct arguments *a, struct program *program,
-                                  const struct scene_settings *settings,
-                                  const struct common *common, struct warnings *warnings)
+                                  struct scene_settings *settings, const struct common *common,
+                                  struct warnings *warnings)
 {
     struct scene *scene = NULL;
     struct stream *stream = NULL;
@@ -199,6 +219,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = scene_file_to_header(settings, &stream->header);
     if (!err)
         err = scene_told_in(warnings, &stream->header, common->quiet);
+    if (!err && place.columns.column_count)
+        err = add_light_keys(&stream->header, &place, scene, settings);
     if (!err)
         err = header_add_provenance(&stream->header, program->recorded);
     if (!err)

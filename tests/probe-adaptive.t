@@ -48,7 +48,7 @@ check "light that is the same everywhere needs 4 probes" probes even.obj --max-e
 check "and no more where more are asked for" probes even.obj --probes 50 --rays 256 \
     and says said ': 4 probes of .*: the error is flat'
 check "they are a stream of positions and of what placed them" says placed.probe \
-    '^table probe position:f64:3 origin:i32:1$' ' 5$' and [ "$(placed)" -eq 4 ]
+    '^table probe position:f64:3 origin:i32:1 sh:f32:27 ' ' 5 ' and [ "$(placed)" -eq 4 ]
 probes halves.obj --max-error 1.5% --rays 64
 check "two rooms of constant light need few ($(placed))" [ "$(placed)" -le 24 ]
 probe-cat --text placed.probe | numbers |
@@ -79,8 +79,8 @@ else
         grep '^f' lamp.obj | head -n 12 | tac | awk '{ print "f", $3 + 9, $4 + 9, $2 + 9 }'
     } >turned.obj
     check "whatever the order of triangles" probes turned.obj --probes 37 --rays 64
-    probe-cat --text of-37 | numbers >a
-    probe-cat --text placed.probe | numbers >b
+    probe-cat --text --columns position of-37 | numbers >a
+    probe-cat --text --columns position placed.probe | numbers >b
     check "it is the same to rounding" near 1e-6 a b
 fi
 check "--bytes" probes lamp.obj --bytes 20000 --rays 64 and says said 'as --bytes allows'
@@ -126,7 +126,7 @@ fi
 printf '%s\n' '.5 .5 .5' '2.5 1.5 1' | probe-place points - >kept.probe
 probes lamp.obj --probes 20 --rays 64 --keep kept.probe
 check "--keep" [ "$(placed)" -eq 20 ]
-probe-cat --text placed.probe | numbers | head -n 2 >rows
+probe-cat --text --columns position,origin placed.probe | numbers | head -n 2 >rows
 check "has them first, and does not say what placed them" \
     says rows '^0.5 0.5 0.5 -1$' '^2.5 1.5 1 -1$'
 cp placed.probe kept.probe
@@ -134,6 +134,32 @@ check "and of streams that do, what they say" \
     probes lamp.obj --probes 30 --rays 64 --keep kept.probe
 probe-cat --text placed.probe | numbers | awk '$4 == 5' >rows
 check "of all but two" has_lines 28 rows
+
+# -- light that is kept ----------------------------------------------------------------------------
+# light STREAM: position and light of each probe, into the file of that name
+light() { rows_of position,sh,sh_error,validity,depth,sky "$1.probe" >"$1"; }
+for rays in 100 20; do
+    probes lamp.obj --probes 12 --rays $rays --seed 3
+    rows_of position placed.probe | probe-place points - >bare.probe
+    probe-capture -q --rays $rays --seed 3 lamp.obj bare.probe >fresh.probe
+    light placed && light fresh
+    check "light of $rays rays is what probe-capture finds, to the bit" \
+        has_lines 12 placed and cmp placed fresh
+done
+check "it goes through that as it is, and nothing is said" \
+    eval 'probe-capture lamp.obj placed.probe 2>said >through.probe' \
+    and light through and cmp placed through and has_lines 0 said
+check "as captured light" not says through.probe '^capture-by' \
+    and says through.probe '^capture-rays 20$'
+probe-capture -q --rays 30 lamp.obj bare.probe >fresh.probe
+probe-capture -q --rays 30 --seed 0 lamp.obj placed.probe >again.probe
+light fresh && light again
+check "other settings trace it anew, without --again" cmp again fresh
+probe-capture -q --columns ao lamp.obj placed.probe >again.probe && light again
+check "and so do more columns" says again.probe ' ao:f32:1' and has_lines 12 again
+probe-cat --columns position,origin placed.probe | probe-capture -q lamp.obj - >again.probe
+light again
+check "what is missing is traced as the others were" cmp again placed
 
 # -- what cannot be --------------------------------------------------------------------------------
 refused 2 'expected --max-error, --probes, --bytes or --gain' probe-place adaptive lamp.obj

@@ -599,14 +599,21 @@ static struct error *take_over(struct run *run)
     struct adapt_result *result = run->result;
     struct error *err =
         array_create(&result->position, 3 * run->now.count, sizeof *result->position);
+    const size_t width = candidates_capture_width(&run->job->candidates);
+    if (!err)
+        err = array_create(&result->light, width * run->now.count, sizeof *result->light);
     if (err)
         return err;
     qsort(run->now.probe, run->now.count, sizeof *run->now.probe, compare);
     result->count = run->now.count;
     result->candidates = run->candidates.count;
-    for (size_t i = 0; i < result->count; i++)
+    for (size_t i = 0; i < result->count; i++) {
+        const float *light = run->candidates.capture[run->now.probe[i]];
+        for (size_t k = 0; k < width; k++)
+            result->light[width * i + k] = light ? light[k] : NAN;
         memcpy(result->position + 3 * i, run->candidates.position + 3 * (size_t)run->now.probe[i],
                3 * sizeof *result->position);
+    }
     return NULL;
 }
 
@@ -644,6 +651,7 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
 void adapt_clear(struct adapt_result *result)
 {
     free(result->position);
+    free(result->light);
     free(result->row);
     *result = (struct adapt_result){0};
 }

@@ -62,6 +62,9 @@ enum adapt_end {
 /* Starts as {0}. */
 struct adapt_result {
     double *position; /* 3 each, given ones first; owned */
+    /* what probe-capture would find, candidates_capture_width each; NaN where a signal came before;
+     * owned */
+    float *light;
     size_t count;
     struct adapt_row *row; /* of all looks, in order; the last is the result's; owned */
     size_t rows, room;

@@ -90,6 +90,28 @@ static struct error *check(const struct place_options *o, bool scene)
     return NULL;
 }
 
+/* The light of the probes, as probe-capture with these settings would write it. */
+static struct error *give_light(struct place *place, const struct adapt_result *result,
+                                const struct adapt_job *job)
+{
+    static const char *const names[] = {"sh", "sh_error", "validity", "depth", "sky"};
+    const struct capture_settings *settings = job->candidates.settings;
+    const size_t width = candidates_capture_width(&job->candidates);
+    struct error *err = table_init(&place->columns, "probe");
+    if (!err)
+        err = table_resize(&place->columns, result->count);
+    if (!err)
+        err = capture_add_columns(settings, &place->columns);
+    const float *from = result->light;
+    for (size_t n = 0; n < sizeof names / sizeof *names && !err; n++) {
+        struct column *c = table_column(&place->columns, names[n]);
+        for (size_t i = 0; i < result->count; i++)
+            memcpy(column_f32(c) + c->width * i, from + width * i, c->width * sizeof *from);
+        from += c->width;
+    }
+    return err ? err : capture_settings_to_header(settings, &place->header);
+}
+
 /* -- what is told ----------------------------------------------------------------------------- */
 
 static struct error *write_curve(const struct adapt_result *result, const char *file)
@@ -172,6 +194,8 @@ static struct error *place_by_options(struct place *place, const struct place_op
         err = place_light_give(&light, place, result.count - light.kept_count,
                                result.position + 3 * light.kept_count,
                                place_method_adaptive.origin);
+    if (!err)
+        err = give_light(place, &result, &job);
     if (!err)
         tell_end(&result, &job.limits, world);
     if (!err && o->adaptive.curve)

@@ -47,8 +47,11 @@ static struct error *append(struct candidates *c, const double p[3], enum candid
         err = array_reserve(&c->kind, &c->room[1], c->count + 1, sizeof *c->kind);
     if (!err)
         err = array_reserve(&c->refined, &c->room[3], c->count + 1, sizeof *c->refined);
+    if (!err)
+        err = array_reserve(&c->capture, &c->room[4], c->count + 1, sizeof *c->capture);
     if (err)
         return err;
+    c->capture[c->count] = NULL;
     c->refined[c->count] = false;
     memcpy(c->position + 3 * c->count, p, 3 * sizeof *p);
     c->kind[c->count++] = (unsigned char)kind;
@@ -67,6 +70,9 @@ void candidates_clear(struct candidates *c)
     free(c->position);
     free(c->kind);
     free(c->refined);
+    for (size_t i = 0; i < c->count; i++)
+        free(c->capture[i]);
+    free(c->capture);
     free(c->light);
     *c = (struct candidates){0};
 }
@@ -267,22 +273,63 @@ static struct error *look(const struct sphere_basis *basis, const struct capture
     return NULL;
 }
 
+size_t candidates_capture_width(const struct candidates_job *job)
+{
+    return 6 * (size_t)(job->settings->order * job->settings->order) + 3;
+}
+
+/* Keeps what a capture found. */
+static struct error *keep(const struct tracing *t, size_t i, const struct capture_probe *light)
+{
+    const size_t values = 3 * (size_t)(t->job->settings->order * t->job->settings->order);
+    float **to = &t->c->capture[i];
+    struct error *err = *to ? NULL
+                            : array_create(to, candidates_capture_width(t->job), sizeof **to);
+    if (err)
+        return err;
+    memcpy(*to, light->sh, values * sizeof **to);
+    memcpy(*to + values, light->sh_error, values * sizeof **to);
+    (*to)[2 * values] = light->validity;
+    (*to)[2 * values + 1] = light->depth;
+    (*to)[2 * values + 2] = light->sky;
+    return NULL;
+}
+
+/* One half. The first of a probe is the capture itself where that has rays enough; else it is
+ * traced beside. SH of a higher order have the same coefficients of the lower. */
+static struct error *trace_half(const struct tracing *t, size_t i, int half,
+                                struct capture_probe *light)
+{
+    const double *p = t->c->position + 3 * i;
+    struct capture_settings settings = t->settings;
+    const int rays = rays_of(t, i, half);
+    const bool capture = is_probe(t, i) && !half;
+    struct error *err = NULL;
+    if (capture) {
+        err = capture_probe(t->job->path, &settings, p, NULL, light);
+        if (!err)
+            err = keep(t, i, light);
+        if (err || rays == settings.rays)
+            return err;
+    }
+    /* no --seed of a capture is as large, nor those of truths (truth.c) */
+    settings.seed |= (uint64_t)(half + 2) << 60;
+    settings.rays = rays;
+    return capture_probe(t->job->path, &settings, p, NULL, light);
+}
+
 static struct error *trace_one(void *context, size_t index, int thread)
 {
     (void)thread;
     struct tracing *t = context;
     const size_t i = t->list ? t->list[index] : t->first + index;
     const double *p = t->c->position + 3 * i;
-    struct capture_settings settings = t->settings;
     struct error *err = NULL;
     if (interrupt_came())
         return NULL;
     for (int half = 0; half < 2 && !err; half++) {
         struct capture_probe light;
-        /* no --seed of a capture is as large, nor those of truths (truth.c) */
-        settings.seed = t->settings.seed | (uint64_t)(half + 2) << 60;
-        settings.rays = rays_of(t, i, half);
-        err = capture_probe(t->job->path, &settings, p, NULL, &light);
+        err = trace_half(t, i, half, &light);
         if (!err)
             err = look(&t->probe, &light, t->c->light[i].probe[half]);
         if (!err)
@@ -301,11 +348,14 @@ static void drop(struct candidates *c, const unsigned char *done)
     size_t to = c->captured;
     c->space = c->judges = 0;
     for (size_t i = 0; i < c->count; i++) {
-        if (i >= c->captured && !done[i - c->captured])
+        if (i >= c->captured && !done[i - c->captured]) {
+            free(c->capture[i]);
             continue;
+        }
         if (i >= c->captured) {
             memmove(c->position + 3 * to, c->position + 3 * i, 3 * sizeof *c->position);
             c->kind[to] = c->kind[i];
+            c->capture[to] = c->capture[i];
             c->light[to++] = c->light[i];
         }
         c->space += c->kind[i] == CANDIDATE_SPACE;

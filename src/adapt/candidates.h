@@ -47,8 +47,11 @@ struct candidates {
     unsigned char *kind;
     bool *refined;
     struct candidate_light *light;
+    /* Of those that are refined, or given: what a capture with the settings finds, to the bit, as
+     * candidates_capture_width floats; else NULL. Owned, and so is each */
+    float **capture;
     size_t captured;                        /* of them have their light, the first ones */
-    size_t room[4];                         /* of the arrays */
+    size_t room[5];                         /* of the arrays */
     size_t space_tried, judges_tried, lost; /* numbers of the sequences that are used up */
     size_t space, judges;                   /* how many there are */
     double floor;                           /* of the ruler; set by candidates_capture */
@@ -83,6 +86,9 @@ struct error *candidates_capture(struct candidates *c, const struct candidates_j
  * yet: what they say is in the errors of all around. */
 struct error *candidates_refine(struct candidates *c, const struct candidates_job *job,
                                 size_t count, const uint32_t *probe);
+
+/* Floats of a capture: sh and sh_error, 3 * order^2 each, validity, depth, sky. */
+size_t candidates_capture_width(const struct candidates_job *job);
 
 void candidates_clear(struct candidates *c);
 

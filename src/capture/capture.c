@@ -162,6 +162,7 @@ struct error *capture_make_header(struct stream_header *header, const struct str
         err = scene_settings_to_header(record->light, header);
     if (!err)
         err = header_set_key(header, "scene-key", record->scene_key);
+    header_remove_key(header, CAPTURE_BY_KEY);
     if (!err && !record->again)
         err = error_wrap(capture_check_same(before, header), "--again captures all anew");
     return err;

@@ -132,6 +132,10 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
 struct error *capture_settings_from_header(struct capture_settings *settings,
                                            const struct stream_header *header);
 
+/* Key of light that was not captured for its own sake, and gives way to other settings; its value:
+ * the program that traced it. */
+#define CAPTURE_BY_KEY "capture-by"
+
 /* Whether the header says that probes were captured. */
 bool capture_header_has_settings(const struct stream_header *header);
 

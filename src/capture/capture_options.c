@@ -246,18 +246,45 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
     return err;
 }
 
+/* Reads the command line over the header's settings; again: over its light alone. */
+static struct error *read_over(struct capture_options *o, struct program *program,
+                               const struct stream_header *header, bool again, int argc,
+                               char **argv)
+{
+    scene_settings_clear(&o->scene);
+    program_clear(program);
+    *o = capture_options_default();
+    struct error *err = scene_settings_from_header(&o->scene, header);
+    if (!err && !again)
+        err = capture_settings_from_header(&o->capture, header);
+    return err ? err : capture_options_parse(o, program, argc, argv);
+}
+
+/* Whether what is asked for is not what the header's probes have. */
+static bool asks_otherwise(const struct capture_options *o, const struct stream_header *header)
+{
+    struct stream_header now = {0};
+    struct error *err = header_copy(&now, header);
+    if (!err)
+        err = capture_settings_to_header(&o->capture, &now);
+    if (!err)
+        err = capture_check_same(header, &now);
+    const bool other = err || o->order_auto || o->capture.columns & ~(unsigned)CAPTURE_DEFAULT;
+    error_destroy(err);
+    header_clear(&now);
+    return other;
+}
+
 struct error *capture_options_take_over(struct capture_options *o, struct program *program,
                                         const struct stream_header *header, int argc, char **argv)
 {
     const bool again = o->again;
     if (!capture_header_has_settings(header))
         return scene_file_from_header(&o->scene, header);
-    scene_settings_clear(&o->scene);
-    program_clear(program);
-    *o = capture_options_default();
-    struct error *err = scene_settings_from_header(&o->scene, header);
-    if (err || again)
-        return err ? err : capture_options_parse(o, program, argc, argv);
-    err = capture_settings_from_header(&o->capture, header);
-    return err ? err : capture_options_parse(o, program, argc, argv);
+    struct error *err = read_over(o, program, header, again, argc, argv);
+    if (err || again || !header_key(header, CAPTURE_BY_KEY) || !asks_otherwise(o, header))
+        return err;
+    err = read_over(o, program, header, true, argc, argv);
+    o->again = true;
+    return err;
 }

@@ -35,7 +35,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
 
 /* Where probes were captured before, the light and what they were captured with take the place of
  * the defaults, and the command line is read over that; where they are captured again, the light
- * alone. */
+ * alone. Light of CAPTURE_BY_KEY is captured again where the command line asks for other settings
+ * or more columns. */
 struct error *capture_options_take_over(struct capture_options *o, struct program *program,
                                         const struct stream_header *header, int argc, char **argv);
 

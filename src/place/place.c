@@ -14,6 +14,7 @@ void place_clear(struct place *place)
     free(place->origin);
     table_clear(&place->columns);
     stream_destroy(place->from);
+    header_clear(&place->header);
     *place = (struct place){0};
 }
 

@@ -29,6 +29,7 @@ struct place {
     struct table columns;
     struct stream *from; /* that they are of, whose header goes on; owned; NULL: of none */
     size_t count, capacity;
+    struct stream_header header; /* keys that go with the columns; owned; empty: none */
 };
 void place_clear(struct place *place);
 
