@@ -193,6 +193,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {0}};
     struct option_row body[REACH_OPTION_ROWS] = {{0}};
     reach_option_rows(&t->reach, body);
+    option_row(body, "radius")->name = "body-radius"; /* --radius is shepard's */
     struct option_row how[INTERPOLATE_OPTIONS_ROWS], of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
         points,
@@ -222,7 +223,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         err = error_usage("--points and --at exclude each other");
     const char *given = reach_option_given(&t->reach);
     if (!err && given && !t->reach_file)
-        err = error_usage("%s goes with --reach", given);
+        err = error_usage("%s goes with --reach", t->reach.radius_given ? "--body-radius" : given);
     if (!err && t->reach_file && !strcmp(t->reach_file, "-"))
         err = error_usage("--reach: expected a file, which is read twice, got standard input");
     if (!err && t->path_file && t->paths_given)

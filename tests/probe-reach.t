@@ -198,4 +198,6 @@ $error --reach start.txt two.obj baked.probe >/dev/null 2>err
 check "whose truth serves again" empty err
 refused 1 "this truth has truth-reach" $error --reach starts.txt two.obj baked.probe
 refused 1 "this truth has truth-reach" $error --reach start.txt --climb .1 two.obj baked.probe
+refused 1 "this truth has truth-reach" $error --reach start.txt --body-radius .2 two.obj baked.probe
+refused 2 "body-radius goes with --reach" probe-error --body-radius .2 two.obj baked.probe
 tap_done
