@@ -129,7 +129,7 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
          .given = &o->levels_given,
          .shown = "1:2",
          .help = "octree: cells are cut to MIN, and no further than MAX; spawn-merge:\n"
-                 "none comes nearer to another than spacing / 2^MAX"},
+                 "none comes nearer to another than spacing / 2^MAX, but where two merge"},
         {.name = "cut",
          .argument = "TEST[=X],...",
          .kind = OPTION_CALL,
