@@ -68,7 +68,7 @@ static struct error *parse_cut(void *value, const char *text)
             return error_usage("--cut: expected geometry, distance, gradient, contrast or all, "
                                "with commas between, got '%s'",
                                word);
-        if (number && !tests[i].threshold)
+        if (number && !(tests[i].threshold > 0))
             return error_usage("--cut: %s has no threshold", word);
         cut[i] = tests[i].threshold;
         struct error *err = number ? options_real("--cut", number, &cut[i]) : NULL;
