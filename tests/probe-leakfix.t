@@ -243,6 +243,11 @@ for points in 500 1000; do
     check "no round counts that leaves more: $before % unseen before, $after % after" \
         holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 1.02 * b }')"
 done
+probe-leakfix --points 1000 --probes 60 curtain.obj curtain.probe >more.probe 2>err
+after=$(certified more.probe)
+check "after a round that was undone others are tried: $before % unseen before, $after % after" \
+    says err 'was undone' and \
+    holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 0.6 * b }')"
 
 # a sight that makes no sense is made anew
 probe-cat --text seen.probe | awk '/^table/ { tet = /^table tet/ } tet && /^[0-9]/ {

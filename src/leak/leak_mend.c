@@ -471,11 +471,13 @@ static struct error *choose(struct mend *m, uint64_t round, size_t most, double 
     return err ? err : keep_free(m, probe, count);
 }
 
-/* Probes where most leaks. */
+/* Probes where most leaks. A round that was undone is tried again with half as many, the best ones
+ * of other points. */
 static struct error *mend_need(struct mend *m)
 {
-    enum { LAST = 8 };
+    enum { LAST = 8, UNDONE = 3 };
     double *probe = NULL;
+    int undone = 0; /* rounds in a row */
     size_t left = (size_t)m->job->probes;
     unseen_cells_clear(&m->now);
     struct error *err = measure(m, FOR_JUDGING, &m->now, NULL);
@@ -483,7 +485,7 @@ static struct error *mend_need(struct mend *m)
         err = array_create(&probe, 3 * (left < room_of(m) ? left : room_of(m)), sizeof *probe);
     for (uint64_t round = 0; !err && left && !is_enough(m); round++) {
         bool counts = false;
-        size_t count = 0, most = left > LAST ? (left + 1) / 2 : left;
+        size_t count = 0, most = ((left > LAST ? (left + 1) / 2 : left) >> undone) + (undone > 0);
         if (most > room_of(m)) {
             say_full(m);
             most = left = room_of(m);
@@ -491,9 +493,10 @@ static struct error *mend_need(struct mend *m)
         err = choose(m, round, most, probe, &count);
         if (!err && count)
             err = try_round(m, probe, count, false, &counts);
-        if (!counts)
+        undone = counts ? 0 : undone + 1;
+        if (!count || undone == UNDONE)
             break;
-        left -= count;
+        left -= counts ? count : 0;
     }
     free(probe);
     return err;
