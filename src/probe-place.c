@@ -219,7 +219,7 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = scene_file_to_header(settings, &stream->header);
     if (!err)
         err = scene_told_in(warnings, &stream->header, common->quiet);
-    if (!err && place.columns.column_count)
+    if (!err && place.header.key_count)
         err = add_light_keys(&stream->header, &place, scene, settings);
     if (!err)
         err = header_add_provenance(&stream->header, program->recorded);

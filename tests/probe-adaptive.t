@@ -172,7 +172,8 @@ refused 2 'places no probes where there is no air' \
 refused 1 '5 probes at most, with 20 given ones: expected room for 4 more' \
     probe-place adaptive --probes 5 --keep kept.probe lamp.obj
 grep -v usemtl lamp.obj >dark.obj
-refused 1 '--sky, --sun, --point and --spot add light' probe-place adaptive --probes 9 --rays 16 dark.obj
+refused 1 '--sky, --sun, --point and --spot add light' \
+    probe-place adaptive --probes 9 --rays 16 dark.obj
 check "a sky is one" probes dark.obj --probes 9 --rays 16 --point 1,1,1,1,1,1
 refused 1 'are in free space: --bounds' \
     probe-place adaptive --probes 9 --bounds 8,8,8,9,9,9 lamp.obj

@@ -170,6 +170,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     struct adapt_result result = {0};
     struct reach *reach = NULL;
     struct error *err = place_light_open(&light, o, world, RAYS, CAPTURE_ALL);
+    light.settings.columns = capture_settings_default().columns; /* as it will be captured */
     if (!err)
         err = place_reach_open(&reach, o, light.tracer, world);
     struct adapt_job job = {.candidates = {.path = &light.path,

@@ -8,7 +8,6 @@
 #ifndef PLACE_H
 #define PLACE_H
 
-#include "place/space.h"
 #include "stream/table.h"
 
 #include <stdbool.h>
