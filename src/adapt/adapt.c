@@ -20,6 +20,7 @@
 enum { FIRST = 4, START = 20 }; /* probes that are far apart: of the first choice, of the second */
 enum { SPACE_OF_PROBE = 10 };   /* candidates of space for each probe that is wanted */
 enum { WANTED_LEAST = 150 };    /* probes that there are candidates for, at the least */
+enum { WANTED_FIRST = 1000 };   /* and at first, at the most: so that there is soon what to keep */
 enum { TURNS = 3 };
 enum { TRIES = 3 }; /* at having fewer probes for the same error */
 
@@ -306,7 +307,9 @@ static struct error *start(struct run *run)
     for (size_t i = 0; i < job->given && !err; i++)
         err = candidates_give(&run->candidates, job->position + 3 * i);
     if (!err)
-        err = grow(run, probes > WANTED_LEAST ? probes : WANTED_LEAST);
+        err = grow(run, probes < WANTED_LEAST   ? WANTED_LEAST
+                        : probes > WANTED_FIRST ? WANTED_FIRST
+                                                : probes);
     if (!err && interrupt_came())
         return error_new("interrupted before there was anything to keep");
     if (!err && !(run->candidates.floor > 0))

@@ -50,7 +50,7 @@ static struct error *append(struct candidates *c, const double p[3], enum candid
     if (!err)
         err = array_reserve(&c->capture, &c->room[4], c->count + 1, sizeof *c->capture);
     if (err)
-        return err;
+        return error_wrap(err, "%zu points to choose probes from", c->count + 1);
     c->capture[c->count] = NULL;
     c->refined[c->count] = false;
     memcpy(c->position + 3 * c->count, p, 3 * sizeof *p);
@@ -125,6 +125,7 @@ static struct error *spread(struct candidates *c, const struct candidates_job *j
                             TRIES * turn);
         if (!err)
             err = place_inside(&place, job->path->tracer, &settings, side, job->warnings);
+        err = error_wrap(err, "%zu points of the box", turn);
         size_t i = 0;
         for (; i < place.count && found < wanted && !err; i++)
             if (side[i] == PLACE_AIR) {
@@ -392,6 +393,7 @@ struct error *candidates_capture(struct candidates *c, const struct candidates_j
     struct error *err = array_reserve(&c->light, &c->room[2], c->count, sizeof *c->light);
     if (!err)
         err = array_create(&t.done, count, sizeof *t.done);
+    err = error_wrap(err, "the light of %zu points to choose probes from", c->count);
     if (!err)
         err = threads_for(job->threads, count, trace_one, &t);
     if (!err && interrupt_came())

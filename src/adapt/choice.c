@@ -146,11 +146,6 @@ static void judge(struct choice *choice, const struct choice *before, size_t x)
     choice->error[x] = (float)choice_error_of(c, x, light, &choice->noise[x]);
 }
 
-static struct error *interrupted(void)
-{
-    return interrupt_came() ? error_new("interrupted") : NULL;
-}
-
 static struct error *judge_block(void *context, size_t block, int thread)
 {
     (void)thread;
@@ -159,7 +154,7 @@ static struct error *judge_block(void *context, size_t block, int thread)
                  end = (block + 1) * BLOCK < count ? (block + 1) * BLOCK : count;
     for (size_t x = block * BLOCK; x < end; x++)
         judge(j->choice, j->before, x);
-    return interrupted();
+    return interrupt_error();
 }
 
 static struct error *for_blocks(const struct choice *choice, threads_body *body, void *context)
@@ -282,7 +277,7 @@ static struct error *make_room(struct choice *choice)
         err = array_create(&choice->noise, all, sizeof *choice->noise);
     if (!err)
         err = array_create(&choice->weight, all, sizeof *choice->weight);
-    return err;
+    return error_wrap(err, "%zu points to choose probes from", all);
 }
 
 struct error *choice_init(struct choice *choice, const struct choice_world *world, size_t count,
@@ -300,7 +295,7 @@ struct error *choice_init(struct choice *choice, const struct choice_world *worl
         choice->chosen[probe[i]] = true;
     }
     if (!err)
-        err = interrupted();
+        err = interrupt_error();
     if (!err)
         err = make_volume(choice);
     if (!err)
@@ -349,7 +344,7 @@ static struct error *look_at_block(void *context, size_t block, int thread)
         choice_blend(c, 4, blend.from, blend.weight, light);
         l->square[x] = (float)choice_square(choice_error_of(c, x, light, &l->noise[x]));
     }
-    return interrupted();
+    return interrupt_error();
 }
 
 struct error *choice_look(const struct choice *choice, struct choice_errors *errors, float *square)

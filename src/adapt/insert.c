@@ -4,6 +4,7 @@
 #include "adapt/rank.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/interrupt.h"
 #include "base/threads.h"
 
 #include <stdlib.h>
@@ -78,7 +79,7 @@ static struct error *find_gain(void *context, size_t i, int thread)
     struct gaining *g = context;
     struct error *err = NULL;
     g->picked[i].value = cavity_gain(&g->cavity[thread], g->choice, g->picked[i].number, &err);
-    return err;
+    return err ? err : interrupt_error();
 }
 
 /* Whether as good as none of a cavity's cells are taken. */

@@ -3,6 +3,7 @@
 #include "adapt/rank.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/interrupt.h"
 #include "base/threads.h"
 #include "leak/stars.h"
 #include "math/vec.h"
@@ -140,7 +141,7 @@ static struct error *find_loss(void *context, size_t i, int thread)
     const bool given = l->choice->world.candidates->kind[l->choice->probe[i]] == CANDIDATE_GIVEN;
     l->rank[i] =
         (struct rank){given ? -(double)INFINITY : -loss_of(l->choice, &l->stars, i), (uint32_t)i};
-    return NULL;
+    return interrupt_error();
 }
 
 struct error *thin_out_find(const struct choice *choice, size_t most, uint32_t *probe,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/interrupt.h"
+#include "base/error.h"
 
 #include <signal.h>
 #include <stddef.h>
@@ -30,4 +31,9 @@ void interrupt_catch(void)
 bool interrupt_came(void)
 {
     return came;
+}
+
+struct error *interrupt_error(void)
+{
+    return interrupt_came() ? error_new("interrupted") : NULL;
 }

@@ -11,10 +11,15 @@
 
 #include <stdbool.h>
 
+struct error;
+
 /* Signals set the flag from now on. */
 void interrupt_catch(void);
 
 /* Whether a signal has come. Any thread. */
 bool interrupt_came(void);
+
+/* An error that says so, for work of which nothing is left then; NULL: none has come. */
+struct error *interrupt_error(void);
 
 #endif

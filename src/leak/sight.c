@@ -2,6 +2,7 @@
 #include "leak/sight.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/interrupt.h"
 #include "base/threads.h"
 #include "leak/aim.h"
 #include "leak/leak.h"
@@ -58,7 +59,7 @@ static struct error *look_for_surfaces(void *context, size_t cell, int thread)
         point[i] = job->mesh->position +
                    3 * (size_t)job->mesh->vertex[(size_t)corners * cell + (size_t)i];
     job->entered[cell] = trace_enter(job->tracer, corners, point, NULL, NULL);
-    return NULL;
+    return interrupt_error();
 }
 
 /* -- around one probe ------------------------------------------------------------------------- */
@@ -449,7 +450,7 @@ static struct error *look_around(void *context, size_t probe, int thread)
     for (size_t i = 0; i < v.about && (blocked || beyond) && !err; i++)
         store(&v, i);
     view_clear(&v);
-    return err;
+    return err ? err : interrupt_error();
 }
 
 /* -- all together ----------------------------------------------------------------------------- */

@@ -51,7 +51,7 @@ struct sights {
     size_t stood_in; /* cells with a stand-in */
 };
 
-/* Looks around. The result does not depend on the threads. */
+/* Looks around. The result does not depend on the threads. Error: a signal came (interrupt.h). */
 struct error *sight_find(struct sights *sights, const struct tracer *tracer,
                          const struct leak_mesh *mesh, int threads);
 void sights_clear(struct sights *sights);

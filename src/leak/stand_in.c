@@ -2,6 +2,7 @@
 #include "leak/stand_in.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/interrupt.h"
 #include "base/threads.h"
 #include "leak/leak.h"
 #include "leak/outside.h"
@@ -217,7 +218,7 @@ static struct error *look_for(void *context, size_t cell, int thread)
     double served;
     const int points = find_points(job, cell, point, &served);
     find_one(job, cell, points, point, served, GAIN);
-    return NULL;
+    return interrupt_error();
 }
 
 /* As find_points, of a cell of the hull, outside. */
@@ -270,7 +271,7 @@ static struct error *look_for_outside(void *context, size_t cell, int thread)
         find_one(job, cell, points, point, served, 0);
     else
         job->stand_in[cell] = has_slope(job, cell) ? ASK : -1;
-    return NULL;
+    return interrupt_error();
 }
 
 /* The stand-in of the cell around that shares most corners and has one; -1: none has. */
