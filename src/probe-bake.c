@@ -4,6 +4,7 @@
 #include "bake/figures.h"
 #include "bake/page.h"
 #include "bake/pipe.h"
+#include "bake/paths.h"
 #include "bake/plan.h"
 #include "base/clock.h"
 #include "base/error.h"
@@ -17,14 +18,10 @@
 #include "stream/common_options.h"
 
 #include <errno.h>
-#include <ftw.h>
-#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 struct arguments {
     int quality; /* plan_quality */
@@ -41,114 +38,6 @@ struct arguments {
     struct scene_settings scene;
     struct common common;
 };
-
-/* What a run makes on disk, and takes away again. */
-struct places {
-    char directory[PATH_MAX];    /* of temporary files; "": there is none */
-    char baked[PATH_MAX + 32];   /* the stream */
-    char figures[PATH_MAX + 32]; /* what a program prints */
-    char packed[PATH_MAX + 32];
-    char *report;               /* a folder; NULL: no pictures are wanted */
-    bool report_made;           /* it was not there */
-    char *text, *pair, *probes; /* in it */
-};
-
-/* -- places ----------------------------------------------------------------------------------- */
-
-static struct error *join(char **path, const char *folder, const char *name)
-{
-    if (asprintf(path, "%s/%s", folder, name) >= 0)
-        return NULL;
-    *path = NULL;
-    return error_memory();
-}
-
-/* OUT.report, without .probe: where the report goes if nobody says. */
-static struct error *name_report(const char *output, char **path)
-{
-    static const char usual[] = ".probe";
-    const size_t length = strlen(output), ending = sizeof usual - 1;
-    const bool cut = length > ending && !strcmp(output + length - ending, usual) &&
-                     output[length - ending - 1] != '/';
-    if (asprintf(path, "%.*s.report", (int)(cut ? length - ending : length), output) >= 0)
-        return NULL;
-    *path = NULL;
-    return error_memory();
-}
-
-static struct error *name_in_report(struct places *places, const char *path)
-{
-    places->report = strdup(path);
-    if (!places->report)
-        return error_memory();
-    struct error *err = join(&places->text, path, "report.txt");
-    if (!err)
-        err = join(&places->pair, path, "light.png");
-    if (!err)
-        err = join(&places->probes, path, "probes.png");
-    return err;
-}
-
-/* Where the report goes: "none", a folder, or one beside the output, if that is a file. */
-static struct error *find_report(const struct arguments *a, const struct file_output *out,
-                                 struct places *places)
-{
-    char *path = NULL;
-    struct error *err = NULL;
-    if (a->report)
-        return strcmp(a->report, "none") ? name_in_report(places, a->report) : NULL;
-    if (out->target)
-        err = name_report(a->common.output, &path);
-    if (!err && path)
-        err = name_in_report(places, path);
-    free(path);
-    return err;
-}
-
-static struct error *places_make(struct places *places)
-{
-    const char *parent = getenv("TMPDIR");
-    char *d = places->directory;
-    if (places->report) {
-        struct stat status;
-        places->report_made = !mkdir(places->report, 0777);
-        if (!places->report_made && (errno != EEXIST || access(places->report, W_OK)))
-            return error_system(errno, "%s", places->report);
-        if (stat(places->report, &status) || !S_ISDIR(status.st_mode))
-            return error_system(ENOTDIR, "%s", places->report);
-    }
-    snprintf(d, sizeof places->directory, "%s/probe-bake-XXXXXX",
-             parent && *parent ? parent : "/tmp");
-    if (!mkdtemp(d)) {
-        struct error *err = error_system(errno, "%s", d);
-        *d = 0;
-        return err;
-    }
-    snprintf(places->baked, sizeof places->baked, "%s/baked.probe", d);
-    snprintf(places->figures, sizeof places->figures, "%s/figures", d);
-    snprintf(places->packed, sizeof places->packed, "%s/packed", d);
-    /* what the stages put aside goes with it, even if they are killed */
-    return setenv("TMPDIR", d, 1) ? error_memory() : NULL;
-}
-
-static int remove_one(const char *path, const struct stat *status, int kind, struct FTW *where)
-{
-    (void)status, (void)kind, (void)where;
-    (void)remove(path);
-    return 0;
-}
-
-static void places_clear(struct places *places)
-{
-    if (*places->directory)
-        nftw(places->directory, remove_one, 16, FTW_DEPTH | FTW_PHYS);
-    if (places->report_made) /* empty: nothing came of it */
-        (void)rmdir(places->report);
-    free(places->report);
-    free(places->text);
-    free(places->pair);
-    free(places->probes);
-}
 
 /* -- the work --------------------------------------------------------------------------------- */
 
@@ -175,7 +64,7 @@ struct run {
     const struct arguments *arguments;
     struct plan_job job; /* with our own temporary files */
     struct plan_job shown;
-    struct places places;
+    struct bake_paths paths;
     struct page page;
     char exposure[32]; /* of the first picture, for the second */
 };
@@ -188,11 +77,11 @@ static struct error *run_stages(struct run *run, int first, int end, struct repo
     for (int i = first; i < end && !err; i++)
         err = plan_stage(&run->job, (enum plan_stage)i, &stages[i]);
     if (!err)
-        err = pipe_run(&stages[first], (size_t)(end - first), run->places.figures);
+        err = pipe_run(&stages[first], (size_t)(end - first), run->paths.figures);
     for (int i = first; i < end; i++)
         run->page.seconds[i] = stages[i].seconds;
     if (!err && figures)
-        err = figures_read(figures, run->places.figures);
+        err = figures_read(figures, run->paths.figures);
     pipe_clear(stages, PLAN_ALL);
     return err;
 }
@@ -201,7 +90,7 @@ static struct error *run_stages(struct run *run, int first, int end, struct repo
 static struct error *check_light(struct run *run)
 {
     struct bake_facts *facts = &run->page.of_bake;
-    struct error *err = bake_facts_of(run->places.baked, facts);
+    struct error *err = bake_facts_of(run->paths.baked, facts);
     if (!err && run->job.day && facts->black == facts->probes)
         err = error_new("%s: no light of the day gets into the scene: --point X,Y,Z,R,G,B puts one "
                         "within",
@@ -216,7 +105,7 @@ static struct error *bake(struct run *run, struct file_output *out)
     if (!err)
         err = check_light(run);
     if (!err)
-        err = copy_into(out, run->places.baked);
+        err = copy_into(out, run->paths.baked);
     if (!err)
         return file_output_finish(out);
     file_output_abandon(out);
@@ -336,11 +225,11 @@ static void name_files(struct run *run, bool readable)
 {
     const struct arguments *a = run->arguments;
     struct plan_job *job = &run->job;
-    job->pair = run->places.pair;
-    job->probes = run->places.probes;
-    job->output = run->places.baked;
-    job->baked = readable ? a->common.output : run->places.baked;
-    job->packed = a->pack ? a->pack : run->places.packed;
+    job->pair = run->paths.pair;
+    job->probes = run->paths.probes;
+    job->output = run->paths.baked;
+    job->baked = readable ? a->common.output : run->paths.baked;
+    job->packed = a->pack ? a->pack : run->paths.packed;
     run->shown = *job;
     run->shown.shown = true;
     run->shown.output = a->common.output;
@@ -358,12 +247,12 @@ static struct error *bake_and_tell(struct run *run)
     page->again = out.target;
     err = a->pack ? can_write(a->pack) : NULL;
     if (!err)
-        err = find_report(a, &out, &run->places);
+        err = bake_paths_report(&run->paths, a->report, out.target ? a->common.output : NULL);
     /* none is wanted; nor where the stream goes into a pipe and nothing is to be said */
-    const bool silent = a->report ? !run->places.report : !page->again && a->common.quiet;
+    const bool silent = a->report ? !run->paths.report : !page->again && a->common.quiet;
     pipe_catch();
     if (!err)
-        err = places_make(&run->places);
+        err = bake_paths_make(&run->paths);
     name_files(run, page->again);
     if (!err && !a->common.quiet)
         err = page_pipe(&run->shown, "", stderr);
@@ -379,8 +268,7 @@ static struct error *bake_and_tell(struct run *run)
         err = error_wrap(measure(run), "%s is whole, its report is not",
                          file_output_name(a->common.output));
     page->all_time = clock_seconds() - began;
-    return err ? err
-               : tell(page, run->places.text, strcmp(a->common.output, "-") ? stdout : stderr);
+    return err ? err : tell(page, run->paths.text, strcmp(a->common.output, "-") ? stdout : stderr);
 }
 
 static struct error *dry_run(struct run *run)
@@ -549,7 +437,7 @@ int main(int argc, char **argv)
     }
     if (!err)
         err = a.dry_run ? dry_run(&run) : bake_and_tell(&run);
-    places_clear(&run.places);
+    bake_paths_clear(&run.paths);
     report_clear(&run.page.error);
     report_clear(&run.page.pictures);
     scene_settings_clear(&a.scene);

@@ -5,5 +5,6 @@ bake_sources = \
 	%D%/figures.c %D%/figures.h \
 	%D%/page.c %D%/page.h \
 	%D%/pipe.c %D%/pipe.h \
+	%D%/paths.c %D%/paths.h \
 	%D%/plan.c %D%/plan.h \
 	%D%/words.c %D%/words.h
