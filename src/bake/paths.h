@@ -30,8 +30,8 @@ struct bake_paths {
  * beside the output, without its .probe; output NULL: that is no file, and there is no report. */
 struct error *bake_paths_report(struct bake_paths *paths, const char *report, const char *output);
 
-/* Makes the report's folder, where it is missing, and one of temporary files, in which programs that
- * are run put theirs, too (TMPDIR). Errors name the folder. */
+/* Makes the report's folder, where it is missing, and one of temporary files, in which programs
+ * that are run put theirs, too (TMPDIR). Errors name the folder. */
 struct error *bake_paths_make(struct bake_paths *paths);
 
 /* Removes the temporary files, and the report's folder if it was made and is empty. */
