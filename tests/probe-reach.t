@@ -176,6 +176,9 @@ check "a grid is in the region and a cell around it" \
 probe-place grid -q --count 200 --reach start.txt two.obj >count.probe
 check "and by count as fine as that allows" [ "$(row_count probe count.probe)" -gt 120 ] and \
     [ "$(row_count probe count.probe)" -le 200 ]
+probe-place grid -q --count 100 --ground 2 --reach start.txt two.obj >ground.probe
+check "on the floor of a room with a ceiling, too" [ "$(row_count probe ground.probe)" -gt 40 ] \
+    and [ "$(row_count probe ground.probe)" -le 100 ] and each_row ground.probe '$2 < 2.9'
 probe-place points --reach start.txt --text starts.txt two.obj >points.probe 2>err
 check "points that are out of reach go" says points.probe '^3 1 3' and lacks points.probe '^7 1 1' \
     and says err '1 of 2 positions are out of reach: dropped'

@@ -211,6 +211,10 @@ static struct error *try_spacing(const struct counting *c, double spacing, bool 
     *fits = count_nodes(c->grid, c->count) <= c->most;
     if (!c->ground && !c->reach)
         return NULL;
+    if (count_nodes(c->grid, c->count) > 1e3 * (c->most + 1000)) { /* hardly any is wanted */
+        *fits = false;
+        return NULL;
+    }
     struct place place = {0};
     struct error *err =
         c->ground ? place_columns(&place, c->grid, c->count, c->ground, c->reach, c->within, 1e15)

@@ -49,9 +49,10 @@ bool place_ground_look(struct place_ground *ground)
         fronts += hit.hit && hit.front;
         backs += hit.hit && !hit.front;
     }
+    const bool open = 2 * escaped > SIDE * SIDE;
     ground->way = way;
-    ground->turned = backs > 8 * fronts;
-    return 2 * escaped > SIDE * SIDE;
+    ground->turned = open && backs > 8 * fronts; /* a ceiling shows its back from above */
+    return open;
 }
 
 struct error *place_ground_column(struct place *place, const struct place_ground *ground,
