@@ -193,6 +193,10 @@ probe-place adaptive -q --probes 8 --rays 16 --bounces 0 --reach start.txt $lamp
     >adaptive.probe
 check "adaptive probes are in it" each_row adaptive.probe '$1 < 4 && $2 < 2.2'
 # shellcheck disable=SC2086
+probe-place spawn-merge -q $lamp --count 60 --rays 16 --rounds 2 --reach start.txt two.obj \
+    >merged.probe
+check "spawn-merge starts in it" each_row merged.probe '$1 < 4.2'
+# shellcheck disable=SC2086
 probe-capture -q --rays 16 --bounces 0 $lamp two.obj grid.probe | probe-tet -q >baked.probe
 error="probe-error -q -n 100 --truth-rays 2 --paths 2 --leak-samples 0 --truth truth"
 $error --reach start.txt --map map.probe two.obj baked.probe >/dev/null
