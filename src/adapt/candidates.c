@@ -70,7 +70,7 @@ void candidates_clear(struct candidates *c)
     free(c->position);
     free(c->kind);
     free(c->refined);
-    for (size_t i = 0; i < c->count; i++)
+    for (size_t i = 0; c->capture && i < c->count; i++)
         free(c->capture[i]);
     free(c->capture);
     free(c->light);
