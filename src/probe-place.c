@@ -44,7 +44,11 @@ static struct error *find_inside(const struct arguments *a, const struct scene *
     const struct place_inside_settings settings = {
         .rays = a->inside_rays, .backface_share = a->backface_share, .threads = threads};
     struct tracer *tracer = NULL;
-    struct error *err = trace_create(&tracer, scene);
+    struct error *err = NULL;
+    for (size_t i = 0; i < place->count && !err; i++)
+        err = place_check_near(scene, place->position + 3 * i);
+    if (!err)
+        err = trace_create(&tracer, scene);
     if (!err)
         err = array_create(side, place->count, sizeof **side);
     if (!err)
@@ -200,6 +204,12 @@ static struct error *place_probes(struct arguments *a, struct program *program,
     if (!err && scene)
         err = frames_warn(scene, warnings);
     world.scene = scene;
+    for (int i = 0; i < a->options.boxes && scene && !err; i++) {
+        err = place_check_near(scene, a->options.box[i].low);
+        if (!err)
+            err = place_check_near(scene, a->options.box[i].high);
+        err = error_wrap(err, "--bounds");
+    }
     if (!err)
         err = method->place(&place, &a->options, &world);
     /* at a surface half of the rays may be inside; and a stream's probes are there already */

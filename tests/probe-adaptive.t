@@ -88,6 +88,15 @@ probe-capture -q --rays 16 lamp.obj placed.probe | probe-tet -q | probe-leakfix 
     probe-query --pack float - >packed
 bytes=$(wc -c <packed)
 check "is that of the packed file" [ "$bytes" -le 20000 ] and [ "$bytes" -ge 16000 ]
+for most in 3000 5000; do
+    probes lamp.obj --bytes $most --rays 16
+    probe-tet -q placed.probe | probe-leakfix -q --points 0 lamp.obj |
+        probe-query --pack float - >packed
+    check "and of $most bytes ($(wc -c <packed)), fewer than it would begin with" \
+        [ "$(wc -c <packed)" -le $most ] and [ "$(wc -c <packed)" -gt 1000 ]
+done
+refused 1 'expected room for 4 more probes, which take' \
+    probe-place adaptive --bytes 500 --rays 16 lamp.obj
 check "--gain" probes lamp.obj --gain 60% --rays 64 and says said 'gained less than --gain'
 probes lamp.obj --max-error .1% --max-probes 30 --rays 64
 check "--max-probes" [ "$(placed)" -eq 30 ] \

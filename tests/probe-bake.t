@@ -69,6 +69,9 @@ probe-bake --dry-run --reach start.txt --fly --radius .2 "$box" >dry
 check "--reach and its body are of placing" \
     says dry "probe-place .*--reach start.txt --fly --radius .2" \
     and [ "$(grep -c -- '--reach' dry)" = 1 ]
+echo .5 .5 .5 >start.txt
+probe-bake -q --dry-run --reach start.txt --radius .1 "$box" -o x.probe >pipe
+check "a body goes to placing" says pipe '--reach start.txt --radius .1'
 refused 2 "--fly goes with --reach" probe-bake --fly "$box"
 
 # under other names it runs programs of such names

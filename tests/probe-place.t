@@ -729,6 +729,11 @@ refused 2 "--crease" probe-place vertices --crease 181 cube.obj
 refused 1 "this makes 24 probes, more than --max-probes 23" \
     probe-place vertices --max-probes 23 cube.obj
 
+refused 1 '1e+20,0,0 is too far out' into /dev/null sh -c 'echo 1e20 0 0 |
+    probe-place points - cube.obj'
+refused 1 '1e+20,1,1 is too far out' \
+    probe-place octree --bounds 0,0,0,1e20,1,1 cube.obj
+refused 1 '1e+30,1,1 is too far out' probe-place lights --point 1e30,1,1,1,1,1 cube.obj
 refused 1 "all 8 probes are inside solids" \
     probe-place grid --spacing 1 --bounds 1.5,1.5,1.5,2.5,2.5,2.5 cube.obj
 refused 1 "1003003001 probes" probe-place grid --spacing .001 --bounds 0,0,0,1,1,1

@@ -160,6 +160,10 @@ refuse 'the start 5 1 20 is outside of the scene, which is from 0' '5 1 20'
 refuse 'no body of radius 0.3 and height 1.8 fits at 3.9 1 2, with what is lower' '3.9 1 2'
 refuse 'a ball of radius 0.3 does not fit at 3.9 1 2: a surface is 0.1 away' '3.9 1 2' --fly
 refuse 'there is no floor below 3 2.9 2, no farther than 2.8 down' '3 2.9 2' --drop 1
+refused 1 'a step of at most half the height, 0.1, that the body climbs, got 0.4 (--climb)' \
+    probe-place reach --height .2 starts.txt two.obj
+refused 1 'at most 1000 times as high as its radius, got 1.8 and 1e-05' \
+    probe-place reach --radius 1e-5 starts.txt two.obj
 refused 2 "reach: expected a SCENE" probe-place reach starts.txt
 refused 2 "reach goes with other methods" probe-place reach --reach starts.txt starts.txt two.obj
 refused 2 "radius goes with --reach, or the method reach" \

@@ -363,13 +363,24 @@ static bool is_too_large(const struct run *run, const struct choice *choice)
     return most && choice_bytes(choice, run->job->candidates.settings->order) > most;
 }
 
+/* The second choice, of `count` probes that are far apart, or of as many as fit. */
+static struct error *begin(struct run *run, size_t count)
+{
+    struct error *err = choose_start(run, count);
+    while (!err && count > FIRST && is_too_large(run, &run->now)) {
+        run->full = true;
+        err = choose_start(run, --count);
+    }
+    return err;
+}
+
 /* One round; *found: the probes that it brought. */
 static struct error *go_round(struct run *run, size_t *found)
 {
     const size_t n = run->now.count, room = room_for(run), starts = run->starts - FIRST;
     struct choice next = {0};
     if (n == run->job->given + FIRST && starts)
-        return choose_start(run, FIRST + (room < starts ? room : starts));
+        return begin(run, FIRST + (room < starts ? room : starts));
     struct error *err = grow_with(run);
     const size_t most = (size_t)(ROUND_SHARE * (double)n) + FIRST;
     if (!err && !interrupt_came())
@@ -468,6 +479,9 @@ static struct error *go_rounds(struct run *run)
 {
     size_t found = 1;
     struct error *err = choose_start(run, FIRST);
+    if (!err && is_too_large(run, &run->now))
+        err = error_new("expected room for %d more probes, which take %zu bytes (--bytes)", FIRST,
+                        choice_bytes(&run->now, run->job->candidates.settings->order));
     if (!err)
         err = look(run);
     while (!err && !(run->result->end = find_end(run, found))) {

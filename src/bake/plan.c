@@ -76,58 +76,60 @@ enum {
 struct route {
     const char *name;
     unsigned to;
+    const char *in_error; /* its name there; NULL: the same */
 };
 
 static const struct route routes[] = {
     /* where probes may be */
-    {"bounds", TO_PLACE | TO_ERROR},
-    {"reach", TO_PLACE | TO_ERROR},
-    {"radius", TO_PLACE | TO_ERROR},
-    {"height", TO_PLACE | TO_ERROR},
-    {"climb", TO_PLACE | TO_ERROR},
-    {"drop", TO_PLACE | TO_ERROR},
-    {"headroom", TO_PLACE | TO_ERROR},
-    {"cell", TO_PLACE | TO_ERROR},
-    {"fly", TO_PLACE | TO_ERROR},
-    {"max-cells", TO_PLACE | TO_ERROR},
+    {"bounds", TO_PLACE | TO_ERROR, NULL},
+    {"reach", TO_PLACE | TO_ERROR, NULL},
+    {"radius", TO_PLACE | TO_ERROR, "body-radius"},
+    {"height", TO_PLACE | TO_ERROR, NULL},
+    {"climb", TO_PLACE | TO_ERROR, NULL},
+    {"drop", TO_PLACE | TO_ERROR, NULL},
+    {"headroom", TO_PLACE | TO_ERROR, NULL},
+    {"cell", TO_PLACE | TO_ERROR, NULL},
+    {"fly", TO_PLACE | TO_ERROR, NULL},
+    {"max-cells", TO_PLACE | TO_ERROR, NULL},
     /* how many */
-    {"max-error", TO_ADAPTIVE},
-    {"probes", TO_ADAPTIVE},
-    {"count", TO_GRID},
-    {"bytes", TO_ADAPTIVE},
-    {"gain", TO_ADAPTIVE},
+    {"max-error", TO_ADAPTIVE, NULL},
+    {"probes", TO_ADAPTIVE, NULL},
+    {"count", TO_GRID, NULL},
+    {"bytes", TO_ADAPTIVE, NULL},
+    {"gain", TO_ADAPTIVE, NULL},
     /* their light */
-    {"rays", TO_CAPTURE},
-    {"order", TO_LIGHT},
-    {"bounces", TO_LIGHT},
-    {"light", TO_LIGHT},
-    {"dering", TO_CAPTURE},
-    {"seed", TO_LIGHT},
+    {"rays", TO_CAPTURE, NULL},
+    {"order", TO_LIGHT, NULL},
+    {"bounces", TO_LIGHT, NULL},
+    {"light", TO_LIGHT, NULL},
+    {"dering", TO_CAPTURE, NULL},
+    {"seed", TO_LIGHT, NULL},
     /* how the scene's file is read: the header tells who comes behind */
-    {"lenient", TO_PLACE},
-    {"exclude", TO_PLACE},
-    {"only", TO_PLACE},
+    {"lenient", TO_PLACE, NULL},
+    {"exclude", TO_PLACE, NULL},
+    {"only", TO_PLACE, NULL},
     /* of the work */
-    {"text", TO_LEAKFIX},
-    {"binary", TO_LEAKFIX},
-    {"threads", TO_ALL | UNSHOWN},
-    {"progress", TO_PLACE | TO_CAPTURE | TO_LEAKFIX | TO_ERROR | TO_PICTURES | UNSHOWN},
-    {"quiet", TO_PLACE | TO_CAPTURE | TO_TET | TO_LEAKFIX | UNSHOWN},
+    {"text", TO_LEAKFIX, NULL},
+    {"binary", TO_LEAKFIX, NULL},
+    {"threads", TO_ALL | UNSHOWN, NULL},
+    {"progress", TO_PLACE | TO_CAPTURE | TO_LEAKFIX | TO_ERROR | TO_PICTURES | UNSHOWN, NULL},
+    {"quiet", TO_PLACE | TO_CAPTURE | TO_TET | TO_LEAKFIX | UNSHOWN, NULL},
     /* ours alone */
-    {"quality", 0},
-    {"output", 0},
-    {"report", 0},
-    {"pack", 0},
-    {"dry-run", 0},
+    {"quality", 0, NULL},
+    {"output", 0, NULL},
+    {"report", 0, NULL},
+    {"pack", 0, NULL},
+    {"dry-run", 0, NULL},
 };
 
 /* What has no route is the scene's light. */
-static unsigned route_of(const char *name)
+static const struct route *route_of(const char *name)
 {
+    static const struct route light = {NULL, TO_LIGHT, NULL};
     for (size_t i = 0; i < sizeof routes / sizeof *routes; i++)
         if (!strcmp(routes[i].name, name))
-            return routes[i].to;
-    return TO_LIGHT;
+            return &routes[i];
+    return &light;
 }
 
 /* -- words ------------------------------------------------------------------------------------ */
@@ -152,9 +154,10 @@ static void add_given(const struct plan_job *job, struct words *words, unsigned 
 {
     for (size_t i = 0; i < job->given_count; i++) {
         const char *name = job->given[i].row->name;
-        const unsigned route = route_of(name);
-        if (route & to && !(job->shown && route & UNSHOWN))
-            words_add_option(words, name, job->given[i].text);
+        const struct route *route = route_of(name);
+        const bool renamed = to & TO_ERROR && route->in_error;
+        if (route->to & to && !(job->shown && route->to & UNSHOWN))
+            words_add_option(words, renamed ? route->in_error : name, job->given[i].text);
     }
 }
 

@@ -373,10 +373,10 @@ static struct error *place_surfaces(struct lamps *l, struct place *place,
 static struct error *place_around(struct lamps *l, struct place *place,
                                   const struct scene_light *light, const struct place_world *world)
 {
-    struct error *err = NULL;
+    double from[3], to[3];
+    vec3_store(from, light->position);
+    struct error *err = place_check_near(world->scene, from);
     for (int k = 0; k < 6 && !err; k++) {
-        double from[3], to[3];
-        vec3_store(from, light->position);
         vec3_store(to, light->position);
         to[k / 2] += k % 2 ? -l->offset : l->offset;
         if (!(trace_visibility(l->tracer, from, to) > 0)) {

@@ -544,6 +544,25 @@ static struct error *make_columns(struct reach *r)
     return err;
 }
 
+/* What a body climbs must be below its waist, or walls that it fits beside are steps to it; and a
+ * thread is looked at for long at each place. */
+static struct error *check_body(const struct reach_settings *s)
+{
+    enum { SLIMMEST = 1000 };
+    if (s->fly)
+        return NULL;
+    if (!(s->climb <= s->height / 2))
+        return error_new(
+            "expected a step of at most half the height, %g, that the body climbs, got "
+            "%g (--climb)",
+            s->height / 2, s->climb);
+    return s->height <= SLIMMEST * s->radius
+               ? NULL
+               : error_new("expected a body at most %d times as high as its radius, got %g and %g "
+                           "(--height, --radius)",
+                           SLIMMEST, s->height, s->radius);
+}
+
 struct error *reach_create(struct reach **reach, const char *file, const struct tracer *tracer,
                            const struct reach_settings *settings, struct warnings *warnings)
 {
@@ -564,7 +583,9 @@ struct error *reach_create(struct reach **reach, const char *file, const struct 
     r->way = up_way(scene, r->up);
     vec3_store(r->scene.low, scene->box_min);
     vec3_store(r->scene.high, scene->box_max);
-    err = judge_scene(&judge, r, warnings);
+    err = check_body(settings);
+    if (!err)
+        err = judge_scene(&judge, r, warnings);
     struct starting starting = {.reach = r, .judge = judge};
     if (!err)
         err = points_read_all(file, POINTS_PLACES, take, &starting, warnings);

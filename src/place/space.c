@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "place/space.h"
+#include "base/error.h"
 #include "math/affine.h"
 #include "math/angle.h"
 #include "math/box.h"
+#include "math/vec.h"
 #include "place/reach.h"
 #include "place/up.h"
 #include "scene/scene.h"
@@ -117,4 +119,15 @@ bool place_space_holds(const struct place_space *space, const double p[3])
         if (!(p[k] >= space->low[k] && p[k] <= space->high[k]))
             return false;
     return boxes_hold(space, p) && (!space->reach || reach_holds(space->reach, p));
+}
+
+struct error *place_check_near(const struct scene *scene, const double p[3])
+{
+    static const double most = 1e15; /* as probe-capture has it */
+    const struct vec3 size = vec3_sub(scene->box_max, scene->box_min),
+                      off = vec3_sub(vec3_load(p), scene->box_min);
+    if (vec3_length(off) <= most * vec3_length(size))
+        return NULL;
+    return error_new("%g,%g,%g is too far out: more than %g times the scene's size", p[0], p[1],
+                     p[2], most);
 }

@@ -40,4 +40,7 @@ void place_box_hull(const struct place_box *box, int up, double low[3], double h
 /* The smallest box with this turn, in degrees, that holds the scene. */
 void place_box_of_scene(const struct scene *scene, double turn, struct place_box *box);
 
+/* Error: p is so far out that no ray of 32 bits gets from there to the scene. */
+struct error *place_check_near(const struct scene *scene, const double p[3]);
+
 #endif
