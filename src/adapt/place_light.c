@@ -20,8 +20,6 @@
 
 struct option_row *place_light_rows(struct place_options *options, struct option_row *row)
 {
-    static const char *const lights[] = {
-        [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
     const struct option_row all[] = {
         {.name = "rays",
          .argument = "N",
@@ -44,7 +42,7 @@ struct option_row *place_light_rows(struct place_options *options, struct option
         {.name = "light",
          .argument = "WHICH",
          .kind = OPTION_CHOICE,
-         .choices = lights,
+         .choices = capture_light_names,
          .value = OPTION_ENUM(options->light.light),
          .given = &options->light.light_given,
          .shown = "all; spawn-merge, ascent indirect",
