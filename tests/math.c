@@ -140,6 +140,20 @@ static void test_sort(void)
     }
     ok(ascending && after == before, "numbers are put in ascending order, and none is lost");
     ok(same, "floats as doubles");
+
+    /* the one at each rank, from values that were found in before, in all sizes */
+    bool found = true;
+    for (size_t size = 1; size <= N; size = size * 3 / 2 + 1) {
+        static double drawn[N], sorted[N];
+        for (size_t i = 0; i < size; i++)
+            drawn[i] = sorted[i] = (double)(random_u32(&r) % (uint32_t)(2 * size));
+        sort_doubles(size, sorted);
+        for (size_t k = 0; k < size; k += 1 + size / 40) {
+            const double at = sort_find(size, drawn, (k * 7) % size);
+            found = found && at == sorted[(k * 7) % size];
+        }
+    }
+    ok(found, "what would be at a place is found without sorting");
 }
 
 static void test_cell(void)

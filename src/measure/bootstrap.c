@@ -37,9 +37,8 @@ static void set_interval(const struct sets *sets, int figure, double *value,
 {
     for (size_t i = 0; i < BOOTSTRAP_SETS; i++)
         value[i] = sets->figure[(size_t)sets->job->figures * i + (size_t)figure];
-    sort_doubles(BOOTSTRAP_SETS, value);
-    estimate->low = value[BOOTSTRAP_SETS / 40];
-    estimate->high = value[BOOTSTRAP_SETS - 1 - BOOTSTRAP_SETS / 40];
+    estimate->low = sort_find(BOOTSTRAP_SETS, value, BOOTSTRAP_SETS / 40);
+    estimate->high = sort_find(BOOTSTRAP_SETS, value, BOOTSTRAP_SETS - 1 - BOOTSTRAP_SETS / 40);
 }
 
 static struct error *make_intervals(const struct bootstrap_job *job, struct estimate *estimate)

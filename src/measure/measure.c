@@ -229,15 +229,6 @@ static int compare_values(const void *a, const void *b)
     return x->direction < y->direction ? -1 : x->direction > y->direction;
 }
 
-/* A part of the points. */
-struct part {
-    const struct point *point;
-    double bad;    /* an error above this is */
-    size_t *index; /* of its points; owned */
-    size_t count;
-    struct value *value; /* SPHERE_COUNT * count, owned */
-};
-
 /* The figures that have intervals. */
 enum {
     ERROR,
@@ -275,29 +266,46 @@ static const struct {
                       [DARK] = {"too_dark", false},
                       [UNSEEN] = {"unseen", false}};
 
+/* A part of the points. */
+struct part {
+    const struct point *point;
+    double bad;    /* an error above this is */
+    size_t *index; /* of its points; owned */
+    size_t count;
+    struct value *value;     /* SPHERE_COUNT * count, owned */
+    double (*term)[FIGURES]; /* what each point adds to a figure, or to its square; owned */
+};
+
+/* What a point adds; percentiles have no terms. */
+static void set_terms(const struct part *part, const struct point *p, double *term)
+{
+    const double terms[FIGURES] = {[ERROR] = p->relative,
+                                   [BAD] = p->relative > part->bad,
+                                   [ERROR_SEEN] = p->relative_seen,
+                                   [BAD_SEEN] = p->relative_seen > part->bad,
+                                   [BLIND] = p->blind,
+                                   [RMS] = p->square,
+                                   [RMS_COLOUR] = p->colour,
+                                   [BIAS] = p->mean,
+                                   [MEAN] = p->absolute,
+                                   [BRIGHT] = p->bright,
+                                   [DARK] = p->dark,
+                                   [UNSEEN] = p->unseen};
+    memcpy(term, terms, sizeof terms);
+}
+
 static void reckon(const void *context, const uint32_t *times, double *figure)
 {
     const struct part *part = context;
-    double square = 0, colour = 0;
-    memset(figure, 0, FIGURES * sizeof *figure);
+    double sum[FIGURES] = {0};
     const double n = (double)part->count;
-    for (size_t i = 0; i < part->count; i++) {
-        const struct point *p = &part->point[part->index[i]];
-        square += times[i] * p->square;
-        colour += times[i] * p->colour;
-        figure[ERROR] += times[i] * p->relative / n;
-        figure[BAD] += times[i] * (p->relative > part->bad) / n;
-        figure[ERROR_SEEN] += times[i] * p->relative_seen / n;
-        figure[BAD_SEEN] += times[i] * (p->relative_seen > part->bad) / n;
-        figure[BLIND] += times[i] * p->blind / n;
-        figure[BIAS] += times[i] * p->mean / n;
-        figure[MEAN] += times[i] * p->absolute / n;
-        figure[BRIGHT] += times[i] * p->bright / n;
-        figure[DARK] += times[i] * p->dark / n;
-        figure[UNSEEN] += times[i] * p->unseen / n;
+    for (size_t i = 0; i < part->count; i++)
+        for (int f = 0; f < FIGURES; f++)
+            sum[f] += times[i] * part->term[i][f];
+    for (int f = 0; f < FIGURES; f++) {
+        const bool root = f == RMS || f == RMS_COLOUR; /* noise may leave less than nothing */
+        figure[f] = root ? sqrt(fmax(sum[f] / n, 0)) : sum[f] / n;
     }
-    figure[RMS] = sqrt(fmax(square, 0) / n); /* noise may leave less than nothing */
-    figure[RMS_COLOUR] = sqrt(fmax(colour, 0) / n);
     double above = 0; /* share of the values that are larger */
     size_t k = 0;
     for (int f = P99; f >= P95; f--) {
@@ -374,8 +382,11 @@ static struct error *report_part(struct report *report, const struct job *job, s
     if (err || !part->count)
         return err;
     err = array_create(&part->value, SPHERE_COUNT * part->count, sizeof *part->value);
+    if (!err)
+        err = array_create(&part->term, part->count, sizeof *part->term);
     for (size_t i = 0; i < part->count && !err; i++) {
         const struct point *p = &part->point[part->index[i]];
+        set_terms(part, p, part->term[i]);
         for (size_t d = 0; d < SPHERE_COUNT; d++)
             part->value[SPHERE_COUNT * i + d] =
                 (struct value){fabs(p->error[d]), (uint32_t)i, (uint32_t)d};
@@ -492,6 +503,7 @@ static struct error *report_parts(struct report *report, const struct job *job)
             err = report_add_number(report, "surface_to", names[which], quarter[k + 1]);
         free(part.index);
         free(part.value);
+        free(part.term);
     }
     return err;
 }

@@ -14,8 +14,9 @@ LC_ALL=C
 export LC_ALL
 # Leaks are looked for in the modules' tests, and here where a script says so before it comes: for
 # most runs of a program it takes longer than all else.
+# Two frames of who asked for memory are kept: all thirty are a tenth of the time.
 if [ -z "${looks_for_leaks-}" ]; then
-    ASAN_OPTIONS=${ASAN_OPTIONS-detect_leaks=0}
+    ASAN_OPTIONS=${ASAN_OPTIONS-detect_leaks=0:malloc_context_size=2}
     export ASAN_OPTIONS
 fi
 tap_count=0
