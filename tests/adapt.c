@@ -4,6 +4,7 @@
  * come in one round do not get in each other's way, those that light needs do not go, and noise is
  * no error, nor makes the mean of errors less. */
 #include "adapt/cavity.h"
+#include "adapt/gains.h"
 #include "adapt/choice.h"
 #include "adapt/insert.h"
 #include "adapt/mean_error.h"
@@ -118,7 +119,8 @@ static void test_foretold(const struct choice_world *world)
         const uint32_t x = PROBES + 7 * i;
         struct error *err = NULL;
         struct choice more;
-        const double gain = cavity_gain(&cavity, &choice, x, &err);
+        const double gain = cavity_dig(&cavity, &choice, x) ? cavity_gain(&cavity, &choice, x, &err)
+                                                            : 0;
         must(err);
         if (!(gain > 1e-9))
             continue;
@@ -273,7 +275,8 @@ int main(void)
     bench_finish(&b, 0);
     const struct capture_settings settings = capture_settings_default();
     const struct candidates_job job = {.path = &b.path, .settings = &settings, .threads = 2};
-    const struct choice_world world = {&candidates, &job};
+    struct gains gains = {0};
+    const struct choice_world world = {&candidates, &job, &gains};
     test_linear(&world);
     test_foretold(&world);
     test_missed(&world);
@@ -281,6 +284,7 @@ int main(void)
     test_mean_error(0, 1e-6, 20);
     test_mean_error(0.05, 0.04, 16);
     test_mean_error(0.1, 0.12, 0); /* twice as large as most errors */
+    gains_clear(&gains);
     bench_clear(&b);
     return tap_done();
 }

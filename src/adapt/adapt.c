@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/adapt.h"
 #include "adapt/choice.h"
+#include "adapt/gains.h"
 #include "adapt/insert.h"
 #include "adapt/thin_out.h"
 #include "base/array.h"
@@ -46,6 +47,7 @@ struct run {
     const struct adapt_job *job;
     struct adapt_result *result;
     struct candidates candidates;
+    struct gains gains;
     struct choice_world world;
     struct choice now;
     struct looked *looked; /* as `rows` of the result */
@@ -315,7 +317,7 @@ static struct error *start(struct run *run)
     if (!err && !(run->candidates.floor > 0))
         return error_new("no light reaches the free space: --sky, --sun, --point and --spot add "
                          "light; to a closed scene, a --point within");
-    run->world = (struct choice_world){&run->candidates, &job->candidates};
+    run->world = (struct choice_world){&run->candidates, &job->candidates, &run->gains};
     if (!err)
         err = find_start(run);
     return err;
@@ -660,6 +662,7 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
     }
     free(run.looked);
     choice_clear(&run.now);
+    gains_clear(&run.gains);
     candidates_clear(&run.candidates);
     free(run.start);
     return err;

@@ -50,6 +50,19 @@ static bool holds(size_t count, const int32_t *list, int32_t cell)
     return false;
 }
 
+/* Adds the cells around the cavity, nearest by faces first, to where hull may be in the way. */
+static void find_ring(struct cavity *cavity, const struct choice *choice)
+{
+    memcpy(cavity->ring, cavity->cell, cavity->cells * sizeof *cavity->ring);
+    cavity->ringed = cavity->cells;
+    for (size_t i = 0; i < cavity->ringed; i++)
+        for (size_t k = 0; k < 4 && cavity->ringed < CAVITY_RING; k++) {
+            const int32_t next = choice->cells.neighbour[4 * (size_t)cavity->ring[i] + k];
+            if (next >= 0 && !holds(cavity->ringed, cavity->ring, next))
+                cavity->ring[cavity->ringed++] = next;
+        }
+}
+
 bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
 {
     const struct vec3 p = vec3_load(choice->world.candidates->position + 3 * (size_t)candidate);
@@ -64,7 +77,20 @@ bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t can
                 return false;
             cavity->cell[cavity->cells++] = next;
         }
+    cavity->ringed = 0;
+    if (!choice->blend[candidate].inside)
+        find_ring(cavity, choice);
     return true;
+}
+
+uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool refined)
+{
+    uint64_t sum = refined;
+    for (size_t i = 0; i < cavity->cells; i++)
+        sum += cell[cavity->cell[i]];
+    for (size_t i = cavity->cells; i < cavity->ringed; i++)
+        sum += 3 * cell[cavity->ring[i]];
+    return sum ? sum : 1;
 }
 
 /* -- faces ------------------------------------------------------------------------------------ */
@@ -104,21 +130,7 @@ static struct error *join(struct cavity *cavity, const struct choice *choice, in
     return NULL;
 }
 
-/* Adds the cells around the cavity, nearest by faces first, to where hull may be in the way. */
-static void find_ring(struct cavity *cavity, const struct choice *choice)
-{
-    memcpy(cavity->ring, cavity->cell, cavity->cells * sizeof *cavity->ring);
-    cavity->ringed = cavity->cells;
-    for (size_t i = 0; i < cavity->ringed; i++)
-        for (size_t k = 0; k < 4 && cavity->ringed < CAVITY_RING; k++) {
-            const int32_t next = choice->cells.neighbour[4 * (size_t)cavity->ring[i] + k];
-            if (next >= 0 && !holds(cavity->ringed, cavity->ring, next))
-                cavity->ring[cavity->ringed++] = next;
-        }
-}
-
-static struct error *find_faces(struct cavity *cavity, const struct choice *choice, bool inside,
-                                struct vec3 p)
+static struct error *find_faces(struct cavity *cavity, const struct choice *choice, struct vec3 p)
 {
     struct error *err = NULL;
     cavity->faces = 0;
@@ -129,9 +141,6 @@ static struct error *find_faces(struct cavity *cavity, const struct choice *choi
             if (next < 0 || !holds(cavity->cells, cavity->cell, next))
                 err = join(cavity, choice, cell, k, 1, p);
         }
-    if (inside)
-        return err;
-    find_ring(cavity, choice);
     for (size_t i = cavity->cells; i < cavity->ringed; i++)
         for (int k = 0; k < 4 && !err; k++)
             if (choice->cells.neighbour[4 * (size_t)cavity->ring[i] + (size_t)k] < 0)
@@ -231,15 +240,13 @@ double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t 
     const struct candidates *c = choice->world.candidates;
     const bool inside = choice->blend[candidate].inside;
     struct sums sums = {0};
-    if (!cavity_dig(cavity, choice, candidate))
-        return 0;
-    *err = find_faces(cavity, choice, inside, vec3_load(c->position + 3 * (size_t)candidate));
+    *err = find_faces(cavity, choice, vec3_load(c->position + 3 * (size_t)candidate));
     if (*err)
         return 0;
     const bool walled = !inside || is_walled(cavity, choice);
     for (size_t i = 0; i < cavity->cells; i++)
         add_cell(cavity, choice, candidate, walled, cavity->cell[i], false, &sums);
-    for (size_t i = cavity->cells; i < cavity->ringed && !inside; i++)
+    for (size_t i = cavity->cells; i < cavity->ringed; i++)
         add_cell(cavity, choice, candidate, walled, cavity->ring[i], true, &sums);
     const double gain = fmax(sums.before, 0) - fmax(sums.after, 0); /* less than none is noise */
     return gain > DOUBT * sqrt(sums.squares) ? gain : 0;

@@ -23,19 +23,23 @@ enum { CAVITY_CELLS = 192, CAVITY_RING = 256 };
 struct cavity {
     int32_t cell[CAVITY_CELLS];
     size_t cells;
-    /* with those around them, where the point is beyond the hull */
+    /* with those around them, where the point is beyond the hull; else none */
     int32_t ring[CAVITY_RING];
     size_t ringed;
     struct cavity_face *face; /* owned */
     size_t faces, room;
 };
 
-/* Finds the cells of a candidate's cavity; false where they are more than there is room for. */
+/* Finds the cells of a candidate's cavity, and those around it where the point is beyond the hull;
+ * false where the cavity is larger than it may be. */
 bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate);
 
-/* Finds the cavity of a candidate, and returns the sum of what the errors of the other candidates
- * of space would fall by; 0 where that may well be by chance, or the cavity is larger than it may
- * be. */
+/* What stands for all that its gain is made of, not 0. cell: gains_cells; refined: whether the
+ * candidate is. */
+uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool refined);
+
+/* Returns the sum of what the errors of the other candidates of space would fall by, of a candidate
+ * whose cavity was dug; 0 where that may well be by chance. */
 double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
                    struct error **err);
 

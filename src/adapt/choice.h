@@ -21,6 +21,7 @@
 #include <stdint.h>
 
 struct error;
+struct gains;
 struct stream;
 struct tracer;
 
@@ -28,6 +29,7 @@ struct tracer;
 struct choice_world {
     struct candidates *candidates; /* those that become probes are refined */
     const struct candidates_job *job;
+    struct gains *gains; /* what is known of them (gains.h) */
 };
 
 /* Mean errors: of the candidates of space that are not chosen, by squares that are smoothed; of the

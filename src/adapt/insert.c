@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/insert.h"
 #include "adapt/cavity.h"
+#include "adapt/gains.h"
 #include "adapt/rank.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -70,6 +71,7 @@ static struct error *pick_all(const struct choice *choice, size_t most, struct r
 
 struct gaining {
     const struct choice *choice;
+    uint64_t *cell; /* gains_cells */
     struct rank *picked;
     struct cavity *cavity; /* of each thread */
 };
@@ -77,8 +79,18 @@ struct gaining {
 static struct error *find_gain(void *context, size_t i, int thread)
 {
     struct gaining *g = context;
+    struct cavity *cavity = &g->cavity[thread];
+    const uint32_t x = g->picked[i].number;
+    struct gain *known = &g->choice->world.gains->of[x];
     struct error *err = NULL;
-    g->picked[i].value = cavity_gain(&g->cavity[thread], g->choice, g->picked[i].number, &err);
+    g->picked[i].value = 0;
+    if (cavity_dig(cavity, g->choice, x)) {
+        const uint64_t around =
+            cavity_around(cavity, g->cell, g->choice->world.candidates->refined[x]);
+        if (known->around != around)
+            *known = (struct gain){around, cavity_gain(cavity, g->choice, x, &err)};
+        g->picked[i].value = known->value;
+    }
     return err ? err : interrupt_error();
 }
 
@@ -142,11 +154,16 @@ struct error *insert_find(const struct choice *choice, size_t most, double share
     bool all = false;
     *found = 0;
     struct error *err = array_create(&g.cavity, (size_t)threads, sizeof *g.cavity);
+    if (!err)
+        err = gains_reserve(choice->world.gains, choice->candidates);
+    if (!err)
+        err = gains_cells(choice, &g.cell);
     /* where none gains among those, more are looked at */
     for (size_t room = FOR_EACH * most + AND + choice->count; !err && !*found && !all; room *= 4)
         err = find(&g, room, most, share, candidate, found, gain, &all);
     for (int i = 0; i < threads && g.cavity; i++)
         cavity_clear(&g.cavity[i]);
     free(g.cavity);
+    free(g.cell);
     return err;
 }

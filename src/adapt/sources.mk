@@ -8,6 +8,7 @@ adapt_sources = \
 	%D%/choice.c %D%/choice.h \
 	%D%/cloud.c %D%/cloud.h \
 	%D%/contrast.c %D%/contrast.h \
+	%D%/gains.c %D%/gains.h \
 	%D%/insert.c %D%/insert.h \
 	%D%/mean_error.c %D%/mean_error.h \
 	%D%/place_ascent.c \
