@@ -1,21 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/cavity.h"
-#include "base/array.h"
+#include "adapt/quick_square.h"
 #include "libprobe-query/sight.h"
 #include "math/vec.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-/* A face of the cavity, or of the hull, joined to the point. */
-struct cavity_face {
-    uint32_t corner[3]; /* candidates */
-    double row[3][4];   /* weight of each corner at x: row . (x, 1); the point has the rest */
-};
-
 /* Weights below this are none where something is in the way: that saves a ray. */
-static const double LEAST = 1e-3;
+static const float LEAST = 1e-3F;
 
 /* Standard errors of a gain, as if all of it were by chance, that it has to exceed. */
 static const double DOUBT = 0.5;
@@ -65,7 +58,9 @@ static void find_ring(struct cavity *cavity, const struct choice *choice)
 
 bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
 {
-    const struct vec3 p = vec3_load(choice->world.candidates->position + 3 * (size_t)candidate);
+    memcpy(cavity->point, choice->world.candidates->position + 3 * (size_t)candidate,
+           sizeof cavity->point);
+    const struct vec3 p = vec3_load(cavity->point);
     cavity->cells = 0;
     cavity->cell[cavity->cells++] = choice->blend[candidate].cell;
     for (size_t i = 0; i < cavity->cells; i++)
@@ -95,20 +90,18 @@ uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool r
 
 /* -- faces ------------------------------------------------------------------------------------ */
 
-/* Joins p to the face opposite a corner of a cell, on this side of which it is (1: the cell's; -1:
- * the other), unless it is not. */
-static struct error *join(struct cavity *cavity, const struct choice *choice, int32_t cell, int k,
-                          double way, struct vec3 p)
+/* Joins the point to the face opposite a corner of a cell, on this side of which it is (1: the
+ * cell's; -1: the other), unless it is not. */
+static void join(struct cavity *cavity, const struct choice *choice, int32_t cell, int k,
+                 double way)
 {
     static const int of[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
+    const struct vec3 p = vec3_load(cavity->point);
+    const size_t face = cavity->faces;
     struct vec3 q[3];
-    struct error *err =
-        array_reserve(&cavity->face, &cavity->room, cavity->faces + 1, sizeof *cavity->face);
-    if (err)
-        return err;
-    struct cavity_face *face = &cavity->face[cavity->faces];
     for (int i = 0; i < 3; i++) {
-        face->corner[i] = choice->probe[choice->mesh.vertex[4 * (size_t)cell + (size_t)of[k][i]]];
+        cavity->corner[face][i] =
+            choice->probe[choice->mesh.vertex[4 * (size_t)cell + (size_t)of[k][i]]];
         q[i] = vec3_sub(corner_of(choice, cell, of[k][i]), p);
     }
     const struct vec3 own = vec3_sub(corner_of(choice, cell, k), p),
@@ -118,62 +111,65 @@ static struct error *join(struct cavity *cavity, const struct choice *choice, in
         mine = -vec3_dot(normal, q[0]);                          /* of p */
     const double size = vec3_length(normal) * vec3_length(q[0]);
     if (!(mine * height * way > 0) || !(fabs(volume) > 1e-9 * size))
-        return NULL;
+        return;
     for (int i = 0; i < 3; i++) {
         const struct vec3 n = vec3_scale(1 / volume, vec3_cross(q[(i + 1) % 3], q[(i + 2) % 3]));
-        face->row[i][0] = n.x;
-        face->row[i][1] = n.y;
-        face->row[i][2] = n.z;
-        face->row[i][3] = -vec3_dot(n, p);
+        cavity->row[3 * i][face] = (float)n.x;
+        cavity->row[3 * i + 1][face] = (float)n.y;
+        cavity->row[3 * i + 2][face] = (float)n.z;
     }
     cavity->faces++;
-    return NULL;
 }
 
-static struct error *find_faces(struct cavity *cavity, const struct choice *choice, struct vec3 p)
+static void find_faces(struct cavity *cavity, const struct choice *choice)
 {
-    struct error *err = NULL;
     cavity->faces = 0;
     for (size_t i = 0; i < cavity->cells; i++)
-        for (int k = 0; k < 4 && !err; k++) {
+        for (int k = 0; k < 4; k++) {
             const int32_t cell = cavity->cell[i],
                           next = choice->cells.neighbour[4 * (size_t)cell + (size_t)k];
             if (next < 0 || !holds(cavity->cells, cavity->cell, next))
-                err = join(cavity, choice, cell, k, 1, p);
+                join(cavity, choice, cell, k, 1);
         }
     for (size_t i = cavity->cells; i < cavity->ringed; i++)
-        for (int k = 0; k < 4 && !err; k++)
+        for (int k = 0; k < 4; k++)
             if (choice->cells.neighbour[4 * (size_t)cavity->ring[i] + (size_t)k] < 0)
-                err = join(cavity, choice, cavity->ring[i], k, -1, p);
-    return err;
+                join(cavity, choice, cavity->ring[i], k, -1);
 }
 
 /* -- candidates ------------------------------------------------------------------------------- */
 
-/* Of all faces that around which the weights of x are most positive; NULL: it is in none. */
-static const struct cavity_face *find_face(const struct cavity *cavity, const double x[3],
-                                           double weight[4])
+static inline float least(float a, float b)
 {
-    const struct cavity_face *found = NULL;
-    double most = -1e-6;
+    return a < b ? a : b;
+}
+
+/* Of all faces that around which the weights of x are most positive; -1: it is in none. */
+static int find_face(const struct cavity *cavity, const double x[3], float weight[4])
+{
+    const float(*const row)[CAVITY_FACES] = cavity->row;
+    const float a = (float)(x[0] - cavity->point[0]), b = (float)(x[1] - cavity->point[1]),
+                c = (float)(x[2] - cavity->point[2]);
+    float lowest[CAVITY_FACES], most = -1e-5F, rest = 1;
+    int face = -1;
     for (size_t i = 0; i < cavity->faces; i++) {
-        const struct cavity_face *face = &cavity->face[i];
-        double w[4] = {[3] = 1}, least = 1;
-        for (int k = 0; k < 3 && least > most; k++) {
-            w[k] = face->row[k][0] * x[0] + face->row[k][1] * x[1] + face->row[k][2] * x[2] +
-                   face->row[k][3];
-            w[3] -= w[k];
-            least = w[k] < least ? w[k] : least;
-        }
-        least = w[3] < least ? w[3] : least;
-        if (least <= most)
-            continue;
-        most = least;
-        found = face;
-        for (int k = 0; k < 4; k++)
-            weight[k] = w[k] > 0 ? w[k] : 0;
+        const float u = row[0][i] * a + row[1][i] * b + row[2][i] * c,
+                    v = row[3][i] * a + row[4][i] * b + row[5][i] * c,
+                    w = row[6][i] * a + row[7][i] * b + row[8][i] * c;
+        lowest[i] = least(least(u, v), least(w, 1 - (u + v + w)));
     }
-    return found;
+    for (size_t i = 0; i < cavity->faces; i++)
+        if (lowest[i] > most) {
+            most = lowest[i];
+            face = (int)i;
+        }
+    for (int k = 0; k < 3 && face >= 0; k++) {
+        const float w = row[3 * k][face] * a + row[3 * k + 1][face] * b + row[3 * k + 2][face] * c;
+        weight[k] = w > 0 ? w : 0;
+        rest -= w;
+    }
+    weight[3] = rest > 0 ? rest : 0;
+    return face;
 }
 
 /* Whether something hid a corner from a candidate in the cavity's cells. */
@@ -193,23 +189,26 @@ static double square_at(const struct cavity *cavity, const struct choice *choice
 {
     const struct candidates *c = choice->world.candidates;
     const double before = choice_square((double)choice->error[x]);
-    double weight[4], light[2][SPHERE_COUNT], sum = 0;
-    const struct cavity_face *face = find_face(cavity, c->position + 3 * (size_t)x, weight);
-    if (!face)
+    float weight[4], sum = 0;
+    const int face = find_face(cavity, c->position + 3 * (size_t)x, weight);
+    if (face < 0)
         return before;
-    const uint32_t from[4] = {face->corner[0], face->corner[1], face->corner[2], candidate};
+    const uint32_t *corner = cavity->corner[face];
+    const uint32_t from[4] = {corner[0], corner[1], corner[2], candidate};
+    const float *light[4];
     const struct seen_world seen = choice_seen(choice);
     for (int k = 0; k < 4; k++) {
         if (walled)
-            weight[k] *= weight[k] < LEAST ? 0 : seen_by(&seen, x, from[k]);
+            weight[k] *= weight[k] < LEAST ? 0 : (float)seen_by(&seen, x, from[k]);
         sum += weight[k];
+        light[k] = c->light[from[k]].probe[0];
     }
     if (sum < SIGHT_ENOUGH)
         return before; /* a stand-in answers, as before, more or less */
     for (int k = 0; k < 4; k++)
         weight[k] /= sum;
-    choice_blend(c, 4, from, weight, light);
-    return choice_square(choice_error_of(c, x, light, NULL));
+    const struct quick_light blend = quick_blend(light, weight);
+    return quick_square(&c->light[x], &blend, c->floor);
 }
 
 /* Squares of errors as they count, and of what they fall by. */
@@ -234,26 +233,15 @@ static void add_cell(const struct cavity *cavity, const struct choice *choice, u
     }
 }
 
-double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
-                   struct error **err)
+double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
 {
-    const struct candidates *c = choice->world.candidates;
-    const bool inside = choice->blend[candidate].inside;
     struct sums sums = {0};
-    *err = find_faces(cavity, choice, vec3_load(c->position + 3 * (size_t)candidate));
-    if (*err)
-        return 0;
-    const bool walled = !inside || is_walled(cavity, choice);
+    find_faces(cavity, choice);
+    const bool walled = cavity->ringed || is_walled(cavity, choice);
     for (size_t i = 0; i < cavity->cells; i++)
         add_cell(cavity, choice, candidate, walled, cavity->cell[i], false, &sums);
     for (size_t i = cavity->cells; i < cavity->ringed; i++)
         add_cell(cavity, choice, candidate, walled, cavity->ring[i], true, &sums);
     const double gain = fmax(sums.before, 0) - fmax(sums.after, 0); /* less than none is noise */
     return gain > DOUBT * sqrt(sums.squares) ? gain : 0;
-}
-
-void cavity_clear(struct cavity *cavity)
-{
-    free(cavity->face);
-    *cavity = (struct cavity){0};
 }

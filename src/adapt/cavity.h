@@ -9,25 +9,30 @@
  * their errors fall by in all is what the probe is worth. The rest of the cells do not change, so
  * probes whose cavities share no cell do not get in each other's way.
  *
- * In double, and of cells that probe-tet has made, which need not be Delaunay to the last: it is an
- * estimate, and the cells are made anew before anything is said about errors.
+ * Of cells that probe-tet has made, which need not be Delaunay to the last, and of light in 32 bits
+ * (quick_square.h): it is an estimate, and the cells are made anew before anything is said about
+ * errors.
  */
 #ifndef CAVITY_H
 #define CAVITY_H
 
 #include "adapt/choice.h"
 
-enum { CAVITY_CELLS = 192, CAVITY_RING = 256 };
+enum { CAVITY_CELLS = 192, CAVITY_RING = 256, CAVITY_FACES = 4 * CAVITY_RING };
 
-/* Room for one thread's work. Starts as {0}. */
+/* Room for one thread's work. */
 struct cavity {
     int32_t cell[CAVITY_CELLS];
     size_t cells;
     /* with those around them, where the point is beyond the hull; else none */
     int32_t ring[CAVITY_RING];
     size_t ringed;
-    struct cavity_face *face; /* owned */
-    size_t faces, room;
+    /* Faces of the cavity, or of the hull, joined to the point: candidates, and the weight of each
+     * at x, rows 3 k to 3 k + 2 . (x - point) of the k-th; the point has the rest. */
+    uint32_t corner[CAVITY_FACES][3];
+    float row[9][CAVITY_FACES];
+    size_t faces;
+    double point[3];
 };
 
 /* Finds the cells of a candidate's cavity, and those around it where the point is beyond the hull;
@@ -40,9 +45,6 @@ uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool r
 
 /* Returns the sum of what the errors of the other candidates of space would fall by, of a candidate
  * whose cavity was dug; 0 where that may well be by chance. */
-double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
-                   struct error **err);
-
-void cavity_clear(struct cavity *cavity);
+double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate);
 
 #endif

@@ -82,16 +82,15 @@ static struct error *find_gain(void *context, size_t i, int thread)
     struct cavity *cavity = &g->cavity[thread];
     const uint32_t x = g->picked[i].number;
     struct gain *known = &g->choice->world.gains->of[x];
-    struct error *err = NULL;
     g->picked[i].value = 0;
     if (cavity_dig(cavity, g->choice, x)) {
         const uint64_t around =
             cavity_around(cavity, g->cell, g->choice->world.candidates->refined[x]);
         if (known->around != around)
-            *known = (struct gain){around, cavity_gain(cavity, g->choice, x, &err)};
+            *known = (struct gain){around, cavity_gain(cavity, g->choice, x)};
         g->picked[i].value = known->value;
     }
-    return err ? err : interrupt_error();
+    return interrupt_error();
 }
 
 /* Whether as good as none of a cavity's cells are taken. */
@@ -161,8 +160,6 @@ struct error *insert_find(const struct choice *choice, size_t most, double share
     /* where none gains among those, more are looked at */
     for (size_t room = FOR_EACH * most + AND + choice->count; !err && !*found && !all; room *= 4)
         err = find(&g, room, most, share, candidate, found, gain, &all);
-    for (int i = 0; i < threads && g.cavity; i++)
-        cavity_clear(&g.cavity[i]);
     free(g.cavity);
     free(g.cell);
     return err;

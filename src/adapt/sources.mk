@@ -17,6 +17,7 @@ adapt_sources = \
 	%D%/place_octree.c \
 	%D%/place_spawn_merge.c \
 	%D%/place_unlit.c \
+	%D%/quick_square.c %D%/quick_square.h \
 	%D%/rank.h \
 	%D%/seen.c %D%/seen.h \
 	%D%/thin_out.c %D%/thin_out.h \

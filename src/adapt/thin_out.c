@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/thin_out.h"
+#include "adapt/quick_square.h"
 #include "adapt/rank.h"
 #include "base/array.h"
 #include "base/error.h"
@@ -84,14 +85,27 @@ static void fit(const struct candidates *c, const double p[3], int count, const 
                          : 1 / sum;
 }
 
+/* What neighbours give with such weights. */
+static struct quick_light fitted_light(const struct candidates *c, int count,
+                                       const uint32_t *neighbour, const double *weight)
+{
+    double light[2][SPHERE_COUNT];
+    struct quick_light fitted;
+    choice_blend(c, count, neighbour, weight, light);
+    for (int half = 0; half < 2; half++)
+        for (int d = 0; d < SPHERE_COUNT; d++)
+            fitted.half[half][d] = (float)light[half][d];
+    return fitted;
+}
+
 /* By how much the errors around a probe grow without it. */
 static double loss_of(const struct choice *choice, const struct stars *stars, size_t probe)
 {
     const struct candidates *c = choice->world.candidates;
     const struct seen_world world = choice_seen(choice);
     const double *p = c->position + 3 * (size_t)choice->probe[probe];
-    uint32_t neighbour[NEIGHBOURS], from[NEIGHBOURS + 4];
-    double weight[NEIGHBOURS], all[NEIGHBOURS + 4], light[2][SPHERE_COUNT], before = 0, after = 0;
+    uint32_t neighbour[NEIGHBOURS];
+    double weight[NEIGHBOURS], before = 0, after = 0;
     int count = find_neighbours(choice, stars, probe, neighbour), seen = 0;
     for (int i = 0; i < count; i++)
         if (seen_by(&world, choice->probe[probe], neighbour[i]) > 0.5)
@@ -100,29 +114,25 @@ static double loss_of(const struct choice *choice, const struct stars *stars, si
     if (!count)
         return (double)INFINITY;
     fit(c, p, count, neighbour, weight);
+    const struct quick_light instead = fitted_light(c, count, neighbour, weight);
     for (size_t s = stars->first[probe]; s < stars->first[probe + 1]; s++) {
         const size_t cell = stars->slot[s] / 4;
         for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++) {
             const uint32_t x = choice->at[k];
             const struct blend *blend = &choice->blend[x];
-            double mine = 0;
-            int n = 0;
-            for (int i = 0; i < 4; i++)
-                if (blend->from[i] == choice->probe[probe]) {
-                    mine += blend->weight[i];
-                } else {
-                    from[n] = blend->from[i];
-                    all[n++] = blend->weight[i];
-                }
+            const float *light[4];
+            float share[4], mine = 0;
+            for (int i = 0; i < 4; i++) {
+                const bool own = blend->from[i] == choice->probe[probe];
+                share[i] = (float)blend->weight[i];
+                light[i] = own ? instead.half[0] : c->light[blend->from[i]].probe[0];
+                mine += own ? share[i] : 0;
+            }
             if (!(mine > 0) || !choice_counts(choice, x))
                 continue;
-            for (int j = 0; j < count; j++) {
-                from[n] = neighbour[j];
-                all[n++] = weight[j] * mine;
-            }
-            choice_blend(c, n, from, all, light);
+            const struct quick_light now = quick_blend(light, share);
             before += (double)choice->weight[x] * choice_square((double)choice->error[x]);
-            after += (double)choice->weight[x] * choice_square(choice_error_of(c, x, light, NULL));
+            after += (double)choice->weight[x] * quick_square(&c->light[x], &now, c->floor);
         }
     }
     return fmax(after, 0) - fmax(before, 0); /* less than none is noise */
