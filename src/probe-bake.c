@@ -6,6 +6,7 @@
 #include "bake/pipe.h"
 #include "bake/paths.h"
 #include "bake/plan.h"
+#include "base/claim.h"
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
@@ -286,13 +287,14 @@ static struct error *check(const struct arguments *a, const struct program *prog
         return error_usage("SCENE cannot be standard input: several programs read it");
     if (a->pack && !strcmp(a->pack, "-"))
         return error_usage("--pack: expected a file's name, got '-'");
-    if (a->pack && !strcmp(a->pack, a->common.output))
-        return error_usage("--pack and --output name the same file, %s", a->pack);
     const char *of_body = reach_option_given(&a->body);
     if (of_body && !a->reach)
         return error_usage("%s goes with --reach", of_body);
     if (a->reach && !strcmp(a->reach, "-"))
         return error_usage("--reach: expected a file, which several programs read, got '-'");
+    struct error *err = a->reach ? claim_input_of(a->reach) : NULL;
+    if (err)
+        return err;
     if (a->max_error_given && !(a->max_error > 0 && a->max_error < 1))
         return error_usage("--max-error: expected a share between 0 and 1, got %g", a->max_error);
     return light_dering_check(&a->dering);
@@ -385,6 +387,7 @@ int main(int argc, char **argv)
          .argument = "FILE",
          .kind = OPTION_TEXT,
          .value = &a.pack,
+         .written = true,
          .shown = "none",
          .help = "write a packed file for libprobe-query besides"},
         {.name = "report",

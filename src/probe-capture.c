@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* probe-capture: path traces the light that reaches each probe of a stream and projects it to
  * SH. */
+#include "base/claim.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/interrupt.h"
@@ -78,6 +79,7 @@ int main(int argc, char **argv)
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err)
         err = file_inputs_differ(program.operands[0], "the scene", input, "the probes");
+    claim_in_place(input);
     if (!err)
         err = stream_reader_open(&run.reader, input);
     if (!err)

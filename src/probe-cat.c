@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* probe-cat: converts, merges, selects and describes probe streams, and converts their light. */
 #include "base/array.h"
+#include "base/claim.h"
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
@@ -319,6 +320,10 @@ int main(int argc, char **argv)
         .operands_most = -1};
     struct warnings warnings = {0};
     struct error *err = parse(&program, &a, argc, argv);
+    for (size_t i = 0; i < a.from.count; i++)
+        claim_in_place(a.from.paths[i]);
+    for (size_t i = 0; i < a.from.fill_count; i++)
+        claim_in_place(a.from.fills[i]);
     if (!err && a.info)
         err = describe(&a, &warnings);
     else if (!err && passes(&a))

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* probe-error: how far a baked stream's light is from path-traced truth, where it leaks, and how
  * smoothly it changes. */
+#include "base/claim.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
@@ -174,6 +175,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .argument = "FILE",
          .kind = OPTION_TEXT,
          .value = &job->map_file,
+         .written = true,
          .shown = "none",
          .unrecorded = true,
          .help = "write the points with the error at each to FILE, as a probe\nstream"},
@@ -324,6 +326,7 @@ int main(int argc, char **argv)
         err = file_inputs_differ(program.operands[0], "the scene", input, "the probes");
     if (!err)
         err = check_inputs(&a, input);
+    claim_in_place(input);
     if (!err)
         err = stream_read(&stream, input);
     if (!err)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* probe-leakfix: keeps light from going through walls: by what the points of each cell see of its
  * probes, or by more probes on both sides of the wall. */
+#include "base/claim.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
@@ -273,6 +274,7 @@ int main(int argc, char **argv)
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err)
         err = file_inputs_differ(program.operands[0], "the scene", input, "the probes");
+    claim_in_place(input);
     if (!err)
         err = stream_read(&stream, input);
     if (!err)

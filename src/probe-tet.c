@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* probe-tet: makes the Delaunay tetrahedra of a stream's probes. */
+#include "base/claim.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
@@ -155,6 +156,7 @@ int main(int argc, char **argv)
     if (!err && enclose.bounds_given && !enclose.wanted)
         err = error_usage("--bounds needs --enclose");
     const char *input = !err && program.operand_count ? program.operands[0] : "-";
+    claim_in_place(input);
     if (!err)
         err = stream_read(&stream, input);
     if (!err && !stream_table(stream, "probe"))

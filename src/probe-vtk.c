@@ -108,6 +108,7 @@ int main(int argc, char **argv)
          .argument = "FILE.vtu",
          .kind = OPTION_TEXT,
          .value = &options.output,
+         .written = true,
          .help = "write the probes and tetrahedra to FILE.vtu, which appears only when it is\n"
                  "whole (required); - is standard output"},
         {.name = "scene",
@@ -120,6 +121,7 @@ int main(int argc, char **argv)
          .argument = "FILE.vtp",
          .kind = OPTION_TEXT,
          .value = &options.scene_output,
+         .written = true,
          .shown = "FILE.scene.vtp",
          .help = "where the surface goes"},
         {.name = "exposure",

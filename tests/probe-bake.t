@@ -91,7 +91,7 @@ refused 2 "standard input" probe-bake - -o x.probe
 refused 1 "nowhere.obj" probe-bake nowhere.obj -o x.probe
 refused 2 "--quality: expected one of draft, good, best" probe-bake --quality fast "$box"
 refused 2 "--max-error: expected" probe-bake --max-error 0 "$box"
-refused 2 "same file" probe-bake --pack x.probe "$box" -o x.probe
+refused 2 "are the same file" probe-bake --pack x.probe "$box" -o x.probe
 refused 1 "no/such: No such file" probe-bake "$box" -o no/such
 refused 1 "no/such: No such file" probe-bake --pack no/such "$box" -o x.probe
 refused 1 "no/such: No such file" probe-bake --report no/such "$box" -o x.probe

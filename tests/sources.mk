@@ -78,6 +78,7 @@ PROGRAM_TESTS = \
 	tests/probe-cat.t \
 	tests/choice.t \
 	tests/told-once.t \
+	tests/overwrite.t \
 	tests/sky-file.t \
 	tests/bake-in-pieces.t \
 	tests/light-conversion.t \

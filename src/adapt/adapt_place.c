@@ -73,6 +73,7 @@ static struct option_row *rows(struct place_options *options, struct option_row 
          .kind = OPTION_TEXT,
          .value = &options->adaptive.curve,
          .given = &options->adaptive.curve_given,
+         .written = true,
          .shown = "none",
          .unrecorded = true,
          .help = "adaptive: write probes, bytes, errors and seconds of each round\n"

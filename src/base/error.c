@@ -130,6 +130,11 @@ const char *error_message(const struct error *err)
     return err->message;
 }
 
+bool error_is_of_data(const struct error *err)
+{
+    return err && err != error_memory() && error_status(err) == EXIT_BAD_DATA;
+}
+
 int error_status(const struct error *err)
 {
     return err ? err->status : EXIT_DONE;

@@ -23,6 +23,8 @@
 #ifndef ERROR_H
 #define ERROR_H
 
+#include <stdbool.h>
+
 struct error;
 
 /* Exit statuses of every program (man probe-tools(7)). */
@@ -57,6 +59,9 @@ struct error *error_wrap(struct error *err, const char *format, ...)
 
 /* The message, without a program's name; owned by `err`. */
 const char *error_message(const struct error *err);
+
+/* Whether `err` is of data, which may be done without: neither short memory nor wrong use. */
+bool error_is_of_data(const struct error *err);
 
 /* The exit status that `err` asks for; EXIT_DONE for NULL. */
 int error_status(const struct error *err);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/file.h"
 #include "base/array.h"
+#include "base/claim.h"
 #include "base/error.h"
 
 #include <errno.h>
@@ -66,7 +67,9 @@ struct error *file_read(const char *path, char **data, size_t *size)
     const int fd = open_above(path, O_RDONLY);
     if (fd < 0)
         return error_new("%s", strerror(errno));
-    struct error *err = read_rest(fd, data, size, 0);
+    struct error *err = claim_input(fd);
+    if (!err)
+        err = read_rest(fd, data, size, 0);
     close(fd);
     return err;
 }
@@ -102,7 +105,8 @@ struct error *file_read_input(const char *path, char **data, size_t *size)
     *size = 0;
     if (fcntl(STDIN_FILENO, F_GETFD) < 0)
         return error_new("it is closed: there is nothing to read");
-    return read_rest(STDIN_FILENO, data, size, 0);
+    struct error *err = claim_input(STDIN_FILENO);
+    return err ? err : read_rest(STDIN_FILENO, data, size, 0);
 }
 
 struct error *file_input_open(struct file_input *in, const char *path)
@@ -116,6 +120,8 @@ struct error *file_input_open(struct file_input *in, const char *path)
         err = error_new("stdin is closed: there is nothing to read");
     else if (!(in->name = strdup(file_input_name(path))))
         err = error_memory();
+    if (!err)
+        err = error_wrap(claim_input(in->fd), "%s", in->name);
     if (err)
         file_input_close(in);
     return err;
@@ -311,6 +317,8 @@ struct error *file_output_open(struct file_output *out, const char *path, bool b
     const bool standard = !strcmp(path, "-");
     *out = (struct file_output){.fd = -1, .name = strdup(file_output_name(path))};
     struct error *err = out->name ? NULL : error_memory();
+    if (!err)
+        err = claim_output(path, NULL);
     if (!err && !standard)
         err = open_file(out, path);
     if (!err && standard && fcntl(STDOUT_FILENO, F_GETFD) < 0)

@@ -10,7 +10,8 @@
  *         return file_output_finish(&out);
  *     file_output_abandon(&out);
  *
- * Errors name the file, unless said otherwise.
+ * Errors name the file, unless said otherwise. What is opened is claimed (claim.h): a file is not
+ * read here and overwritten there.
  */
 #ifndef FILE_H
 #define FILE_H

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/options.h"
 #include "base/array.h"
+#include "base/claim.h"
 #include "base/error.h"
 #include "config.h"
 
@@ -429,6 +430,20 @@ static struct error *bad_option(const struct getopt_table *table, char **argv, i
     return error_usage("unknown or ambiguous option '%s'", word);
 }
 
+/* Before anything is opened. */
+static struct error *claim_written(const struct option_row *const groups[])
+{
+    struct error *err = NULL;
+    claim_begin();
+    for (; *groups; groups++)
+        for (const struct option_row *row = *groups; row->name && !err; row++) {
+            const char *const *path = row->value;
+            if (row->written && *path)
+                err = claim_output(*path, row->name);
+        }
+    return err;
+}
+
 struct error *options_parse(struct program *program, const struct option_row *const groups[],
                             int argc, char **argv)
 {
@@ -467,7 +482,7 @@ struct error *options_parse(struct program *program, const struct option_row *co
                            program->operand_count == 1 ? "" : "s");
     if (program->operands_most >= 0 && program->operand_count > program->operands_most)
         return error_usage("unexpected operand '%s'", program->operands[program->operands_most]);
-    return NULL;
+    return claim_written(groups);
 }
 
 void program_clear(struct program *program)

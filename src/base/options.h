@@ -64,6 +64,7 @@ struct option_row {
     struct error *(*parse)(void *value, const char *text);
     const char *shown; /* the default as --help shows it; NULL: made from *value */
     bool *given;       /* set to true when the option is present; may be NULL */
+    bool written;      /* TEXT: a file that the program writes, which nothing it reads may be */
     bool unrecorded;   /* cannot change the output's rows, so stays out of the provenance */
 };
 
@@ -97,7 +98,8 @@ struct program {
 /* Parses argv by the tables in groups, NULL after the last, in whose order --help prints them; they
  * are not needed afterwards. On --help or --version prints to standard output and exits (0, or 1
  * when standard output cannot be written). A wrong command line is an error with exit status 2 that
- * names the option, what was expected and what came. */
+ * names the option, what was expected and what came. Files of `written` options are claimed
+ * (claim.h), and whatever else is opened from here on. */
 struct error *options_parse(struct program *program, const struct option_row *const groups[],
                             int argc, char **argv);
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # errors, arrays, warnings, threads, what is made once, signals, progress, clock, numbers as text,
-# options, bytes of files, where other programs are
+# options, bytes of files, which are read and which written, where other programs are
 base_sources = \
 	%D%/array.c %D%/array.h \
+	%D%/claim.c %D%/claim.h \
 	%D%/clock.c %D%/clock.h \
 	%D%/error.c %D%/error.h \
 	%D%/error_guard.h \

@@ -255,7 +255,7 @@ struct error *scene_import_texture(struct scene_import *import, const char *name
     size_t size = 0;
     struct error *err = scene_import_find(import, name, &path);
     struct error *unread = err || !path ? NULL : file_read(path, &data, &size);
-    if (!err && unread == error_memory()) {
+    if (!err && unread && !error_is_of_data(unread)) {
         err = unread;
         unread = NULL;
     } else if (!err && path && !unread) {

@@ -360,7 +360,7 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
         return err;
     struct error *unread = file_read(path, &text, &size);
     const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
-    if (unread == error_memory())
+    if (unread && !error_is_of_data(unread))
         return unread;
     if (unread) {
         all.files.insert(name);

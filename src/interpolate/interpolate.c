@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "interpolate/interpolate.h"
 #include "base/array.h"
+#include "base/claim.h"
 #include "base/error.h"
 #include "interpolate/cells_volume.h"
 #include "interpolate/interpolate_kind.h"
@@ -186,11 +187,13 @@ static struct error *map_file(const char *path, void **image, size_t *bytes)
     struct stat status;
     const int fd = open(path, O_RDONLY | O_CLOEXEC);
     *image = MAP_FAILED;
-    if (fd >= 0 && !fstat(fd, &status) && status.st_size > 0) {
+    struct error *err = fd >= 0 ? error_wrap(claim_input(fd), "%s", path) : NULL;
+    if (!err && fd >= 0 && !fstat(fd, &status) && status.st_size > 0) {
         *bytes = (size_t)status.st_size;
         *image = mmap(NULL, *bytes, PROT_READ, MAP_PRIVATE, fd, 0);
     }
-    struct error *err = *image == MAP_FAILED ? error_system(errno, "%s", path) : NULL;
+    if (!err && *image == MAP_FAILED)
+        err = error_system(errno, "%s", path);
     if (fd >= 0)
         close(fd);
     if (err)

@@ -72,6 +72,7 @@ struct error *render_options_parse(struct render_options *o, struct program *pro
          .argument = "FILE",
          .kind = OPTION_TEXT,
          .value = &o->output,
+         .written = true,
          .unrecorded = true,
          .help = "write the picture to FILE, which appears only when it is whole:\n"
                  "PNG, or PFM where its name ends in .pfm; - is standard\n"
@@ -80,6 +81,7 @@ struct error *render_options_parse(struct render_options *o, struct program *pro
          .argument = "FILE",
          .kind = OPTION_TEXT,
          .value = &o->pfm,
+         .written = true,
          .help = "write the linear picture to FILE besides, as PFM"},
         {.name = "mode",
          .letter = 'm',

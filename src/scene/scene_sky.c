@@ -243,8 +243,11 @@ static struct error *look_at(struct found *found, const char *folder, const char
         return error_memory();
     }
     found->err = file_read(found->name, &found->data, &found->size);
-    if (found->err == error_memory())
-        return error_memory();
+    if (found->err && !error_is_of_data(found->err)) {
+        struct error *err = error_wrap(found->err, "%s", found->name);
+        found->err = NULL;
+        return err;
+    }
     found->key = found->err ? 0 : hash_bytes(found->data, found->size);
     return NULL;
 }

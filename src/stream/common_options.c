@@ -25,6 +25,7 @@ const struct option_row *common_rows(struct common *common, unsigned which, stru
                                 .help = "write to FILE, which appears only when it is whole;\n"
                                         "- is standard output",
                                 .value = &common->output,
+                                .written = true,
                                 .unrecorded = true};
     if (which & COMMON_ENCODING) {
         rows[n++] =
