@@ -292,7 +292,9 @@ static struct error *check(const struct arguments *a, const struct program *prog
         return error_usage("%s goes with --reach", of_body);
     if (a->reach && !strcmp(a->reach, "-"))
         return error_usage("--reach: expected a file, which several programs read, got '-'");
-    struct error *err = a->reach ? claim_input_of(a->reach) : NULL;
+    struct error *err = reach_check_given(&a->body);
+    if (!err && a->reach)
+        err = claim_input_of(a->reach);
     if (err)
         return err;
     if (a->max_error_given && !(a->max_error > 0 && a->max_error < 1))

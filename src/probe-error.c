@@ -226,6 +226,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     const char *given = reach_option_given(&t->reach);
     if (!err && given && !t->reach_file)
         err = error_usage("%s goes with --reach", t->reach.radius_given ? "--body-radius" : given);
+    if (!err)
+        err = reach_check_given(&t->reach);
     if (!err && t->reach_file && !strcmp(t->reach_file, "-"))
         err = error_usage("--reach: expected a file, which is read twice, got standard input");
     if (!err && t->path_file && t->paths_given)

@@ -194,6 +194,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
     struct error *err = place_operands(program->operand_count, program->operands, &method,
                                        &world.file, &scene_path);
     if (!err)
+        err = place_inputs_differ(&a->options, world.file, scene_path);
+    if (!err)
         err = place_options_check(&a->options, method, scene_path != NULL);
     if (!err)
         err = check_given(a, settings, method, scene_path != NULL);
@@ -239,6 +241,7 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = error_new("interrupted: the %zu probes until then are written", place.count);
     free(side);
     place_clear(&place);
+    reach_destroy(world.reach);
     stream_destroy(stream);
     scene_destroy(scene);
     return err;

@@ -761,7 +761,7 @@ refused 1 "nothing.obj" probe-place grid --count 10 nothing.obj
 refused 1 "empty.obj: the file is empty" probe-place grid --count 10 empty.obj
 printf '%s\n' 'v 0 0 0' 'v 9 0 0' 'v 0 9 0' 'v 0 0 9' 'f 1 2 3' 'f 1 2 4' 'f 1 2 5' >broken.obj
 refused 1 "broken.obj:7: face 3" probe-place grid --count 10 broken.obj
-refused 2 "the scene and the positions cannot both" probe-place points - /dev/stdin
+refused 2 "the scene and FILE cannot both" probe-place points - /dev/stdin
 probe-place vertices --lenient --text broken.obj >lenient.probe 2>err
 check "--lenient leaves out what is broken, says so, and the header keeps it" \
     says err 'warning: broken.obj:7: .*left out' and says lenient.probe '^lenient yes'

@@ -39,11 +39,11 @@ box 0 0 0 4 3 4 in >room.obj
 walked room.obj '2 1 2'
 check "a room of 4 by 4 has 23 x 23 places, as far from its walls as the body is wide" \
     has_lines 529 rows and every 'near($2, .9, 1e-5) && $1 > .34 && $1 < 3.66' rows
-for y in 0 -.001 .02 2.9; do
+for y in 0 -.001 .02 2.9 2.97; do # at the feet or the eyes; above its head, below the ceiling
     walked room.obj "2 $y 2"
     has_lines 529 rows && echo so
 done >same
-check "from wherever a start is: at the feet, the eyes, or above its head" has_lines 4 same
+check "from wherever in it a start is" has_lines 5 same
 walked room.obj '2 1 2' --fly
 check "and 16 layers of them for a ball" has_lines 8464 rows
 awk '/^v/ { print $1, 100 * $2, 100 * $3, 100 * $4; next } { print }' room.obj >cm.obj
@@ -157,9 +157,14 @@ refuse() { # refuse MESSAGE START [OPTION]...
 refuse 'the start 1.5 1 1.5 is inside a solid' '1.5 1 1.5'
 refuse 'the start 5 1 2 is outside of a closed room' '5 1 2'
 refuse 'the start 5 1 20 is outside of the scene, which is from 0' '5 1 20'
-refuse 'no body of radius 0.3 and height 1.8 fits at 3.9 1 2, with what is lower' '3.9 1 2'
+refuse 'no body of radius 0.3 fits at 3.9 1 2: a surface, higher than it climbs, is 0.1 from' \
+    '3.9 1 2'
+refused 1 'no body of height 3.2 fits at 3 1 3: what is above the floor leaves 3 (--height' \
+    probe-place reach --height 3.2 starts.txt two.obj
 refuse 'a ball of radius 0.3 does not fit at 3.9 1 2: a surface is 0.1 away' '3.9 1 2' --fly
 refuse 'there is no floor below 3 2.9 2, no farther than 2.8 down' '3 2.9 2' --drop 1
+refuse 'a ball of radius 0.3 does not fit at 3 2.9 2: a surface is 0.1 away' '3 2.9 2' --fly
+refuse 'there is no floor below 3 2.97 2, no farther than 2.8 down' '3 2.97 2' --drop 1
 refused 1 'a step of at most half the height, 0.1, that the body climbs, got 0.4 (--climb)' \
     probe-place reach --height .2 starts.txt two.obj
 refused 1 'at most 1000 times as high as its radius, got 1.8 and 1e-05' \
@@ -168,6 +173,16 @@ refused 2 "reach: expected a SCENE" probe-place reach starts.txt
 refused 2 "reach goes with other methods" probe-place reach --reach starts.txt starts.txt two.obj
 refused 2 "radius goes with --reach, or the method reach" \
     probe-place grid --radius .2 --count 9 two.obj
+for option in height climb drop headroom; do
+    refused 2 "$option is of a body that walks: --fly" \
+        probe-place reach --fly --$option .5 starts.txt two.obj
+done
+refused 2 "drop is of a body that walks" probe-place grid --count 9 --reach x --fly --drop 1 two.obj
+refused 2 "climb is of a body that walks" probe-error --reach x --fly --climb .1 two.obj x.probe
+refused 2 "headroom is of a body that walks" probe-bake --reach x --fly --headroom .1 two.obj
+refused 2 "FILE and the start points of --reach cannot both" probe-place points - --reach - two.obj
+refused 2 "start points of --reach and the probes of --keep cannot both" \
+    probe-place adaptive --probes 9 --reach - --keep /dev/stdin two.obj
 refused 2 "reach needs a SCENE" \
     probe-place grid --reach starts.txt --spacing 1 --bounds 0,0,0,1,1,1
 refused 2 "read twice, got standard input" probe-error --reach - two.obj starts.txt
@@ -200,6 +215,32 @@ check "adaptive probes are in it" each_row adaptive.probe '$1 < 4 && $2 < 2.2'
 probe-place spawn-merge -q $lamp --count 60 --rays 16 --rounds 2 --reach start.txt two.obj \
     >merged.probe
 check "spawn-merge starts in it" each_row merged.probe '$1 < 4.2'
+# a lamp above a block that is too high to climb
+{ box 0 0 0 4 3 4 in; box 3 -.1 -.1 4.1 1.2 4.1; } >block.obj
+echo '1 1 2' >low.txt
+probe-place ascent -q --light direct --point 3.6,2,2,9,9,9 --spacing .5 --rays 64 --rounds 8 \
+    --merge-distance 0 --reach low.txt block.obj >climbed.probe
+rows_of position,steps climbed.probe >rows
+check "no step of ascent leaves it" every '$4 == 0 || ($1 < 3.1 && $2 < 2.11)' rows \
+    and awk '$4 { n++ } END { exit n < 9 }' rows
+probe-place octree -q --levels 0:2 --cut all --bounds 0,0,0,9,3,4 --cells 4,2,2 \
+    --reach start.txt --inset .01 two.obj >tree.probe
+rows_of position,level tree.probe >rows
+check "an octree is cut where it comes into a cell alone" every '$4 == 0 || $1 < 4.5' rows \
+    and awk '$4 == 2 { n++ } END { exit n < 99 }' rows
+probe-place octree -q --levels 0:2 --cut all --reach start.txt two.obj >tree.probe
+check "and of its box" each_row tree.probe '$1 < 4.1 && $2 < 2.2' \
+    and [ "$(row_count probe tree.probe)" -gt 99 ]
+# shellcheck disable=SC2086
+probe-capture -q --rays 16 --bounces 0 $lamp two.obj tree.probe >tree.baked
+check "and can be interpolated" given '3 1 3' into lookup probe-query -q \
+    --interpolate trilinear tree.baked and test -s lookup
+# shellcheck disable=SC2086
+probe-place lights -q $lamp --reach start.txt --offset 1 two.obj >lights.probe
+check "of a lamp's probes those in it stay" [ "$(row_count probe lights.probe)" -lt 6 ] \
+    and each_row lights.probe '$1 < 4 && $2 < 2.2'
+probe-place vertices -q --volume --offset .2 --reach start.txt two.obj >vertices.probe
+check "and of vertices" each_row vertices.probe '$1 < 4 && $2 < 2.2'
 # shellcheck disable=SC2086
 probe-capture -q --rays 16 --bounces 0 $lamp two.obj grid.probe | probe-tet -q >baked.probe
 error="probe-error -q -n 100 --truth-rays 2 --paths 2 --leak-samples 0 --truth truth"

@@ -344,7 +344,17 @@ static struct error *look_along(void *context, size_t i, int thread)
     return NULL;
 }
 
-/* Pairs whose middles are in the air stay good; see: and that see each other. */
+/* Nothing leaves the region: what merges to its middle, but for corners of the grid's cells that
+ * are out of it both, or is spawned there. */
+static bool is_in_region(const struct cloud *cloud, const struct pair *pair, bool merges)
+{
+    const struct reach *region = cloud->light->world->reach;
+    return !region || reach_holds(region, pair->middle) ||
+           (merges && !reach_holds(region, cloud->probe[pair->a].position) &&
+            !reach_holds(region, cloud->probe[pair->b].position));
+}
+
+/* Pairs whose middles are in the air, and the region, stay good; see: and that see each other. */
 static struct error *check_pairs(const struct cloud *cloud, struct pairs *pairs, bool sees)
 {
     struct looking s = {cloud, pairs->list};
@@ -358,7 +368,7 @@ static struct error *check_pairs(const struct cloud *cloud, struct pairs *pairs,
     if (!err && pairs->count)
         err = place_light_air(cloud->light, pairs->count, middle, air);
     for (size_t i = 0; i < pairs->count && !err; i++)
-        pairs->list[i].good = air[i];
+        pairs->list[i].good = air[i] && is_in_region(cloud, &pairs->list[i], sees);
     if (!err && sees)
         err = threads_for(cloud->light->world->inside.threads, pairs->count, look_along, &s);
     free(middle);

@@ -151,14 +151,18 @@ static void step_to(const struct cloud *cloud, const struct cloud_probe *p, doub
     vec3_store(to, vec3_fma(vec3_load(p->position), p->step / length, d));
 }
 
-/* Whether a step leaves the box, or a surface is within it and the stand-off. */
+/* Whether a step leaves the box or ends out of the region, or a surface is within it and the
+ * stand-off. */
 static bool is_barred(const struct ascent *a, const struct cloud_probe *p, const double to[3])
 {
     const struct vec3 way = vec3_sub(vec3_load(to), vec3_load(p->position));
+    const struct reach *region = a->cloud->light->world->reach;
     double beyond[3];
     for (int k = 0; k < 3; k++)
         if (!(to[k] >= a->box.low[k] && to[k] <= a->box.high[k]))
             return true;
+    if (region && !reach_holds(region, to))
+        return true;
     vec3_store(beyond, vec3_fma(vec3_load(to), STAND_OFF / p->step, way));
     return a->walls && !place_light_is_free(a->cloud->light, p->position, beyond);
 }

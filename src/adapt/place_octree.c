@@ -168,6 +168,7 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
 struct making {
     struct place_light light;
     const struct place_options *options;
+    struct reach *reach; /* NULL: anywhere */
     struct voxels voxels;
     bool need_light, need_gradient;
     size_t measured; /* nodes that are known: */
@@ -186,6 +187,7 @@ struct making {
 static void clear(struct making *m)
 {
     voxels_clear(&m->voxels);
+    reach_destroy(m->reach);
     place_light_close(&m->light);
     free(m->position);
     free(m->air);
@@ -381,6 +383,20 @@ static bool is_steep(const struct making *m, const struct voxel *v, double edge,
     return false;
 }
 
+/* Whether the region comes into a cell. */
+static bool is_reached(const struct making *m, const struct voxel *v)
+{
+    double middle[3], half[3];
+    if (!m->reach)
+        return true;
+    voxels_sides(&m->voxels, v->level, half);
+    for (int k = 0; k < 3; k++) {
+        half[k] /= 2;
+        middle[k] = m->position[3 * (size_t)v->node[0] + (size_t)k] + half[k];
+    }
+    return reach_near(m->reach, middle, half);
+}
+
 /* Whether a cell is to be cut; counts who says so. Where fewer than half of its corners are in the
  * air there is nothing to go by, and whoever asks them cuts it where a surface comes in. */
 static bool is_to_cut(struct making *m, const struct voxel *v)
@@ -417,7 +433,7 @@ static struct error *refine(struct making *m)
         weigh_light(m);
         for (size_t i = from; i < end && !err; i++) {
             const struct voxel v = m->voxels.voxel[i];
-            if (!is_to_cut(m, &v))
+            if (!is_reached(m, &v) || !is_to_cut(m, &v))
                 continue;
             m->cut[level]++;
             err = voxels_cut(&m->voxels, i);
@@ -587,7 +603,7 @@ static struct error *start(struct making *m)
     double low[3], high[3];
     double inset = o->octree.inset;
     struct place_space space;
-    place_options_space(o, m->light.world->scene, NULL, &space);
+    place_options_space(o, m->light.world->scene, m->reach, &space);
     memcpy(low, space.low, sizeof low);
     memcpy(high, space.high, sizeof high);
     for (int k = 0; k < 3; k++)
@@ -626,6 +642,8 @@ static struct error *place_by_options(struct place *place, const struct place_op
     m.need_gradient = tests_by(&m, PLACE_CUT_GRADIENT);
     m.need_light = m.need_gradient || tests_by(&m, PLACE_CUT_CONTRAST) || o->octree.cull_given;
     if (!err)
+        err = place_reach_open(&m.reach, o, m.light.tracer, world);
+    if (!err)
         err = start(&m);
     if (!err)
         err = look_around(&m);
@@ -653,6 +671,7 @@ const struct place_method place_method_octree = {.name = "octree",
                                                  .needs_scene = true,
                                                  .sees_light = true,
                                                  .shares = shared,
+                                                 .reaches = true,
                                                  .rows = rows,
                                                  .check = check,
                                                  .place = place_by_options};

@@ -489,7 +489,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
                      ground.way > 0 ? "above" : "below");
     if (grid)
         memcpy(world->spacing, grid->spacing, sizeof world->spacing);
-    reach_destroy(reach);
+    world->reach = reach;
     trace_destroy(tracer);
     free(grid);
     return err;

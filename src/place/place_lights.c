@@ -433,7 +433,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
                 world->program, lights, l.surfaces, l.pieces, l.hidden, place->count);
     free(l.shard);
     trace_destroy(tracer);
-    return err;
+    return err ? err : place_reach_keep(place, o, world);
 }
 
 static const char *const shared[] = {"offset", NULL};
@@ -443,5 +443,6 @@ const struct place_method place_method_lights = {.name = "lights",
                                                  .needs_scene = true,
                                                  .sees_light = true,
                                                  .asks_air = true,
+                                                 .reaches = true,
                                                  .shares = shared,
                                                  .place = place_by_options};

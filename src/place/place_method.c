@@ -120,7 +120,24 @@ struct error *place_operands(int count, const char *const *operands,
         return error_usage("unexpected operand '%s'", operands[next + 1]);
     *file = (*method)->file_of ? operands[1] : NULL;
     *scene = count > next ? operands[next] : NULL;
-    return *file && *scene ? file_inputs_differ(*scene, "the scene", *file, "the positions") : NULL;
+    return NULL;
+}
+
+struct error *place_inputs_differ(const struct place_options *o, const char *file,
+                                  const char *scene)
+{
+    const struct {
+        const char *path, *is;
+    } all[] = {{scene, "the scene"},
+               {file, "FILE"},
+               {o->reach_file, "the start points of --reach"},
+               {o->light.keep, "the probes of --keep"}};
+    struct error *err = NULL;
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+        for (size_t j = 0; j < i && !err; j++)
+            if (all[i].path && all[j].path)
+                err = file_inputs_differ(all[j].path, all[j].is, all[i].path, all[i].is);
+    return err;
 }
 
 static bool has_share(const struct place_method *method, const char *name)

@@ -114,7 +114,8 @@ struct place_world {
     const char *program; /* says on standard error how it goes; NULL: nobody does */
     bool progress;       /* and how far it is */
     bool interrupted;    /* out: a signal came, and less was done than was asked for */
-    double spacing[3];   /* out, of grid: between nodes, at the most */
+    double spacing[3];   /* out, of grid: between nodes, at the most; */
+    struct reach *reach; /* and the region, which the caller destroys; NULL: there is none */
 };
 
 struct place_method {
@@ -158,6 +159,10 @@ struct error *place_operands(int count, const char *const *operands,
 /* Error: options of another method, no scene where one is needed, and what the method checks. */
 struct error *place_options_check(struct place_options *options, const struct place_method *method,
                                   bool scene);
+
+/* A usage error where two of the operands and options that name inputs are standard input. */
+struct error *place_inputs_differ(const struct place_options *options, const char *file,
+                                  const char *scene);
 
 /* For methods that take --reach as well: the names of its options, NULL after the last; options
  * that lack it, or the scene; the region, NULL where it was not asked for; and leaving out of what

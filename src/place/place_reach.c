@@ -32,7 +32,7 @@ struct error *place_reach_check(const struct place_options *o, bool scene)
         return error_usage("%s goes with --reach, or the method reach", given);
     if (o->reach_given && !scene)
         return error_usage("--reach needs a SCENE");
-    return NULL;
+    return reach_check_given(&o->reach);
 }
 
 struct error *place_reach_open(struct reach **reach, const struct place_options *o,
@@ -61,6 +61,8 @@ struct error *place_reach_keep(struct place *place, const struct place_options *
         memmove(place->position + 3 * kept, place->position + 3 * i, 3 * sizeof *place->position);
         if (place->normal)
             memmove(place->normal + 3 * kept, place->normal + 3 * i, 3 * sizeof *place->normal);
+        if (place->origin)
+            place->origin[kept] = place->origin[i];
         if (kept < i)
             table_copy_rows(&place->columns, kept, &place->columns, i, 1);
         kept++;
@@ -86,7 +88,7 @@ static struct error *check(const struct place_options *o, bool scene)
     (void)scene;
     return o->reach_given ? error_usage("reach: the start points are its FILE, --reach goes with "
                                         "other methods")
-                          : NULL;
+                          : reach_check_given(&o->reach);
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *o,

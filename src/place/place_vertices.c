@@ -75,8 +75,13 @@ static struct error *place_by_options(struct place *place, const struct place_op
     const struct vec3 size = vec3_sub(world->scene->box_max, world->scene->box_min);
     const double offset = o->offset_given ? o->offset : OFFSET_SHARE * vec3_length(size);
     const double crease = o->crease_given ? o->crease : o->volume ? CREASE_VOLUME : CREASE;
-    return place_vertices(place, world->scene, offset, crease, o->volume, world->most);
+    struct error *err = place_vertices(place, world->scene, offset, crease, o->volume, world->most);
+    return err ? err : place_reach_keep(place, o, world);
 }
 
-const struct place_method place_method_vertices = {
-    .name = "vertices", .origin = 4, .needs_scene = true, .rows = rows, .place = place_by_options};
+const struct place_method place_method_vertices = {.name = "vertices",
+                                                   .origin = 4,
+                                                   .needs_scene = true,
+                                                   .reaches = true,
+                                                   .rows = rows,
+                                                   .place = place_by_options};

@@ -337,9 +337,43 @@ struct starting {
     const struct place_judge *judge;
 };
 
-static struct error *refuse_body(const struct reach *r, const double p[3])
+/* How far the nearest surface is from a body's axis through p, above what it climbs. */
+static double room_around(const struct reach *r, const double p[3], double floor_at)
 {
     const struct reach_settings *s = &r->settings;
+    const double last = floor_at + s->height - s->radius;
+    double q[3], least = (double)INFINITY;
+    memcpy(q, p, sizeof q);
+    for (double at = fmin(floor_at + s->climb + s->radius, last);; at += s->radius / 4) {
+        q[r->up] = r->way * fmin(at, last);
+        least = fmin(least, trace_distance(r->tracer, q));
+        if (at >= last)
+            return least;
+    }
+}
+
+/* Says which room a body lacks at a start, above a floor. */
+static struct error *refuse_body(const struct reach *r, const double p[3], double floor_at)
+{
+    const struct reach_settings *s = &r->settings;
+    double from[3], up[3] = {0};
+    memcpy(from, p, sizeof from);
+    from[r->up] = r->way * (floor_at + s->climb);
+    up[r->up] = r->way;
+    if (!s->fly) {
+        const struct trace_hit hit = trace_nearest(r->tracer, from, up, s->height - s->climb);
+        const double around = hit.hit ? 0 : room_around(r, p, floor_at);
+        if (hit.hit)
+            return error_new(
+                "no body of height %g fits at %g %g %g: what is above the floor leaves "
+                "%g (--height is in units of the scene)",
+                s->height, p[0], p[1], p[2], s->climb + hit.distance);
+        if (around < s->radius)
+            return error_new("no body of radius %g fits at %g %g %g: a surface, higher than it "
+                             "climbs, is %g from its middle (--radius and --climb are in units of "
+                             "the scene)",
+                             s->radius, p[0], p[1], p[2], around);
+    }
     if (s->fly)
         return error_new("a ball of radius %g does not fit at %g %g %g: a surface is %g away "
                          "(--radius is in units of the scene)",
@@ -381,12 +415,15 @@ static struct error *start_at(struct reach *r, const double p[3], const double l
         else if (ray_is_free(r, p, q))
             err = fly(r, a, b, to, part);
     }
-    return err || r->comings > before ? err : refuse_body(r, p);
+    return err || r->comings > before ? err : refuse_body(r, p, floor_at);
 }
 
-/* A start that was given at its feet, on the floor or a hair below it, is lifted into the body. */
-static void lift_start(const struct reach *r, const double p[3], double lifted[3])
+/* A start that was given at its feet, on the floor or a hair below it, is lifted into the body; one
+ * right below a ceiling is not lifted through it. */
+static void lift_start(const struct starting *starting, const double p[3], double lifted[3])
 {
+    static const double HAIR = 1e-2; /* of what it is lifted by */
+    const struct reach *r = starting->reach;
     const struct reach_settings *s = &r->settings;
     const double most = fmin(s->climb > 0 ? s->climb : s->radius, s->height / 4);
     double up[3] = {0};
@@ -395,7 +432,12 @@ static void lift_start(const struct reach *r, const double p[3], double lifted[3
     if (s->fly)
         return;
     const struct trace_hit hit = trace_nearest(r->tracer, p, up, most);
-    lifted[r->up] += r->way * (!hit.hit || hit.distance < most / 8 ? most : hit.distance / 2);
+    if (hit.hit && hit.distance > HAIR * most) {
+        lifted[r->up] += r->way * hit.distance / 2;
+        if (hit.distance >= most / 8 || place_judge_side(starting->judge, lifted) == PLACE_AIR)
+            return;
+    }
+    lifted[r->up] = p[r->up] + r->way * most;
 }
 
 static struct error *take_start(struct starting *starting, const double p[3])
@@ -414,7 +456,7 @@ static struct error *take_start(struct starting *starting, const double p[3])
                 p[0], p[1], p[2], r->scene.low[0], r->scene.low[1], r->scene.low[2],
                 r->scene.high[0], r->scene.high[1], r->scene.high[2]);
     double q[3];
-    lift_start(r, p, q);
+    lift_start(starting, p, q);
     const enum place_side side = place_judge_side(starting->judge, q);
     if (side != PLACE_AIR)
         return error_new("the start %g %g %g is %s", p[0], p[1], p[2], where[side]);
@@ -783,4 +825,17 @@ const char *reach_option_given(const struct reach_settings *s)
            : s->fly_given      ? "--fly"
            : s->most_given     ? "--max-cells"
                                : NULL;
+}
+
+struct error *reach_check_given(const struct reach_settings *s)
+{
+    const char *const walks = s->height_given     ? "--height"
+                              : s->climb_given    ? "--climb"
+                              : s->drop_given     ? "--drop"
+                              : s->headroom_given ? "--headroom"
+                                                  : NULL;
+    return s->fly && walks ? error_usage("%s is of a body that walks: --fly is a ball, which has a "
+                                         "--radius alone",
+                                         walks)
+                           : NULL;
 }

@@ -47,6 +47,8 @@ enum { REACH_OPTION_ROWS = 9 };
 struct option_row *reach_option_rows(struct reach_settings *settings, struct option_row *row);
 /* The first of them that was given; NULL: none. */
 const char *reach_option_given(const struct reach_settings *settings);
+/* A usage error where one of a body that walks was given, and --fly. */
+struct error *reach_check_given(const struct reach_settings *settings);
 
 /* Floods from the points of a file (points.h). The tracer is not needed any more afterwards.
  * Errors name the line of a start that is in no air or out of the scene, has no floor below, or
