@@ -233,6 +233,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = scene_told_in(warnings, &stream->header, common->quiet);
     if (!err && place.header.key_count)
         err = add_light_keys(&stream->header, &place, scene, settings);
+    if (!err && world.interrupted)
+        err = header_set_key(&stream->header, "place-interrupted", "yes");
     if (!err)
         err = header_add_provenance(&stream->header, program->recorded);
     if (!err)

@@ -120,6 +120,16 @@ count=$(row_count probe ended)
 check "and what there is then is written whole" [ "$count" -ge 20 ] \
     and says said ": $count probes of .*: interrupted" "the $count probes until then are written"
 
+env --default-signal=INT probe-place adaptive --text --probes 40 --rays 4096 --progress lamp.obj \
+    >ended 2>said &
+program=$!
+wait_for grep -q '[1-9][0-9]* / [0-9]* candidates' said
+kill -INT $program
+wait $program
+check "while the first points are traced, with the first 4" [ $? -eq 1 ] \
+    and says said ': 4 probes of .*: interrupted' and [ "$(row_count probe ended)" -eq 4 ]
+check "and the stream says so" says ended '^place-interrupted yes$'
+
 # -- noise is not chased ---------------------------------------------------------------------------
 if sanitized; then
     skip "noise is seen in the plain build"

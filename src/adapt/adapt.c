@@ -312,9 +312,9 @@ static struct error *start(struct run *run)
         err = grow(run, probes < WANTED_LEAST   ? WANTED_LEAST
                         : probes > WANTED_FIRST ? WANTED_FIRST
                                                 : probes);
-    if (!err && interrupt_came())
+    if (!err && interrupt_came() && run->candidates.count < job->given + FIRST)
         return error_new("interrupted before there was anything to keep");
-    if (!err && !(run->candidates.floor > 0))
+    if (!err && !(run->candidates.floor > 0) && !interrupt_came())
         return error_new("no light reaches the free space: --sky, --sun, --point and --spot add "
                          "light; to a closed scene, a --point within");
     run->world = (struct choice_world){&run->candidates, &job->candidates, &run->gains};
@@ -323,19 +323,25 @@ static struct error *start(struct run *run)
     return err;
 }
 
-/* The given probes and so many of the start. */
+/* The given probes and so many of the start; the caller's to free. */
+static struct error *list_start(const struct run *run, size_t starts, uint32_t **all)
+{
+    const size_t given = run->job->given;
+    struct error *err = array_create(all, given + starts, sizeof **all);
+    for (size_t i = 0; i < given && !err; i++)
+        (*all)[i] = (uint32_t)i;
+    for (size_t i = 0; i < starts && !err; i++)
+        (*all)[given + i] = run->start[i];
+    return err;
+}
+
 static struct error *choose_start(struct run *run, size_t starts)
 {
     uint32_t *all = NULL;
     struct choice next = {0};
-    const size_t given = run->job->given;
-    struct error *err = array_create(&all, given + starts, sizeof *all);
-    for (size_t i = 0; i < given && !err; i++)
-        all[i] = (uint32_t)i;
-    for (size_t i = 0; i < starts && !err; i++)
-        all[given + i] = run->start[i];
+    struct error *err = list_start(run, starts, &all);
     if (!err)
-        err = choice_init(&next, &run->world, given + starts, all, NULL);
+        err = choice_init(&next, &run->world, run->job->given + starts, all, NULL);
     free(all);
     if (!err)
         put(run, &next);
@@ -613,27 +619,37 @@ static int compare(const void *a, const void *b)
     return *x < *y ? -1 : *x > *y;
 }
 
-static struct error *take_over(struct run *run)
+static struct error *take_over(struct run *run, size_t count, uint32_t *probe)
 {
     struct adapt_result *result = run->result;
-    struct error *err =
-        array_create(&result->position, 3 * run->now.count, sizeof *result->position);
+    struct error *err = array_create(&result->position, 3 * count, sizeof *result->position);
     const size_t width = candidates_capture_width(&run->job->candidates);
     if (!err)
-        err = array_create(&result->light, width * run->now.count, sizeof *result->light);
+        err = array_create(&result->light, width * count, sizeof *result->light);
     if (err)
         return err;
-    qsort(run->now.probe, run->now.count, sizeof *run->now.probe, compare);
-    result->count = run->now.count;
+    qsort(probe, count, sizeof *probe, compare);
+    result->count = count;
     result->candidates = run->candidates.count;
-    for (size_t i = 0; i < result->count; i++) {
-        const float *light = run->candidates.capture[run->now.probe[i]];
+    for (size_t i = 0; i < count; i++) {
+        const float *light = run->candidates.capture[probe[i]];
         for (size_t k = 0; k < width; k++)
             result->light[width * i + k] = light ? light[k] : NAN;
-        memcpy(result->position + 3 * i, run->candidates.position + 3 * (size_t)run->now.probe[i],
+        memcpy(result->position + 3 * i, run->candidates.position + 3 * (size_t)probe[i],
                3 * sizeof *result->position);
     }
     return NULL;
+}
+
+/* The probes of the first choice, which a signal did not let come about. */
+static struct error *take_over_start(struct run *run)
+{
+    uint32_t *all = NULL;
+    struct error *err = list_start(run, FIRST, &all);
+    if (!err)
+        err = take_over(run, run->job->given + FIRST, all);
+    free(all);
+    return err;
 }
 
 struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
@@ -649,13 +665,13 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
         if (!err)
             err = look(&run);
     }
-    if (interrupt_came() && run.now.count) { /* which may have ended probe-tet as well */
+    if (interrupt_came() && run.starts >= FIRST) { /* which may have ended probe-tet as well */
         error_destroy(err);
         err = NULL;
         result->end = ADAPT_INTERRUPT;
     }
     if (!err)
-        err = take_over(&run);
+        err = run.now.count ? take_over(&run, run.now.count, run.now.probe) : take_over_start(&run);
     for (size_t i = 0; i < result->rows; i++) {
         free(run.looked[i].probe);
         free(run.looked[i].judge);

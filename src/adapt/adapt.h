@@ -66,14 +66,16 @@ struct adapt_result {
      * owned */
     float *light;
     size_t count;
-    struct adapt_row *row; /* of all looks, in order; the last is the result's; owned */
+    /* of all looks, in order; the last is the result's, but after a signal; owned */
+    struct adapt_row *row;
     size_t rows, room;
     enum adapt_end end;
     size_t candidates;
 };
 
 /* Errors: no light, no free space, a box or free space that is flat, a limit that has no room for 4
- * probes beside the given ones. */
+ * probes beside the given ones; a signal before the light of 4 candidates was traced. After a later
+ * one there are the probes until then, before the first look without a row. */
 struct error *adapt(struct adapt_result *result, const struct adapt_job *job);
 void adapt_clear(struct adapt_result *result);
 

@@ -149,14 +149,14 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
                                        [ADAPT_MOST] = "there are as many as --max-probes allows",
                                        [ADAPT_FLAT] = "the error is flat, no other probe lowers it",
                                        [ADAPT_INTERRUPT] = "interrupted"};
-    const struct adapt_row *last = &result->row[result->rows - 1];
-    const double reached = last->judges + 1.96 * last->doubt;
-    if (limits->error > 0 && result->end != ADAPT_ERROR && result->end != ADAPT_INTERRUPT)
+    const struct adapt_row *last = result->rows ? &result->row[result->rows - 1] : NULL;
+    if (last && limits->error > 0 && result->end != ADAPT_ERROR && result->end != ADAPT_INTERRUPT)
         warnings_add(
             world->warnings, "max-error",
             "the error is %.2f %% at the upper end of its interval, not %.2f %% or less: the "
             "best of %zu probes (%s)",
-            100 * reached, 100 * limits->error, result->count, ends[result->end]);
+            100 * (last->judges + 1.96 * last->doubt), 100 * limits->error, result->count,
+            ends[result->end]);
     if (world->program)
         fprintf(stderr, "%s: %zu probes of %zu points: %s\n", world->program, result->count,
                 result->candidates, ends[result->end]);
