@@ -34,8 +34,12 @@ std::vector<char> find_neighbours(const std::vector<uint32_t> &vertex)
     OpenMesh::TriConnectivity mesh;
     std::vector<OpenMesh::VertexHandle> handle(vertex.size());
     std::vector<OpenMesh::FaceHandle> face(vertex.size() / 3);
+    size_t vertices = 0;
     for (size_t c = 0; c < vertex.size(); c++)
-        if (vertex[c] == c) /* the first corner of its set */
+        vertices += vertex[c] == c; /* the first corner of its set */
+    mesh.reserve(vertices, face.size() + vertices, face.size());
+    for (size_t c = 0; c < vertex.size(); c++)
+        if (vertex[c] == c)
             handle[c] = mesh.new_vertex();
     for (size_t t = 0; t < face.size(); t++) {
         const uint32_t *v = &vertex[3 * t];

@@ -18,6 +18,23 @@ std::vector<uint32_t> surface_weld(const surface &s)
     return number;
 }
 
+void surface_sort_edges(std::vector<surface_edge> &edges, size_t vertices)
+{
+    std::vector<uint32_t> end(vertices + 1);
+    std::vector<surface_edge> sorted(edges.size());
+    for (const surface_edge &e : edges)
+        end[e.a + 1]++;
+    for (size_t v = 0; v < vertices; v++)
+        end[v + 1] += end[v];
+    for (const surface_edge &e : edges)
+        sorted[end[e.a]++] = e;
+    for (size_t first = 0, last; first < sorted.size(); first = last) {
+        last = end[sorted[first].a];
+        std::sort(sorted.begin() + (std::ptrdiff_t)first, sorted.begin() + (std::ptrdiff_t)last);
+    }
+    edges.swap(sorted);
+}
+
 /* Joins the faces on either side of every edge that has one on each and was not joined before.
  * Returns how many edges have two faces that look to different sides. */
 static size_t join_edges(const std::vector<uint32_t> &vertex, corner_sets &sets,

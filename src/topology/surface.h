@@ -91,18 +91,26 @@ struct surface_edge {
     bool meets(const surface_edge &e) const { return a == e.a && b == e.b; }
 };
 
+/* Sorts edges that are in the order of their corners: by how many begin at each lower vertex (a
+ * counting sort: Knuth, "The art of computer programming", vol. 3, sec. 5.2, algorithm D), since
+ * few do at one, then those of each. vertices: all are below. */
+void surface_sort_edges(std::vector<surface_edge> &edges, size_t vertices);
+
 /* The edge of each corner for which wanted(corner), sorted; none of no length. vertex: a number for
  * each corner. */
 template <class Wanted>
 std::vector<surface_edge> surface_edges(const std::vector<uint32_t> &vertex, const Wanted &wanted)
 {
     std::vector<surface_edge> edges;
+    uint32_t most = 0;
+    edges.reserve(vertex.size());
     for (uint32_t c = 0; c < vertex.size(); c++) {
         const uint32_t from = vertex[c], to = vertex[next_corner(c)];
+        most = std::max(most, from);
         if (from != to && wanted(c))
             edges.push_back({std::min(from, to), std::max(from, to), c, from < to});
     }
-    std::sort(edges.begin(), edges.end());
+    surface_sort_edges(edges, (size_t)most + 1);
     return edges;
 }
 
