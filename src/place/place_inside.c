@@ -256,8 +256,9 @@ static void count_sides(const struct look_job *job, struct seen *of_piece)
 }
 
 /* Forgets the sides of open pieces that positions in the air see from behind about as often as from
- * before, such as leaves and paper walls. */
-static struct error *forget_two_sided(const struct look_job *job, struct place_pieces *pieces)
+ * before, such as leaves and paper walls. *any: there are such. */
+static struct error *forget_two_sided(const struct look_job *job, struct place_pieces *pieces,
+                                      bool *any)
 {
     const struct scene *scene = trace_scene(job->tracer);
     struct seen *of_piece = NULL, *of_material = NULL;
@@ -273,9 +274,11 @@ static struct error *forget_two_sided(const struct look_job *job, struct place_p
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         for (size_t t = 0; t < mesh->triangle_count; t++) {
             const size_t piece = pieces->solids.piece_of[pieces->solids.offset[i] + t];
-            if (!pieces->solids.closed[piece] &&
-                is_of_both(&of_piece[piece], &of_material[mesh->material[t]]))
-                pieces->kind[piece] = PIECE_UNKNOWN;
+            if (pieces->solids.closed[piece] || pieces->kind[piece] == PIECE_UNKNOWN ||
+                !is_of_both(&of_piece[piece], &of_material[mesh->material[t]]))
+                continue;
+            pieces->kind[piece] = PIECE_UNKNOWN;
+            *any = true;
         }
     }
     free(of_piece);
@@ -361,6 +364,7 @@ struct error *place_judge_create(struct place_judge **judge, const struct place 
     *j = (struct place_judge){.tracer = tracer, .settings = *settings};
     struct look_job job = {
         .place = place, .tracer = tracer, .settings = settings, .pieces = &j->pieces};
+    bool looked = false; /* from all, at the pieces as they are */
     err = place_pieces_find(&j->pieces, tracer, place, warnings);
     if (!err)
         err = array_create(&job.look, place->count, sizeof *job.look);
@@ -368,9 +372,10 @@ struct error *place_judge_create(struct place_judge **judge, const struct place 
         job.count = place->count < SEEN_ASKED ? place->count : SEEN_ASKED;
         err = threads_for(settings->threads, job.count, look_around, &job);
         if (!err)
-            err = forget_two_sided(&job, &j->pieces);
+            err = forget_two_sided(&job, &j->pieces, &looked);
+        looked = !looked && job.count == place->count;
     }
-    if (!err)
+    if (!err && !looked)
         err = look_all(&job);
     const enum sheets sheets = err ? SHEETS_RIGHT : judge_sheets(&job, warnings);
     if (sheets != SHEETS_RIGHT) {
@@ -397,6 +402,9 @@ void place_judge_destroy(struct place_judge *judge)
     free(judge);
 }
 
+/* So many of the probes are enough to say how the surfaces look. */
+enum { JUDGES = 512 };
+
 struct error *place_judge_of(struct place_judge **judge, const struct tracer *tracer, size_t count,
                              const double *position, int threads)
 {
@@ -405,9 +413,12 @@ struct error *place_judge_of(struct place_judge **judge, const struct tracer *tr
     settings.threads = threads;
     if (*judge)
         return NULL;
-    struct error *err = array_create(&place.position, 3 * count, sizeof *place.position);
+    place.count = count < JUDGES ? count : JUDGES;
+    struct error *err = array_create(&place.position, 3 * place.count, sizeof *place.position);
     if (!err) {
-        memcpy(place.position, position, 3 * count * sizeof *place.position);
+        for (size_t i = 0; i < place.count; i++)
+            memcpy(place.position + 3 * i, position + 3 * (i * count / place.count),
+                   3 * sizeof *place.position);
         err = place_judge_create(judge, &place, tracer, &settings, NULL, NULL);
     }
     place_clear(&place);

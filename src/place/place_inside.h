@@ -39,7 +39,8 @@ struct error *place_judge_create(struct place_judge **judge, const struct place 
                                  enum place_side *side, struct warnings *warnings);
 void place_judge_destroy(struct place_judge *judge); /* NULL is legal */
 
-/* Makes one of so many probes with the settings that are usual, unless *judge is there already. */
+/* Makes one of so many probes, of 512 of them if there are more, with the settings that are usual,
+ * unless *judge is there already. */
 struct error *place_judge_of(struct place_judge **judge, const struct tracer *tracer, size_t count,
                              const double *position, int threads);
 
