@@ -23,13 +23,19 @@ usual="--quality draft --probes 20 --rays 16"
 probe-bake -q --report none $usual -j3 --pack packed "$scene" >whole.probe 2>said
 check "it bakes to standard output, without a word" test -s whole.probe and nothing_left \
     and empty said
-probe-query -q --pack float -o packed.again whole.probe
-check "the packed file" cmp packed packed.again
-probe-bake --dry-run $usual "$scene" -o baked.probe >pipe
-check "--dry-run prints the pipe alone" has_lines 4 pipe and test ! -e baked.probe \
-    and says pipe '^probe-place .* |$' '^    probe-leakfix --output baked.probe '
+probe-bake --dry-run $usual --pack packed.again "$scene" -o baked.probe >pipe
+check "--dry-run prints the pipe alone" has_lines 5 pipe and test ! -e baked.probe \
+    and says pipe '^probe-place .* |$' '^    probe-leakfix --output baked.probe ' \
+    '^probe-query .*--output packed.again baked.probe$'
 sh pipe 2>/dev/null
-check "pasted it gives the same bytes, on any number of threads" cmp whole.probe baked.probe
+check "pasted it gives the same bytes, on any number of threads, packed too" \
+    cmp whole.probe baked.probe and cmp packed packed.again
+probe-bake --dry-run --pack packed.again floor.obj >pipe 2>said
+check "where the stream goes elsewhere, packing is a comment" has_lines 5 pipe and sh -n pipe \
+    and says pipe '^# probe-query .*--output packed.again BAKED'
+probe-bake --dry-run --max-error 5% floor.obj >pipe 2>said
+check "a grid takes no --max-error, which is said" says said 'a grid, which --max-error says noth' \
+    and lacks pipe 'max-error'
 
 probe-bake --quality draft --probes 60 -j1 floor.obj -o floor.probe >report 2>said
 check "a report, the same in a file, and two pictures" says report '^probe-bake: floor.probe$' \
@@ -83,10 +89,38 @@ named/my-probe-bake-2 --dry-run "$box" >dry
 check "under other names it runs others so named" \
     says dry '^my-probe-place-2 ' ' my-probe-capture-2 ' ' my-probe-tet-2 ' ' my-probe-leakfix-2 '
 
+# a report speaks of its own bake alone
+cat >named/writes <<'END'
+#!/bin/sh
+while [ $# -gt 1 ]; do
+    [ "$1" != --output ] || cp floor.probe "$2"
+    shift
+done
+END
+chmod +x named/writes
+for name in leakfix query render; do cp named/writes named/my-probe-$name-2; done
+cat >named/my-probe-error-2 <<'END'
+#!/bin/sh
+printf 'error\tall\t0.253\t0.236\t0.27\n'
+END
+chmod +x named/*
+named/my-probe-bake-2 -q --max-error 10% "$box" -o named.probe >report
+check "what --max-error asks for and is not reached is said, with the best that was" \
+    says report 'max-error 10 % was not reached, the best is 25.3 %' 'did not lower it' \
+    and cmp report named.report/report.txt and lacks report '^  leaks' '^  flip'
+printf '#!/bin/sh\nexit 1\n' >named/my-probe-error-2
+refused 1 "named.probe is whole, its report is not: probe-error failed" \
+    named/my-probe-bake-2 -q "$box" -o named.probe
+check "an old report goes with its bake" cmp named.probe floor.probe \
+    and [ -z "$(ls -A named.report)" ]
+
 # -- bad input -------------------------------------------------------------------------------------
 refused 1 "none of --sky" probe-bake --sky 0,0,0 floor.obj -o dark.probe
 check "nothing is written" test ! -e dark.probe -a ! -e dark.report
 refused 2 "got 0 operands" probe-bake -o x.probe
+refused 2 "report: expected a folder's name" probe-bake --report '' "$box" -o x.probe
+refused 2 "output: expected a file's name" probe-bake "$box" -o ''
+refused 2 "unexpected operand" probe-bake "$box" "$box" -o x.probe
 refused 2 "standard input" probe-bake - -o x.probe
 refused 1 "nowhere.obj" probe-bake nowhere.obj -o x.probe
 refused 2 "--quality: expected one of draft, good, best" probe-bake --quality fast "$box"

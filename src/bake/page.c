@@ -33,7 +33,14 @@ struct error *page_pipe(const struct plan_job *job, const char *before, FILE *ou
     struct error *err = print_stage(job, 0, before, " |", out);
     for (int i = 1; i < PLAN_STAGES && !err; i++)
         err = print_stage(job, (enum plan_stage)i, indent, i + 1 < PLAN_STAGES ? " |" : "", out);
-    return err;
+    if (err || !job->packs)
+        return err;
+    if (strcmp(job->output, "-") != 0 && !strcmp(job->baked, job->output))
+        return print_stage(job, PLAN_PACK, before, "", out);
+    struct plan_job packing = *job; /* no shell could know where the stream went */
+    packing.baked = "BAKED";
+    snprintf(indent, sizeof indent, "%s# ", before);
+    return print_stage(&packing, PLAN_PACK, indent, ", of what came out", out);
 }
 
 /* -- figures ---------------------------------------------------------------------------------- */
@@ -181,12 +188,19 @@ static void advise_error(FILE *out, bool *any, const struct page *page)
     const bool above = page->most_error > 0 && error.low > page->most_error;
     if (!above && !(error.value > 0.2))
         return;
-    advise(out, any, above ? "the error is above --max-error" : "the error is large");
+    if (above)
+        advise(out, any, "--max-error %g %% was not reached, the best is %.1f %%",
+               100 * page->most_error, 100 * error.value);
+    else
+        advise(out, any, "the error is large");
     if (p.noise > p.between && !(p.sharp > p.noise))
         fprintf(out, ": most of it is noise of the probes, and --rays lowers it\n");
     else if (p.sharp > SHARP)
         fprintf(out, ": light is too sharp for SH of this order, as of a sun or a lamp near\n"
                      "    by: --order 5, or --light indirect, and direct light from the game\n");
+    else if (above && !plan_given(page->job, "probes") && !plan_given(page->job, "bytes"))
+        fprintf(out,
+                ": most of\n    it is between the probes, and more of them did not lower it\n");
     else
         fprintf(out, ": most of it is between the probes: more --probes, or a better\n"
                      "    --quality\n");

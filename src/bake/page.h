@@ -26,7 +26,8 @@ struct page {
     double bake_time, all_time; /* seconds on the clock */
 };
 
-/* Writes the pipe as a shell takes it, a line a stage; `before` stands before each line. */
+/* Writes the pipe as a shell takes it, a line a stage, and what packs it; `before` stands before
+ * each line. */
 struct error *page_pipe(const struct plan_job *job, const char *before, FILE *out);
 
 struct error *page_write(const struct page *page, FILE *out);

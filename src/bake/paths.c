@@ -84,6 +84,14 @@ struct error *bake_paths_make(struct bake_paths *paths)
     return setenv("TMPDIR", d, 1) ? error_memory() : NULL;
 }
 
+void bake_paths_forget(const struct bake_paths *paths)
+{
+    const char *const of_report[] = {paths->text, paths->pair, paths->probes};
+    for (size_t i = 0; i < sizeof of_report / sizeof *of_report; i++)
+        if (of_report[i])
+            (void)unlink(of_report[i]);
+}
+
 static int remove_one(const char *path, const struct stat *status, int kind, struct FTW *where)
 {
     (void)status, (void)kind, (void)where;

@@ -34,6 +34,9 @@ struct error *bake_paths_report(struct bake_paths *paths, const char *report, co
  * that are run put theirs, too (TMPDIR). Errors name the folder. */
 struct error *bake_paths_make(struct bake_paths *paths);
 
+/* Removes what is in the report's folder of a report. */
+void bake_paths_forget(const struct bake_paths *paths);
+
 /* Removes the temporary files, and the report's folder if it was made and is empty. */
 void bake_paths_clear(struct bake_paths *paths);
 

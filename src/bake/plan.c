@@ -134,7 +134,7 @@ static const struct route *route_of(const char *name)
 
 /* -- words ------------------------------------------------------------------------------------ */
 
-static const struct option_given *given(const struct plan_job *job, const char *name)
+const struct option_given *plan_given(const struct plan_job *job, const char *name)
 {
     for (size_t i = job->given_count; i-- > 0;)
         if (!strcmp(job->given[i].row->name, name))
@@ -146,7 +146,7 @@ static const struct option_given *given(const struct plan_job *job, const char *
 static void add_usual(const struct plan_job *job, struct words *words, const char *name,
                       const char *text)
 {
-    if (text && !given(job, name))
+    if (text && !plan_given(job, name))
         words_add_option(words, name, text);
 }
 
@@ -171,7 +171,7 @@ static void add_light(const struct plan_job *job, struct words *words)
 
 static void place(const struct plan_job *job, const struct quality *q, struct words *words)
 {
-    const struct option_given *probes = given(job, "probes");
+    const struct option_given *probes = plan_given(job, "probes");
     if (job->flat) {
         words_add(words, "grid");
         words_add_option(words, "count", probes ? probes->text : q->grid);
@@ -180,8 +180,9 @@ static void place(const struct plan_job *job, const struct quality *q, struct wo
         return;
     }
     words_add(words, "adaptive");
-    const struct option_given *error = given(job, "max-error"), *rays = given(job, "rays");
-    if (!probes && !error && !given(job, "bytes")) {
+    const struct option_given *error = plan_given(job, "max-error"),
+                              *rays = plan_given(job, "rays");
+    if (!probes && !error && !plan_given(job, "bytes")) {
         words_add_option(words, "probes", q->probes);
         if (q->gain)
             words_add_option(words, "gain", q->gain);
@@ -237,7 +238,7 @@ static void pack(const struct plan_job *job, struct words *words)
 static void picture(const struct plan_job *job, const struct quality *q, bool pair,
                     struct words *words)
 {
-    const struct option_given *light = given(job, "light");
+    const struct option_given *light = plan_given(job, "light");
     const bool mixed = light && !strcmp(light->text, "indirect");
     words_add_option(words, "mode", pair ? "pair" : mixed ? "mixed" : "probes");
     if (!pair) {

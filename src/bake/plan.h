@@ -42,6 +42,7 @@ struct plan_job {
     bool shown; /* for a person to run: without the options that change no result */
     bool day;   /* the scene gets PLAN_DAY_* */
     bool flat;  /* it has no volume: a grid gets some air above it */
+    bool packs; /* the packed file is wanted, and shown with the pipe */
     /* borrowed */
     const char *scene;
     const char *output;                 /* that the pipe writes; "-": standard output */
@@ -49,6 +50,9 @@ struct plan_job {
     const char *packed, *pair, *probes; /* the packed file and the pictures */
     const char *exposure;               /* of the second picture; NULL: its own */
 };
+
+/* An option of the command line, the last of its name; NULL: it was not given. */
+const struct option_given *plan_given(const struct plan_job *job, const char *name);
 
 /* Makes what a stage runs, for pipe_run or pipe_stage_line; pipe_clear ends it. */
 struct error *plan_stage(const struct plan_job *job, enum plan_stage which,

@@ -7,4 +7,5 @@ bake_sources = \
 	%D%/pipe.c %D%/pipe.h \
 	%D%/paths.c %D%/paths.h \
 	%D%/plan.c %D%/plan.h \
+	%D%/run.c %D%/run.h \
 	%D%/words.c %D%/words.h

@@ -208,6 +208,8 @@ struct error *claim_output(const char *path, const char *option)
     const bool standard = !strcmp(path, "-");
     struct claim output = {.use = OUTPUT, .option = standard ? NULL : option};
     bool nobodys;
+    if (option && !*path)
+        return error_usage("--%s: expected a file's name, got ''", option);
     pthread_mutex_lock(&all.lock);
     struct error *err = all.begun ? find_output(&output, path, &nobodys) : NULL;
     if (err || !all.begun || nobodys)

@@ -22,7 +22,7 @@ void claim_begin(void);
 
 /* `path` is written ("-": to standard output), because of --`option`; NULL: of no option, and a
  * file that --option claims is the same output. A usage error names the file, and which other
- * option or input it is. Called again where claim_in_place could not be known yet. */
+ * option or input it is, or says that there is no name. */
 struct error *claim_output(const char *path, const char *option);
 
 /* What the descriptor reads. The error does not name the file. */
