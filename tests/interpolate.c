@@ -5,6 +5,7 @@
 #include "interpolate/bound.h"
 #include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
+#include "interpolate/nodes.h"
 #include "libprobe-query/sh.h"
 #include "math/random.h"
 #include "stream/stream.h"
@@ -145,6 +146,8 @@ static void test_reproduced(void)
         {"shepard: constant fields", false, 0, false, &interpolate_shepard, true},
         {"trilinear: linear in each coordinate", true, 1, true, &interpolate_trilinear, true},
         {"trilinear: not quadratic fields", true, 2, false, &interpolate_trilinear, false},
+        {"inverse: constant fields", true, 0, false, &interpolate_inverse, true},
+        {"inverse: not linear ones", true, 1, false, &interpolate_inverse, false},
         {"tricubic: quadratic in each coordinate, nodes uneven", true, 2, true,
          &interpolate_tricubic, true},
         {"tricubic: not cubic fields", true, 3, false, &interpolate_tricubic, false},
@@ -168,6 +171,16 @@ static void test_reproduced(void)
        cubic, plain, nodes, flat);
 }
 
+static void test_inverse(void)
+{
+    double w[8];
+    nodes_inverse((const double[3]){0.25, 0.5, 0.5}, (const double[3]){2, 1, 1}, w);
+    const double near = 1 / sqrt(0.75), far = 1 / sqrt(2.75);
+    ok(fabs(w[0] - near / (4 * near + 4 * far)) < 1e-15 &&
+           fabs(w[7] - far / (4 * near + 4 * far)) < 1e-15,
+       "inverse: weights go as 1 / distance (%.6f, %.6f)", w[0], w[7]);
+}
+
 /* Along lines no value jumps; at probes the value is the probe's, and, with gradients in a cubic,
  * so is the slope in every direction. */
 static void test_smooth(void)
@@ -184,7 +197,8 @@ static void test_smooth(void)
                 {"shepard", s, &interpolate_shepard, false, false},
                 {"trilinear", g, &interpolate_trilinear, false, true},
                 {"tricubic", g, &interpolate_tricubic, false, true},
-                {"trilinear-gradient", g, &interpolate_trilinear_gradient, false, true}};
+                {"trilinear-gradient", g, &interpolate_trilinear_gradient, false, true},
+                {"inverse", g, &interpolate_inverse, false, true}};
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
         /* a radius that reaches a probe from all of the lines */
         struct interpolate *in =
@@ -232,7 +246,11 @@ static void test_smooth(void)
                     slope = fmax(slope, fabs((double)(near[v] - there[v]) / h - expected));
             }
         }
-        ok(jump < 0.05, "%s: along lines, in and out, no value jumps (%.1e)", rows[row].name, jump);
+        if (rows[row].kind == &interpolate_inverse)
+            ok(jump > 0.05, "inverse: from cell to cell it does (%.1e)", jump);
+        else
+            ok(jump < 0.05, "%s: along lines, in and out, no value jumps (%.1e)", rows[row].name,
+               jump);
         if (rows[row].hits)
             ok(miss < 1e-6, "%s: at a probe, its value (%.0e)", rows[row].name, miss);
         if (rows[row].kind == &interpolate_barycentric)
@@ -543,6 +561,7 @@ static void test_table(void)
 int main(void)
 {
     test_reproduced();
+    test_inverse();
     test_smooth();
     test_bounds();
     for (int order = 2; order <= SH_ORDER_MAX; order++)

@@ -248,6 +248,9 @@ for how in trilinear tricubic; do
     at reversed.probe in_tree.txt >b
     check "$how of an octree: the same bytes in any order of its probes" cmp a b and test -s a
 done
+probe-query -q --interpolate inverse bent.probe tree.txt | paste -d ' ' tree.txt - >both
+check "inverse, of an octree: at probes, their light" \
+    every 'near($4, $1 * $1 + ($2 - 3) * $3, 1e-4)' both
 echo "9 1 2" | probe-query --interpolate trilinear tree.probe >light 2>err
 check "outside of an octree is said, and gets the light of its border" \
     says light '^2 9 2$' and says err '1 points are outside'

@@ -20,15 +20,11 @@
 #include <unistd.h>
 
 const struct interpolate_kind *const interpolate_kinds[] = {
-    &interpolate_barycentric,
-    &interpolate_gradient,
-    &interpolate_cubic,
-    &interpolate_nearest,
-    &interpolate_shepard,
-    &interpolate_trilinear,
-    &interpolate_tricubic,
-    &interpolate_trilinear_gradient,
-    NULL, /* a row a line */
+    &interpolate_barycentric, &interpolate_gradient,
+    &interpolate_cubic,       &interpolate_nearest,
+    &interpolate_shepard,     &interpolate_trilinear,
+    &interpolate_tricubic,    &interpolate_trilinear_gradient,
+    &interpolate_inverse,     NULL, /* a row a line */
 };
 
 const struct interpolate_kind *interpolate_kind_find(const char *name)

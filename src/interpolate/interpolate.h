@@ -43,7 +43,10 @@ extern const struct interpolate_kind
     interpolate_tricubic,
     /* the trilinear blend of what each node's gradient foretells for the point, within bounds:
      * reproduces linear fields, exact gradients at nodes, continuous */
-    interpolate_trilinear_gradient;
+    interpolate_trilinear_gradient,
+    /* of the nodes of a grid's or octree's cell, by the inverse of their distances; at nodes
+     * theirs; jumps. Without cells */
+    interpolate_inverse;
 
 enum interpolate_falloff {
     INTERPOLATE_FALL_LINEAR,

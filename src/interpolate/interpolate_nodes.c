@@ -10,8 +10,8 @@
  * nothing.
  *
  * Based on:
- * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation, and
- * gradients.
+ * Tatarchuk, "Irradiance volumes for games", GDC Europe, 2005: tricubic interpolation, inverse
+ * distances, and gradients.
  */
 #include "base/array.h"
 #include "base/error.h"
@@ -41,6 +41,7 @@ struct own {
      * and of slope[1 + k] times (p - from)[k]; as value or data; owned; NULL: not asked for */
     float *slope[4];
     double low[3], high[3], from[3];
+    bool inverse; /* linear blends are by distance (nodes_inverse) */
 };
 
 /* How much of what gradients foretell counts: with half of it parabolas come out exactly, where the
@@ -156,6 +157,14 @@ static struct error *open_linear(struct interpolate *in, size_t probes)
     return open_nodes(in, probes, false);
 }
 
+static struct error *open_inverse(struct interpolate *in, size_t probes)
+{
+    struct error *err = open_nodes(in, probes, false);
+    if (!err)
+        ((struct own *)in->own)->inverse = true;
+    return err;
+}
+
 static struct error *open_cubic(struct interpolate *in, size_t probes)
 {
     struct error *err = open_nodes(in, probes, true);
@@ -243,6 +252,18 @@ static void find_in_box(const struct interpolate *in, const double p[3], struct 
 typedef void weigh_nodes(const struct nodes *nodes, int axis, double x, size_t node[4],
                          double weight[4]);
 
+/* Of the cell around a place, by the weights that are linear. */
+static void weigh_inverse(const struct nodes *nodes, size_t node[3][4], double weight[3][4],
+                          double corner[8])
+{
+    double in[3], side[3];
+    for (int k = 0; k < 3; k++) {
+        in[k] = weight[k][1];
+        side[k] = nodes->at[k][node[k][1]] - nodes->at[k][node[k][0]];
+    }
+    nodes_inverse(in, side, corner);
+}
+
 /* Blends the nodes of a grid. weight: NULL, or what each weighs. */
 static struct error *blend_nodes(const struct interpolate *in, const double p[3],
                                  weigh_nodes *weigh, const float *value, const float *weight_of,
@@ -250,16 +271,21 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
 {
     const struct nodes *nodes = &((const struct own *)in->own)->nodes;
     size_t node[3][4];
-    double weight[3][4];
+    double weight[3][4], corner[8];
+    const bool inverse = ((const struct own *)in->own)->inverse;
+    const int most = inverse ? 2 : 4;
     float all = 0;
     for (int k = 0; k < 3; k++)
         weigh(nodes, k, p[k], node[k], weight[k]);
+    if (inverse)
+        weigh_inverse(nodes, node, weight, corner);
     for (size_t k = 0; k < in->width; k++)
         out[k] = 0;
-    for (int z = 0; z < 4; z++)
-        for (int y = 0; y < 4; y++)
-            for (int x = 0; x < 4; x++) {
-                float w = (float)(weight[0][x] * weight[1][y] * weight[2][z]);
+    for (int z = 0; z < most; z++)
+        for (int y = 0; y < most; y++)
+            for (int x = 0; x < most; x++) {
+                float w = (float)(inverse ? corner[x | y << 1 | z << 2]
+                                          : weight[0][x] * weight[1][y] * weight[2][z]);
                 if (w == 0) /* what has no weight has no say, not even as a missing value */
                     continue;
                 const int32_t probe =
@@ -278,6 +304,15 @@ static struct error *blend_nodes(const struct interpolate *in, const double p[3]
     return NULL;
 }
 
+static void octree_blend(const struct own *own, size_t width, const float *data,
+                         const double point[3], float *out)
+{
+    if (own->inverse)
+        octree_at_inverse(&own->octree, width, data, point, out);
+    else
+        octree_at(&own->octree, false, width, data, point, out);
+}
+
 /* A linear blend of values of a grid's nodes, or data of an octree's. */
 static struct error *blend(const struct interpolate *in, const double point[3], const float *value,
                            float *out)
@@ -285,10 +320,10 @@ static struct error *blend(const struct interpolate *in, const double point[3], 
     const struct own *own = in->own;
     if (!own->data)
         return blend_nodes(in, point, nodes_linear, value, own->weight, out);
-    octree_at(&own->octree, false, in->width, value, point, out);
+    octree_blend(own, in->width, value, point, out);
     if (own->weight) {
         float all;
-        octree_at(&own->octree, false, 1, own->weight_data, point, &all);
+        octree_blend(own, 1, own->weight_data, point, &all);
         for (size_t k = 0; k < in->width; k++)
             out[k] /= all;
     }
@@ -402,3 +437,8 @@ const struct interpolate_kind interpolate_trilinear_gradient = {.name = "triline
                                                                 .close = close_nodes,
                                                                 .find = find_in_box,
                                                                 .at = slopes_at};
+const struct interpolate_kind interpolate_inverse = {.name = "inverse",
+                                                     .open = open_inverse,
+                                                     .close = close_nodes,
+                                                     .find = find_in_box,
+                                                     .at = linear_at};

@@ -39,7 +39,8 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
          .shown = o->kind->name,
          .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
                  "From the probes alone: nearest or shepard. From the nodes of a grid or\n"
-                 "octree: trilinear, tricubic, or with gradients trilinear-gradient"},
+                 "octree: trilinear, tricubic, inverse, or with gradients\n"
+                 "trilinear-gradient"},
         {.name = "radius",
          .argument = "LENGTH",
          .kind = OPTION_REAL,

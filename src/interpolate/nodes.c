@@ -176,3 +176,21 @@ void nodes_cubic(const struct nodes *g, int axis, double x, size_t node[4], doub
     add_slope(g, axis, low, h * x * (1 - x) * (1 - x), first, weight);
     add_slope(g, axis, low + 1, -h * x * x * (1 - x), first, weight);
 }
+
+void nodes_inverse(const double in[3], const double side[3], double weight[8])
+{
+    double distance[8], least = (double)INFINITY, sum = 0;
+    for (int j = 0; j < 8; j++) {
+        double square = 0;
+        for (int k = 0; k < 3; k++) {
+            const double off = (in[k] - (j >> k & 1)) * side[k];
+            square += off * off;
+        }
+        distance[j] = sqrt(square);
+        least = fmin(least, distance[j]);
+    }
+    for (int j = 0; j < 8; j++) /* in shares of the least: where that is 0, only it counts */
+        sum += weight[j] = distance[j] > 0 ? least / distance[j] : 1;
+    for (int j = 0; j < 8; j++)
+        weight[j] /= sum;
+}

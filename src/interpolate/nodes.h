@@ -36,4 +36,9 @@ void nodes_clear(struct nodes *nodes);
 void nodes_linear(const struct nodes *nodes, int axis, double x, size_t node[4], double weight[4]);
 void nodes_cubic(const struct nodes *nodes, int axis, double x, size_t node[4], double weight[4]);
 
+/* Weights of a cell's corners, x fastest, by the inverse of the distance from each, sum 1: at `in`,
+ * 0 to 1 along each axis, of a cell with these sides (0: it is flat there). A corner's is 1 at its
+ * place; they jump from cell to cell, whose other corners are others. */
+void nodes_inverse(const double in[3], const double side[3], double weight[8]);
+
 #endif

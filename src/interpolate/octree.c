@@ -497,14 +497,35 @@ static void blend_cubic(const struct octree *t, size_t width, const float *data,
     blend_sum(&b, width, out);
 }
 
-void octree_at(const struct octree *t, bool cubic, size_t width, const float *data,
-               const double p[3], float *out)
+/* p in units, in the box. */
+static void to_units(const struct octree *t, const double p[3], double x[3])
 {
-    double x[3];
     for (int k = 0; k < 3; k++)
         x[k] = is_flat(t, k) || p[k] <= t->low[k] ? 0
                : p[k] >= t->high[k]               ? t->units[k]
                                     : (p[k] - t->low[k]) / (t->high[k] - t->low[k]) * t->units[k];
+}
+
+void octree_at_inverse(const struct octree *t, size_t width, const float *data, const double p[3],
+                       float *out)
+{
+    struct blend b = {.count = 0};
+    double x[3], in[3], size, side[3], weight[8];
+    to_units(t, p, x);
+    const int32_t *corner = leaf_at(t, x, in, &size);
+    for (int k = 0; k < 3; k++)
+        side[k] = is_flat(t, k) ? 0 : size * (t->high[k] - t->low[k]) / t->units[k];
+    nodes_inverse(in, side, weight);
+    for (int j = 0; j < 8; j++)
+        blend_add(&b, data + (size_t)corner[j] * width, weight[j]);
+    blend_sum(&b, width, out);
+}
+
+void octree_at(const struct octree *t, bool cubic, size_t width, const float *data,
+               const double p[3], float *out)
+{
+    double x[3];
+    to_units(t, p, x);
     (cubic ? blend_cubic : blend_linear)(t, width, data, x, out);
 }
 

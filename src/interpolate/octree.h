@@ -87,4 +87,9 @@ struct error *octree_fill(const struct octree *tree, bool cubic, size_t width, c
 void octree_at(const struct octree *tree, bool cubic, size_t width, const float *data,
                const double p[3], float *out);
 
+/* Of linear data, by the inverse of the distance from each corner of the leaf, or of its part, that
+ * p is in (nodes_inverse). */
+void octree_at_inverse(const struct octree *tree, size_t width, const float *data,
+                       const double p[3], float *out);
+
 #endif
