@@ -65,7 +65,8 @@ static struct error *number_block(void *context, size_t block, int thread)
             n->cell[i] += next >= 0 ? n->corners[next] : 1;
         }
         for (uint32_t k = n->choice->first[i]; k < n->choice->first[i + 1]; k++)
-            n->cell[i] += number_candidate(n->choice, n->choice->at[k]);
+            if (!n->choice->chosen[n->choice->at[k]]) /* those are in any of the cells around */
+                n->cell[i] += number_candidate(n->choice, n->choice->at[k]);
     }
     return NULL;
 }
