@@ -4,6 +4,7 @@ import contextlib
 import functools
 import json
 import os
+import resource
 import shlex
 import statistics
 import subprocess
@@ -31,6 +32,14 @@ def run_peak(command):
         return seconds, float(note.read()) / 1024
 
 
+def user_seconds(command):
+    """Runs one command; returns the user seconds of it and of what it ran: what others do on the
+    machine is not in them, but for the caches."""
+    start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    run(command)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - start
+
+
 def shell(pipe):
     """Runs a pipe, which has to succeed."""
     subprocess.run(["sh", "-c", pipe], check=True)
@@ -41,12 +50,12 @@ def output_of(*command):
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
-def medians(commands, runs):
+def medians(commands, runs, seconds_of=run):
     """Median seconds of each command; they take turns, after one run that is not counted."""
     times = [[] for _ in commands]
     for turn in range(runs + 1):
         for i, command in enumerate(commands):
-            seconds = run(command)
+            seconds = seconds_of(command)
             if turn:
                 times[i].append(seconds)
     return [statistics.median(t) for t in times]
