@@ -32,6 +32,8 @@ static const double GAIN_SHARE = 0.1;  /* of the largest gain of a round, that a
 static const double FLAT_SHARE = 0.05; /* of the error, that twice the probes must take off it */
 static const double UNSEEN = 0.02;     /* errors that nobody sees */
 static const double FLAT = 0.003;      /* turns end where the error falls by less than this share */
+static const double NOISY = 0.3;       /* error that noise is a share of at first */
+static const double QUIET = 0.7; /* of the noise that may be: what is asked for, for a while */
 
 /* What was chosen when it was looked at. */
 struct looked {
@@ -169,7 +171,49 @@ static struct error *remember(struct looked *looked, const struct choice *choice
     return NULL;
 }
 
-/* Looks at what there is (choice_look), and tells it. */
+/* Makes a choice, whatever it was made for, the one that there is. */
+static void put(struct run *run, struct choice *choice)
+{
+    choice_clear(&run->now);
+    run->now = *choice;
+    *choice = (struct choice){0};
+}
+
+/* What noise may be where the error is this. */
+static double noise_of(const struct run *run, double error)
+{
+    return run->job->noise * fmax(error, fmax(run->job->limits.error, UNSEEN));
+}
+
+/* Captures what is chosen anew where its noise is no small share of the error; *quiet: it is. */
+static struct error *quieten(struct run *run, double error, bool *quiet)
+{
+    struct choice same = {0};
+    const double most = noise_of(run, error);
+    *quiet = !(run->job->noise > 0) || run->candidates.noise <= most;
+    if (*quiet)
+        return NULL;
+    candidates_set_noise(&run->candidates, fmax(QUIET * most, noise_of(run, 0)));
+    struct error *err = choice_init(&same, &run->world, run->now.count, run->now.probe, NULL);
+    if (!err)
+        put(run, &same);
+    return err;
+}
+
+/* Looks at what there is (choice_look) until it is quiet enough. */
+static struct error *look_quietly(struct run *run, struct choice_errors *told, float *square)
+{
+    bool quiet = false;
+    struct error *err = NULL;
+    while (!err && !quiet) {
+        err = choice_look(&run->now, told, square);
+        if (!err)
+            err = quieten(run, told->judges, &quiet);
+    }
+    return err;
+}
+
+/* Looks, and tells it. */
 static struct error *look(struct run *run)
 {
     struct adapt_result *r = run->result;
@@ -182,7 +226,7 @@ static struct error *look(struct run *run)
         err = array_create(&square, now->candidates, sizeof *square);
     struct looked looked = {0};
     if (!err)
-        err = choice_look(now, &looked.told, square);
+        err = look_quietly(run, &looked.told, square);
     if (!err)
         err = remember(&looked, now, square);
     free(square);
@@ -201,14 +245,6 @@ static struct error *look(struct run *run)
                            .seconds = clock_seconds() - run->began};
     tell(run);
     return NULL;
-}
-
-/* Makes a choice, whatever it was made for, the one that there is. */
-static void put(struct run *run, struct choice *choice)
-{
-    choice_clear(&run->now);
-    run->now = *choice;
-    *choice = (struct choice){0};
 }
 
 /* Goes back to what was looked at. */
@@ -318,6 +354,8 @@ static struct error *start(struct run *run)
         return error_new("no light reaches the free space: --sky, --sun, --point and --spot add "
                          "light; to a closed scene, a --point within");
     run->world = (struct choice_world){&run->candidates, &job->candidates, &run->gains};
+    if (!err && job->noise > 0)
+        candidates_set_noise(&run->candidates, noise_of(run, NOISY));
     if (!err)
         err = find_start(run);
     return err;
@@ -624,6 +662,7 @@ static struct error *take_over(struct run *run, size_t count, uint32_t *probe)
     struct adapt_result *result = run->result;
     struct error *err = array_create(&result->position, 3 * count, sizeof *result->position);
     const size_t width = candidates_capture_width(&run->job->candidates);
+    size_t known = 0;
     if (!err)
         err = array_create(&result->light, width * count, sizeof *result->light);
     if (err)
@@ -631,13 +670,18 @@ static struct error *take_over(struct run *run, size_t count, uint32_t *probe)
     qsort(probe, count, sizeof *probe, compare);
     result->count = count;
     result->candidates = run->candidates.count;
+    result->settings = candidates_settings(&run->candidates, &run->job->candidates);
     for (size_t i = 0; i < count; i++) {
-        const float *light = run->candidates.capture[probe[i]];
+        const struct candidates *c = &run->candidates;
+        const float *light = c->refined[probe[i]] ? c->capture[probe[i]] : NULL;
+        known += light != NULL;
+        result->rays += light ? (double)light[width - 1] : 0;
         for (size_t k = 0; k < width; k++)
             result->light[width * i + k] = light ? light[k] : NAN;
         memcpy(result->position + 3 * i, run->candidates.position + 3 * (size_t)probe[i],
                3 * sizeof *result->position);
     }
+    result->rays /= fmax((double)known, 1);
     return NULL;
 }
 

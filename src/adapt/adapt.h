@@ -17,6 +17,7 @@
 #define ADAPT_H
 
 #include "adapt/candidates.h"
+#include "capture/capture.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -40,6 +41,9 @@ struct adapt_job {
     struct candidates_job candidates;
     struct adapt_limits limits;
     size_t probes_most; /* --max-probes, whatever the limits */
+    /* Standard error of a probe's light, as a share of the error that remains: so many rays they
+     * get. 0: the settings' */
+    double noise;
     /* says on standard error how it goes; NULL: nobody does */
     const char *program;
     bool progress;
@@ -61,7 +65,8 @@ enum adapt_end {
 
 /* Starts as {0}. */
 struct adapt_result {
-    double *position; /* 3 each, given ones first; owned */
+    double *position;                 /* 3 each, given ones first; owned */
+    struct capture_settings settings; /* with which probes get their light */
     /* what probe-capture would find, candidates_capture_width each; NaN where a signal came before;
      * owned */
     float *light;
@@ -71,6 +76,7 @@ struct adapt_result {
     size_t rows, room;
     enum adapt_end end;
     size_t candidates;
+    double rays; /* of a probe, in the mean */
 };
 
 /* Errors: no light, no free space, a box or free space that is flat, a limit that has no room for 4

@@ -68,6 +68,15 @@ static struct option_row *rows(struct place_options *options, struct option_row 
          .shown = "none",
          .help = "adaptive: stop where twice the probes took less than this share\n"
                  "off the error"},
+        {.name = "noise",
+         .argument = "SHARE",
+         .kind = OPTION_CALL,
+         .parse = options_share,
+         .value = &options->adaptive.noise,
+         .given = &options->adaptive.noise_given,
+         .help = "adaptive: spend rays on a probe until the standard error of its\n"
+                 "light is below this share of the error that remains; 0: --rays\n"
+                 "alone (default: 50%)"},
         {.name = "curve",
          .argument = "FILE",
          .kind = OPTION_TEXT,
@@ -88,6 +97,9 @@ static struct error *check(const struct place_options *o, bool scene)
     if (!o->adaptive.error_given && !o->adaptive.probes_given && !o->adaptive.bytes_given &&
         !o->adaptive.gain_given)
         return error_usage("adaptive: expected --max-error, --probes, --bytes or --gain");
+    if (o->adaptive.curve && !strcmp(o->adaptive.curve, "-"))
+        return error_usage("--curve: expected the name of a file, got '-': standard output is for "
+                           "the probes");
     return NULL;
 }
 
@@ -96,7 +108,7 @@ static struct error *give_light(struct place *place, const struct adapt_result *
                                 const struct adapt_job *job)
 {
     static const char *const names[] = {"sh", "sh_error", "validity", "depth", "sky"};
-    const struct capture_settings *settings = job->candidates.settings;
+    const struct capture_settings *settings = &result->settings;
     const size_t width = candidates_capture_width(&job->candidates);
     struct error *err = table_init(&place->columns, "probe");
     if (!err)
@@ -115,27 +127,20 @@ static struct error *give_light(struct place *place, const struct adapt_result *
 
 /* -- what is told ----------------------------------------------------------------------------- */
 
-static struct error *write_curve(const struct adapt_result *result, const char *file)
+static struct error *write_curve(const struct adapt_result *result, struct file_output *out)
 {
-    struct file_output out;
     char line[256];
-    struct error *err = file_output_open(&out, file, false);
-    if (err)
-        return err;
     static const char head[] =
         "probes\tbytes\terror\theld_out\theld_out_low\theld_out_high\tseconds\n";
-    err = file_output_write(&out, head, sizeof head - 1);
+    struct error *err = file_output_write(out, head, sizeof head - 1);
     for (size_t i = 0; i < result->rows && !err; i++) {
         const struct adapt_row *row = &result->row[i];
         const int length = snprintf(line, sizeof line, "%zu\t%zu\t%.6g\t%.6g\t%.6g\t%.6g\t%.3f\n",
                                     row->probes, row->bytes, row->space, row->judges,
                                     row->judges - 1.96 * row->doubt,
                                     row->judges + 1.96 * row->doubt, row->seconds);
-        err = file_output_write(&out, line, (size_t)length);
+        err = file_output_write(out, line, (size_t)length);
     }
-    if (!err)
-        return file_output_finish(&out);
-    file_output_abandon(&out);
     return err;
 }
 
@@ -158,14 +163,15 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
             100 * (last->judges + 1.96 * last->doubt), 100 * limits->error, result->count,
             ends[result->end]);
     if (world->program)
-        fprintf(stderr, "%s: %zu probes of %zu points: %s\n", world->program, result->count,
-                result->candidates, ends[result->end]);
+        fprintf(stderr, "%s: %zu probes of %zu points, %.0f rays each: %s\n", world->program,
+                result->count, result->candidates, result->rays, ends[result->end]);
 }
 
 /* -- the method ------------------------------------------------------------------------------- */
 
-static struct error *place_by_options(struct place *place, const struct place_options *o,
-                                      struct place_world *world)
+/* Places, and writes the curve to an open file, unless NULL. */
+static struct error *place_with_curve(struct place *place, const struct place_options *o,
+                                      struct place_world *world, struct file_output *curve)
 {
     struct place_light light = {0};
     struct adapt_result result = {0};
@@ -176,6 +182,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
         err = place_reach_open(&reach, o, light.tracer, world);
     struct adapt_job job = {.candidates = {.path = &light.path,
                                            .settings = &light.settings,
+                                           .by_noise = o->adaptive.noise > 0,
                                            .threads = world->inside.threads,
                                            .inside_rays = world->inside.rays,
                                            .backface_share = world->inside.backface_share,
@@ -184,6 +191,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
                                        .gain = o->adaptive.gain,
                                        .probes = (size_t)o->adaptive.probes,
                                        .bytes = (size_t)o->adaptive.bytes},
+                            .noise = o->adaptive.noise,
                             .probes_most = (size_t)world->most,
                             .program = world->program,
                             .progress = world->progress,
@@ -200,12 +208,29 @@ static struct error *place_by_options(struct place *place, const struct place_op
         err = give_light(place, &result, &job);
     if (!err)
         tell_end(&result, &job.limits, world);
-    if (!err && o->adaptive.curve)
-        err = write_curve(&result, o->adaptive.curve);
+    if (!err && curve)
+        err = write_curve(&result, curve);
     world->interrupted = !err && result.end == ADAPT_INTERRUPT;
     adapt_clear(&result);
     reach_destroy(reach);
     place_light_close(&light);
+    return err;
+}
+
+/* That the curve can be written is found out before there is one. */
+static struct error *place_by_options(struct place *place, const struct place_options *o,
+                                      struct place_world *world)
+{
+    struct file_output curve;
+    if (!o->adaptive.curve)
+        return place_with_curve(place, o, world, NULL);
+    struct error *err = file_output_open(&curve, o->adaptive.curve, false);
+    if (err)
+        return err;
+    err = place_with_curve(place, o, world, &curve);
+    if (!err)
+        return file_output_finish(&curve);
+    file_output_abandon(&curve);
     return err;
 }
 

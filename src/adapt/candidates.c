@@ -31,6 +31,10 @@ enum { FOR_JUDGE = 0x61, FOR_SURFACE }; /* what random numbers are for: part of 
  * capture itself. */
 static const double JUDGE_RAYS = 4, CHOICE_RAYS = 0.5, PROBE_RAYS = 4;
 
+/* Standard errors of judges' halves, in those of probes: there are many judges, and a few probes
+ * are in the errors of all. */
+static const double JUDGE_NOISE = 1.5;
+
 /* Rays of a half, at the least: errors from more noise would be capped. */
 enum { HALF_LEAST = 64, JUDGE_HALF_LEAST = 128 };
 
@@ -218,11 +222,21 @@ struct tracing {
     const struct candidates *c;
     const struct candidates_job *job;
     struct capture_settings settings; /* order: of the truth */
+    bool by_noise;                    /* of a list: its errors are asked for */
     struct sphere_basis probe, truth;
     const uint32_t *list; /* of candidates; NULL: those from `first` on */
     size_t first;
     unsigned char *done;
 };
+
+struct capture_settings candidates_settings(const struct candidates *c,
+                                            const struct candidates_job *job)
+{
+    struct capture_settings settings = *job->settings;
+    settings.error = c->noise;
+    settings.error_floor = c->noise_floor;
+    return settings;
+}
 
 static struct tracing tracing_of(const struct candidates *c, const struct candidates_job *job)
 {
@@ -243,7 +257,7 @@ static struct tracing tracing_of(const struct candidates *c, const struct candid
 /* Whether a candidate is one that probes are made of, now or before. */
 static bool is_probe(const struct tracing *t, size_t i)
 {
-    return t->list || t->c->kind[i] == CANDIDATE_GIVEN;
+    return t->c->kind[i] != CANDIDATE_JUDGE && (t->list || t->c->kind[i] == CANDIDATE_GIVEN);
 }
 
 /* Of a half. */
@@ -252,9 +266,8 @@ static int rays_of(const struct tracing *t, size_t i, int half)
     const double rays = t->job->settings->rays;
     const bool judge = t->c->kind[i] == CANDIDATE_JUDGE;
     const int least = judge ? JUDGE_HALF_LEAST : HALF_LEAST;
-    const double share = !is_probe(t, i) ? (judge ? JUDGE_RAYS : CHOICE_RAYS) / 2
-                         : half          ? PROBE_RAYS - 1
-                                         : 1;
+    const double both = judge && !t->job->by_noise ? JUDGE_RAYS : CHOICE_RAYS;
+    const double share = !is_probe(t, i) ? both / 2 : half ? PROBE_RAYS - 1 : 1;
     return (int)fmin(fmax(ceil(share * rays), least), CAPTURE_RAYS_MOST);
 }
 
@@ -276,7 +289,7 @@ static struct error *look(const struct sphere_basis *basis, const struct capture
 
 size_t candidates_capture_width(const struct candidates_job *job)
 {
-    return 6 * (size_t)(job->settings->order * job->settings->order) + 3;
+    return 6 * (size_t)(job->settings->order * job->settings->order) + 4;
 }
 
 /* Keeps what a capture found. */
@@ -293,6 +306,7 @@ static struct error *keep(const struct tracing *t, size_t i, const struct captur
     (*to)[2 * values] = light->validity;
     (*to)[2 * values + 1] = light->depth;
     (*to)[2 * values + 2] = light->sky;
+    (*to)[2 * values + 3] = (float)light->rays;
     return NULL;
 }
 
@@ -313,21 +327,31 @@ static struct error *trace_half(const struct tracing *t, size_t i, int half,
         if (err || rays == settings.rays)
             return err;
     }
+    settings.error *= JUDGE_NOISE;
     /* no --seed of a capture is as large, nor those of truths (truth.c) */
     settings.seed |= (uint64_t)(half + 2) << 60;
     settings.rays = rays;
     return capture_probe(t->job->path, &settings, p, NULL, light);
 }
 
-static struct error *trace_one(void *context, size_t index, int thread)
+/* A probe where noise counts. Its truth stays, which has no random number in common with it. */
+static struct error *trace_probe(const struct tracing *t, size_t i)
 {
-    (void)thread;
-    struct tracing *t = context;
-    const size_t i = t->list ? t->list[index] : t->first + index;
-    const double *p = t->c->position + 3 * i;
+    struct capture_settings settings = t->settings;
+    struct capture_probe light;
+    settings.order = t->probe.order; /* of it noise is told */
+    struct error *err =
+        capture_probe(t->job->path, &settings, t->c->position + 3 * i, NULL, &light);
+    if (!err)
+        err = keep(t, i, &light);
+    for (int half = 0; half < 2 && !err; half++)
+        err = look(&t->probe, &light, t->c->light[i].probe[half]);
+    return err;
+}
+
+static struct error *trace_halves(const struct tracing *t, size_t i)
+{
     struct error *err = NULL;
-    if (interrupt_came())
-        return NULL;
     for (int half = 0; half < 2 && !err; half++) {
         struct capture_probe light;
         err = trace_half(t, i, half, &light);
@@ -336,6 +360,18 @@ static struct error *trace_one(void *context, size_t index, int thread)
         if (!err)
             err = look(&t->truth, &light, t->c->light[i].truth[half]);
     }
+    return err;
+}
+
+static struct error *trace_one(void *context, size_t index, int thread)
+{
+    (void)thread;
+    struct tracing *t = context;
+    const size_t i = t->list ? t->list[index] : t->first + index;
+    const double *p = t->c->position + 3 * i;
+    if (interrupt_came())
+        return NULL;
+    struct error *err = t->by_noise && is_probe(t, i) ? trace_probe(t, i) : trace_halves(t, i);
     if (err)
         return error_wrap(err, "point %g,%g,%g", p[0], p[1], p[2]);
     t->done[index] = 1;
@@ -398,6 +434,8 @@ struct error *candidates_capture(struct candidates *c, const struct candidates_j
         err = threads_for(job->threads, count, trace_one, &t);
     if (!err && interrupt_came())
         drop(c, t.done);
+    for (size_t i = c->captured; i < c->count && !err; i++)
+        c->refined[i] = c->kind[i] == CANDIDATE_GIVEN;
     if (!err)
         c->captured = c->count;
     if (!err)
@@ -406,19 +444,34 @@ struct error *candidates_capture(struct candidates *c, const struct candidates_j
     return err;
 }
 
+void candidates_set_noise(struct candidates *c, double noise)
+{
+    c->noise = noise;
+    c->noise_floor = c->floor;
+    memset(c->refined, 0, c->count * sizeof *c->refined);
+}
+
 struct error *candidates_refine(struct candidates *c, const struct candidates_job *job,
                                 size_t count, const uint32_t *probe)
 {
     struct tracing t = tracing_of(c, job);
     uint32_t *list = NULL;
     size_t due = 0;
-    struct error *err = array_create(&list, count, sizeof *list);
+    t.by_noise = c->noise > 0;
+    struct error *err = array_create(&list, count + c->judges, sizeof *list);
     if (!err)
-        err = array_create(&t.done, count, sizeof *t.done);
+        err = array_create(&t.done, count + c->judges, sizeof *t.done);
     for (size_t i = 0; i < count && !err; i++)
-        if (!c->refined[probe[i]] && c->kind[probe[i]] != CANDIDATE_GIVEN)
+        if (!c->refined[probe[i]])
             list[due++] = probe[i];
+    for (uint32_t x = 0; x < c->count && t.by_noise && !err; x++)
+        if (c->kind[x] == CANDIDATE_JUDGE && !c->refined[x])
+            list[due++] = x;
     t.list = list;
+    if (t.by_noise) {
+        t.settings.error = c->noise;
+        t.settings.error_floor = c->noise_floor;
+    }
     if (!err)
         err = threads_for(job->threads, due, trace_one, &t);
     for (size_t i = 0; i < due && !err; i++)

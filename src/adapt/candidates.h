@@ -47,9 +47,12 @@ struct candidates {
     unsigned char *kind;
     bool *refined;
     struct candidate_light *light;
-    /* Of those that are refined, or given: what a capture with the settings finds, to the bit, as
-     * candidates_capture_width floats; else NULL. Owned, and so is each */
+    /* Of those that are refined, or given: what a capture with candidates_settings finds, to the
+     * bit, as candidates_capture_width floats; else NULL. Owned, and so is each */
     float **capture;
+    /* standard error that the refined were captured to, as of capture_settings, and the irradiance
+     * below which that is no share; 0: by rays alone */
+    double noise, noise_floor;
     size_t captured;                        /* of them have their light, the first ones */
     size_t room[5];                         /* of the arrays */
     size_t space_tried, judges_tried, lost; /* numbers of the sequences that are used up */
@@ -60,8 +63,10 @@ struct candidates {
 /* How candidates are made. */
 struct candidates_job {
     const struct path_tracer *path;
-    const struct capture_settings *settings; /* as probes will be captured: order, rays */
-    struct place_space space;                /* that they are in */
+    /* as probes will be captured: order, rays; the first ones, where noise counts */
+    const struct capture_settings *settings;
+    bool by_noise;            /* it does: candidates_set_noise will be called */
+    struct place_space space; /* that they are in */
     int threads;
     int inside_rays; /* as of place_inside_settings */
     double backface_share;
@@ -82,12 +87,22 @@ struct error *candidates_spread(struct candidates *c, const struct candidates_jo
  * still have none are none any more. */
 struct error *candidates_capture(struct candidates *c, const struct candidates_job *job);
 
+/* Makes it the standard error that probes are captured to, as a share of their irradiance, of less
+ * than the ruler's floor of that. Those that were refined are to be anew. */
+void candidates_set_noise(struct candidates *c, double noise);
+
 /* Traces the light of those that became probes anew, with more rays, where that was not done
- * yet: what they say is in the errors of all around. */
+ * yet: what they say is in the errors of all around. Where noise counts both halves are the capture
+ * itself, whose noise is then in those errors as well, and judges are traced anew to a standard
+ * error in each half that is half again as large. */
 struct error *candidates_refine(struct candidates *c, const struct candidates_job *job,
                                 size_t count, const uint32_t *probe);
 
-/* Floats of a capture: sh and sh_error, 3 * order^2 each, validity, depth, sky. */
+/* With what the probes are captured. */
+struct capture_settings candidates_settings(const struct candidates *c,
+                                            const struct candidates_job *job);
+
+/* Floats of a capture: sh and sh_error, 3 * order^2 each, validity, depth, sky, and rays. */
 size_t candidates_capture_width(const struct candidates_job *job);
 
 void candidates_clear(struct candidates *c);

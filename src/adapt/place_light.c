@@ -30,8 +30,7 @@ struct option_row *place_light_rows(struct place_options *options, struct option
          .most = CAPTURE_RAYS_MOST,
          .shown = "256; adaptive 512",
          .help = "by light: rays at each position that is looked at; adaptive: rays a\n"
-                 "probe, as it will be captured: points that could be one get half,\n"
-                 "those that are chosen or judge four times as many"},
+                 "probe, at the least (noise): points that could be one get half"},
         {.name = "bounces",
          .argument = "N",
          .kind = OPTION_INT,

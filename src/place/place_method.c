@@ -27,7 +27,8 @@ struct place_options place_options_default(void)
                                   .merge = {.merge_distance = 1.01,
                                             .merge_contrast = NAN,
                                             .spawn_distance = 1.8,
-                                            .spawn_contrast = NAN}};
+                                            .spawn_contrast = NAN},
+                                  .adaptive = {.noise = 0.5}};
 }
 
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)

@@ -92,11 +92,11 @@ struct place_options {
     } octree;
     /* adaptive; shares and numbers, 0: none */
     struct {
-        double error, gain;
+        double error, gain, noise;
         int probes;
         int64_t bytes;
         const char *curve;
-        bool error_given, gain_given, probes_given, bytes_given, curve_given;
+        bool error_given, gain_given, probes_given, bytes_given, curve_given, noise_given;
     } adaptive;
 };
 
