@@ -15,7 +15,8 @@ struct quality {
     const char *probes, *gain; /* adaptive: at most; fewer where twice as many gain less */
     const char *grid;          /* probes of a grid, for a scene without volume */
     const char *aim;           /* rays that placing looks with */
-    const char *rays, *order;
+    const char *noise;         /* of its probes, as a share of the error */
+    const char *rays, *order;  /* rays: of the grid */
     const char *points, *truth_rays, *size;
     const char *samples, *few; /* of a path-traced picture, and of one by the probes alone */
 };
@@ -24,6 +25,7 @@ static const struct quality qualities[] = {
     [PLAN_DRAFT] = {.probes = "120",
                     .grid = "400",
                     .aim = "64",
+                    .noise = "100%",
                     .rays = "1024",
                     .order = "3",
                     .points = "200",
@@ -35,6 +37,7 @@ static const struct quality qualities[] = {
                    .gain = "3%",
                    .grid = "2000",
                    .aim = "128",
+                   .noise = "50%",
                    .rays = "2048",
                    .order = "3",
                    .points = "500",
@@ -46,6 +49,7 @@ static const struct quality qualities[] = {
                    .gain = "2%",
                    .grid = "8000",
                    .aim = "256",
+                   .noise = "50%",
                    .rays = "4096",
                    .order = "5",
                    .points = "1000",
@@ -180,15 +184,14 @@ static void place(const struct plan_job *job, const struct quality *q, struct wo
         return;
     }
     words_add(words, "adaptive");
-    const struct option_given *error = plan_given(job, "max-error"),
-                              *rays = plan_given(job, "rays");
-    if (!probes && !error && !plan_given(job, "bytes")) {
+    if (!probes && !plan_given(job, "max-error") && !plan_given(job, "bytes")) {
         words_add_option(words, "probes", q->probes);
         if (q->gain)
             words_add_option(words, "gain", q->gain);
     }
-    /* where to put probes few rays tell, but not how large the error is */
-    words_add_option(words, "rays", !error ? q->aim : rays ? rays->text : q->rays);
+    /* where to put probes few rays tell; how many these need is found out, unless it is told */
+    words_add_option(words, "rays", q->aim);
+    words_add_option(words, "noise", plan_given(job, "rays") ? "0" : q->noise);
     add_usual(job, words, "order", q->order);
     add_light(job, words);
     add_given(job, words, TO_ADAPTIVE);
@@ -197,10 +200,11 @@ static void place(const struct plan_job *job, const struct quality *q, struct wo
 
 static void capture(const struct plan_job *job, const struct quality *q, struct words *words)
 {
-    add_usual(job, words, "rays", q->rays);
+    if (job->flat)
+        add_usual(job, words, "rays", q->rays);
     add_usual(job, words, "order", q->order);
     add_light(job, words);
-    add_given(job, words, TO_CAPTURE);
+    add_given(job, words, TO_CAPTURE); /* --rays, too; without them adaptive's light stays */
     words_add_file(words, job->scene);
 }
 
