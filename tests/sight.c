@@ -821,10 +821,39 @@ static void test_halves(void)
     ok(wrong == 0, "every finite half is the number that it stands for");
 }
 
+/* What is reckoned for two corners at a time is what the formula says (sight.h), to the bit, of any
+ * finite halves. */
+static void test_depths(void)
+{
+    enum { SETS = 20000 };
+    struct random r = random_start(11, 0, 0);
+    size_t wrong = 0;
+    for (int set = 0; set < SETS; set++) {
+        uint16_t sight[12];
+        double u[4], depth[4];
+        for (int i = 0; i < 12; i++)
+            do
+                sight[i] = (uint16_t)(random_u32(&r) & (set % 2 ? 0xffff : 0x83ff)); /* small */
+            while (!half_finite(sight[i]));
+        for (int i = 0; i < 4; i++)
+            u[i] = random_double(&r);
+        sight_depths(4, sight, u, depth);
+        for (int i = 0, k = 0; i < 4; i++) {
+            double expected = 1;
+            for (int j = 0; j < 4; j++)
+                expected -= j == i ? 0 : (double)half_value(sight[k++]) * u[j];
+            wrong += depth[i] != expected;
+        }
+    }
+    ok(wrong == 0, "depths of corners are those of the formula: %zu of %d are not", wrong,
+       4 * SETS);
+}
+
 int main(void)
 {
     static struct halls halls;
     test_halves();
+    test_depths();
     test_fit_of_planes();
     test_flat_walls();
     test_flat_walls_outside();
