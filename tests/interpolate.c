@@ -339,26 +339,38 @@ static void test_sides(int order)
 
 /* Gradients that are a thousand times too large make no light that is negative or brighter than
  * twice that of the probes, and none that jumps; nor do they make other values negative. */
-static void test_bounds(void)
+static struct stream *make_steep(bool grid, struct random *r, double *low, double *high)
 {
-    const struct interpolate_kind *const kinds[] = {&interpolate_gradient, &interpolate_cubic};
-    struct stream *s = make(false, 2, false);
+    struct stream *s = make(grid, 2, false);
     struct table *probes = stream_table(s, "probe");
     struct column *thing, *slope;
     must(table_add_column(probes, "thing", COLUMN_F32, 1, &thing));
     must(table_add_column(probes, "thing_gradient", COLUMN_F32, 3, &slope));
     thing = table_column(probes, "thing");
-    double low = INFINITY, high = 0;
-    struct random r = random_start(26, 0, 0);
+    *low = INFINITY;
+    *high = 0;
     for (size_t i = 0; i < probes->rows; i++) {
-        range_of(column_f32(&probes->columns[1]) + WIDTH * i, &low, &high);
+        range_of(column_f32(&probes->columns[1]) + WIDTH * i, low, high);
         for (size_t k = 0; k < (size_t)3 * WIDTH; k++)
             column_f32(&probes->columns[2])[3 * WIDTH * i + k] *= 1000;
-        column_f32(thing)[i] = random_float(&r);
+        column_f32(thing)[i] = random_float(r);
         for (size_t k = 0; k < 3; k++)
-            column_f32(slope)[3 * i + k] = 1000 * (random_float(&r) - 0.5f);
+            column_f32(slope)[3 * i + k] = 1000 * (random_float(r) - 0.5f);
     }
-    for (int which = 0; which < 2; which++) {
+    return s;
+}
+
+static void test_bounds(void)
+{
+    const struct interpolate_kind *const kinds[] = {&interpolate_gradient, &interpolate_cubic,
+                                                    &interpolate_trilinear_gradient};
+    struct random r = random_start(26, 0, 0), other = random_start(27, 0, 0);
+    double low[2], high[2];
+    struct stream *const streams[] = {make_steep(false, &r, &low[0], &high[0]),
+                                      make_steep(true, &other, &low[1], &high[1])};
+    for (int which = 0; which < 3; which++) {
+        const int grid = kinds[which] == &interpolate_trilinear_gradient;
+        const struct stream *s = streams[grid];
         struct interpolate *in = open_kind(s, kinds[which], 0, 0), *of_thing;
         must(interpolate_open(
             &of_thing, s, &(struct interpolate_settings){.kind = kinds[which], .column = "thing"}));
@@ -390,10 +402,10 @@ static void test_bounds(void)
                 memcpy(last, now, sizeof last);
             }
         }
-        ok(low > 0 && least > -0.01 * high && most < 2 * high,
+        ok(low[grid] > 0 && least > -0.01 * high[grid] && most < 2 * high[grid],
            "%s: steep gradients keep light within what probes can mean (%.2f .. %.2f of %.2f .. "
            "%.2f)",
-           kinds[which]->name, least, most, low, high);
+           kinds[which]->name, least, most, low[grid], high[grid]);
         ok(jump < 0.02 * change, "%s: and nothing jumps (%.1e of %.1e)", kinds[which]->name, jump,
            change);
         ok(thing_least > -1e-6 && thing_most < 2,
@@ -402,7 +414,8 @@ static void test_bounds(void)
         interpolate_close(in);
         interpolate_close(of_thing);
     }
-    stream_destroy(s);
+    stream_destroy(streams[0]);
+    stream_destroy(streams[1]);
 }
 
 static void test_scattered(void)

@@ -173,48 +173,6 @@ static struct error *open_cubic(struct interpolate *in, size_t probes)
     return err;
 }
 
-/* Of each node c + g (p - x) is foretold for p, so what g adds is -g (x - from) + g (p - from). */
-static struct error *open_slopes(struct interpolate *in, size_t probes)
-{
-    const size_t width = in->width;
-    struct error *err = open_nodes(in, probes, false);
-    struct own *own = in->own;
-    if (!err && width > 3 * SH_COUNT_MAX)
-        err = error_new("column %s is too wide to be blended by gradients: %zu numbers",
-                        in->settings.column, width);
-    for (int k = 0; k < 3 && !err; k++) {
-        own->low[k] = own->data ? own->octree.low[k] : own->nodes.at[k][0];
-        own->high[k] = own->data ? own->octree.high[k] : own->nodes.at[k][own->nodes.count[k] - 1];
-        own->from[k] = (own->low[k] + own->high[k]) / 2;
-    }
-    if (!err && in->order)
-        bound_start(&own->bound, in->order, in->convolved);
-    for (size_t t = 0; t < 4 && !err; t++) {
-        float *slope = NULL;
-        err = array_create(&slope, probes * width, sizeof *slope);
-        for (size_t i = 0; i < probes && !err; i++) {
-            const float weight = own->weight ? own->weight[i] : 1;
-            const float *g = in->gradient + 3 * width * i;
-            if (weight < 1) /* in no air: what it has is not its own */
-                continue;
-            if (isnan(g[0]))
-                err = error_new("probe %zu has no gradient: run probe-capture", i);
-            for (size_t v = 0; v < width && !err; v++) {
-                double sum = t ? (double)g[(t - 1) * width + v] : 0;
-                for (size_t k = 0; k < 3 && !t; k++)
-                    sum -= (double)g[k * width + v] * (in->position[3 * i + k] - own->from[k]);
-                slope[width * i + v] = (float)sum;
-            }
-        }
-        own->slope[t] = slope;
-        if (!err && own->data) {
-            err = octree_fill(&own->octree, false, width, slope, &own->slope[t]);
-            free(slope);
-        }
-    }
-    return err;
-}
-
 static void close_nodes(void *context)
 {
     struct own *own = context;
@@ -417,7 +375,156 @@ static struct error *slopes_at(const struct interpolate *in, const double point[
     if (!err && in->order)
         bound_shares(&own->bound, out, more, share);
     for (size_t v = 0; v < in->width && !err; v++)
-        out[v] += share[v % 3] * more[v];
+        out[v] += in->order ? share[v % 3] * more[v] : fmaxf(more[v], -fabsf(out[v]));
+    return err;
+}
+
+/* -- gradients ----------------------------------------------------------------------------- */
+
+/* The nearest place where the largest cell beside a node ends, along an axis, on a side; false: the
+ * node is on the border of the box. */
+static bool place_beside(const struct interpolate *in, size_t i, int axis, int side, double q[3])
+{
+    const struct own *own = in->own;
+    memcpy(q, in->position + 3 * i, 3 * sizeof *q);
+    if (!own->data) {
+        const size_t at = nodes_plane(&own->nodes, axis, q[axis]);
+        if (side < 0 ? at == 0 : at + 1 == own->nodes.count[axis])
+            return false;
+        q[axis] = own->nodes.at[axis][side < 0 ? at - 1 : at + 1];
+        return true;
+    }
+    const struct octree *t = &own->octree;
+    const int32_t to = t->site[i][axis] + side * t->spacing[i];
+    if (to < 0 || to > t->units[axis] || !t->units[axis])
+        return false;
+    q[axis] += side * (t->high[axis] - t->low[axis]) * t->spacing[i] / t->units[axis];
+    return true;
+}
+
+static float share_of(float more, float most)
+{
+    return more > most ? most / more : 1;
+}
+
+/* What counts of what a slope foretells beyond what is there: no more than what both have together,
+ * of light as a whole (order), else one by one. Half of it, as in cells, holds parabolas that touch
+ * 0, and gains nothing. */
+static void limit_one(const struct interpolate *in, const struct bound *bound, const float *here,
+                      const float *there, const float *more, float *share)
+{
+    const float light = in->order ? share_of(bound_size(bound, more),
+                                             bound_size(bound, here) + bound_size(bound, there))
+                                  : 1;
+    for (size_t v = 0; v < in->width; v++)
+        share[v] =
+            fminf(share[v],
+                  in->order ? light : share_of(fabsf(more[v]), fabsf(here[v]) + fabsf(there[v])));
+}
+
+/* A node's gradient along an axis, held by the light on both sides: towards the slope between
+ * them (bound.h; Barth and Jespersen 1989). */
+static struct error *limit_slope(const struct interpolate *in, size_t i, int axis, float *slope)
+{
+    const struct own *own = in->own;
+    const size_t width = in->width;
+    const double x = in->position[3 * i + (size_t)axis];
+    float value[2][3 * SH_COUNT_MAX], share[3 * SH_COUNT_MAX], more[3 * SH_COUNT_MAX];
+    double end[2] = {x, x}, q[3];
+    const float *here = (own->value ? own->value : in->value) + width * i;
+    struct error *err = NULL;
+    for (size_t v = 0; v < width; v++) {
+        value[0][v] = value[1][v] = here[v];
+        share[v] = 1;
+    }
+    for (int side = 0; side < 2 && !err; side++) {
+        if (!place_beside(in, i, axis, 2 * side - 1, q))
+            continue;
+        err = linear(in, q, value[side]);
+        end[side] = q[axis];
+        for (size_t v = 0; v < width && !err; v++)
+            more[v] = (float)(end[side] - x) * slope[v] - (value[side][v] - here[v]);
+        if (!err)
+            limit_one(in, &own->bound, here, value[side], more, share);
+    }
+    for (size_t v = 0; v < width && !err; v++)
+        if (share[v] < 1) {
+            const float between = (value[1][v] - value[0][v]) / (float)(end[1] - end[0]);
+            slope[v] = between + share[v] * (slope[v] - between);
+        }
+    return err;
+}
+
+/* What all nodes' gradients are, but for those in no air, which have what is not their own. */
+static struct error *limit_slopes(const struct interpolate *in, size_t probes, float *gradient)
+{
+    const struct own *own = in->own;
+    struct error *err = NULL;
+    for (size_t i = 0; i < probes && !err; i++) {
+        float *g = gradient + 3 * in->width * i;
+        if (own->weight && own->weight[i] < 1) {
+            memset(g, 0, 3 * in->width * sizeof *g);
+            continue;
+        }
+        memcpy(g, in->gradient + 3 * in->width * i, 3 * in->width * sizeof *g);
+        if (isnan(g[0]))
+            err = error_new("probe %zu has no gradient: run probe-capture", i);
+        for (int k = 0; k < 3 && !err; k++)
+            err = limit_slope(in, i, k, g + (size_t)k * in->width);
+    }
+    return err;
+}
+
+/* Of each node c + g (p - x) is foretold for p, so what g adds is -g (x - from) + g (p - from). */
+static struct error *spread_slopes(const struct interpolate *in, size_t probes,
+                                   const float *gradient)
+{
+    const size_t width = in->width;
+    struct own *own = in->own;
+    struct error *err = NULL;
+    for (size_t t = 0; t < 4 && !err; t++) {
+        float *slope = NULL;
+        err = array_create(&slope, probes * width, sizeof *slope);
+        for (size_t i = 0; i < probes && !err; i++) {
+            const float *g = gradient + 3 * width * i;
+            for (size_t v = 0; v < width; v++) {
+                double sum = t ? (double)g[(t - 1) * width + v] : 0;
+                for (size_t k = 0; k < 3 && !t; k++)
+                    sum -= (double)g[k * width + v] * (in->position[3 * i + k] - own->from[k]);
+                slope[width * i + v] = (float)sum;
+            }
+        }
+        own->slope[t] = slope;
+        if (!err && own->data) {
+            err = octree_fill(&own->octree, false, width, slope, &own->slope[t]);
+            free(slope);
+        }
+    }
+    return err;
+}
+
+static struct error *open_slopes(struct interpolate *in, size_t probes)
+{
+    float *gradient = NULL;
+    struct error *err = open_nodes(in, probes, false);
+    struct own *own = in->own;
+    if (!err && in->width > 3 * SH_COUNT_MAX)
+        err = error_new("column %s is too wide to be blended by gradients: %zu numbers",
+                        in->settings.column, in->width);
+    for (int k = 0; k < 3 && !err; k++) {
+        own->low[k] = own->data ? own->octree.low[k] : own->nodes.at[k][0];
+        own->high[k] = own->data ? own->octree.high[k] : own->nodes.at[k][own->nodes.count[k] - 1];
+        own->from[k] = (own->low[k] + own->high[k]) / 2;
+    }
+    if (!err && in->order)
+        bound_start(&own->bound, in->order, in->convolved);
+    if (!err)
+        err = array_create(&gradient, probes * in->width, 3 * sizeof *gradient);
+    if (!err)
+        err = limit_slopes(in, probes, gradient);
+    if (!err)
+        err = spread_slopes(in, probes, gradient);
+    free(gradient);
     return err;
 }
 
