@@ -67,6 +67,9 @@ keeps box.obj --scene-output probe-vtk --scene box.obj baked.probe -o x.vtu --sc
 keeps box.obj --output probe-bake box.obj -o box.obj
 keeps red.hdr --pack probe-bake box.obj -o x.probe --pack red.hdr
 keeps at.txt --output probe-bake box.obj --reach at.txt -o at.txt
+cp sky.hdr probes.png
+cp sky.hdr sub/probes.png
+keeps probes.png --report probe-bake box.obj --sky probes.png --report . -o x.probe
 check "no output is there" not ls x.*
 refused 2 "x: --curve and --output are the same file" \
     probe-place adaptive --probes 4 --curve x box.obj -o sub/../x

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "bake/paths.h"
+#include "base/claim.h"
 #include "base/error.h"
 
 #include <errno.h>
@@ -41,6 +42,9 @@ static struct error *name_in_report(struct bake_paths *paths, const char *path)
         err = join(&paths->pair, path, "light.png");
     if (!err)
         err = join(&paths->probes, path, "probes.png");
+    const char *const written[] = {paths->text, paths->pair, paths->probes};
+    for (size_t i = 0; i < sizeof written / sizeof *written && !err; i++)
+        err = claim_output(written[i], "report");
     return err;
 }
 

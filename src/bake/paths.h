@@ -27,7 +27,8 @@ struct bake_paths {
 };
 
 /* Names the report's folder and what is in it: `report`, unless that is "none"; if NULL, the one
- * beside the output, without its .probe; output NULL: that is no file, and there is no report. */
+ * beside the output, without its .probe; output NULL: that is no file, and there is no report. A
+ * usage error where one of its files is read. */
 struct error *bake_paths_report(struct bake_paths *paths, const char *report, const char *output);
 
 /* Makes the report's folder, where it is missing, and one of temporary files, in which programs
