@@ -468,6 +468,19 @@ printf '%s\n' '0 0 0 0 1 1 2' '1 0 0 1 3 1 2' |
 echo '.5 0 3 0' | probe-query --along time lit.probe >light
 check "t and a normal: irradiance" every 'near($1, 3.14159265 * 0.282095 * 2, 1e-5)' light
 
+# beside a surface, where the gradient is as steep as 1 / distance
+printf '%s\n' '0 .001 0 0 5 5 5 0 0 0 975 -975 975 0 0 0' '0 1 0 1 6 6 6 0 0 0 .5 .5 .5 0 0 0' \
+    '0 3 0 3 6 6 6 0 0 0 0 0 0 0 0 0' |
+    stream_of "sh-order 1" "sh-content radiance" \
+        "table probe position:f64:3 time:f64:1 sh:f32:3 sh_gradient:f32:9" >steep.probe
+for column in sh thing; do
+    probe-cat --text steep.probe | sed "s/ sh:/ $column:/; s/ sh_/ ${column}_/" >of.probe
+    probe-query -q --column $column --along time --interpolate cubic of.probe times |
+        awk '{ for (i = 1; i <= NF; i++) print $i }' >light
+    check "$column: a steep gradient makes no more than the light beside it bears" \
+        every '$1 > 3 && $1 < 8' light and every 'near(NF, 1, 0)' light
+done
+
 # -- gradients at nodes: a parabola on an octree of which one cell is cut, far from the origin -----
 awk 'BEGIN {
         for (z = 0; z <= 4; z++) for (y = 0; y <= 4; y++) for (x = 0; x <= 4; x++)

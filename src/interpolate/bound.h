@@ -38,6 +38,12 @@ void bound_start(struct bound *bound, int order, bool convolved);
 /* The RMS irradiance of 3 * functions coefficients. */
 float bound_size(const struct bound *bound, const float *sh);
 
+/* What counts of `more`, of which `most` may. */
+static inline float bound_part(float more, float most)
+{
+    return more > most ? most / more : 1;
+}
+
 /* The largest share of each colour of `more`, 1 at most, that can be added to sh. */
 void bound_shares(const struct bound *bound, const float *sh, const float *more, float share[3]);
 

@@ -5,11 +5,13 @@
  * and behind. No cells are needed.
  *
  * Linear; or cubic: Hermite's polynomial, whose slopes at the probes are their gradients along the
- * way's velocity. That is of the parabola through three probes, or where the way turns a corner
- * there, on each side that of the straight line.
+ * way's velocity, as far as the light of both bears it (bound.h). The velocity is of the parabola
+ * through three probes, or where the way turns a corner there, on each side that of the straight
+ * line.
  */
 #include "base/array.h"
 #include "base/error.h"
+#include "interpolate/bound.h"
 #include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "math/vec.h"
@@ -28,6 +30,7 @@ struct stop {
 struct way {
     struct stop *stop; /* owned */
     size_t count;
+    struct bound bound; /* of light, for the cubic */
 };
 
 static int compare_stops(const void *a, const void *b)
@@ -105,6 +108,8 @@ static struct error *open_way(struct interpolate *in, size_t probes)
     if (err)
         return err;
     in->own = way;
+    if (in->order)
+        bound_start(&way->bound, in->order, in->convolved);
     if (!probes)
         return error_new("there are no probes");
     err = read_stops(in, way);
@@ -151,31 +156,75 @@ static void find_in_way(const struct interpolate *in, const double t[3], struct 
                                   .distance = off};
 }
 
+/* What the slope of one of two probes foretells for the other, less the light there: value k. */
+static float foretell(const struct interpolate *in, const struct stop *const stop[2], int s,
+                      size_t k)
+{
+    const size_t a = (size_t)stop[0]->probe, b = (size_t)stop[1]->probe,
+                 of = (size_t)stop[s]->probe;
+    const float *gradient = in->gradient + 3 * of * in->width + k;
+    const struct vec3 g = {(double)gradient[0], (double)gradient[in->width],
+                           (double)gradient[2 * in->width]};
+    return (float)((stop[1]->t - stop[0]->t) * vec3_dot(g, stop[s]->velocity[1 - s])) -
+           (in->value[b * in->width + k] - in->value[a * in->width + k]);
+}
+
+/* Each of them counts no more than the light of both, as a whole, and all take none below 0. */
+static void add_light(const struct interpolate *in, const struct stop *const stop[2],
+                      const float weight[2], float *out)
+{
+    const struct bound *bound = &((const struct way *)in->own)->bound;
+    float all[3 * SH_COUNT_MAX] = {0}, more[3 * SH_COUNT_MAX], size = 0, share[3];
+    for (int s = 0; s < 2; s++)
+        size += bound_size(bound, in->value + in->width * (size_t)stop[s]->probe);
+    for (int s = 0; s < 2; s++) {
+        for (size_t k = 0; k < in->width; k++)
+            more[k] = foretell(in, stop, s, k);
+        const float part = weight[s] * bound_part(bound_size(bound, more), size);
+        for (size_t k = 0; k < in->width; k++)
+            all[k] += part * more[k];
+    }
+    bound_shares(bound, out, all, share);
+    for (size_t k = 0; k < in->width; k++)
+        out[k] += share[k % 3] * all[k];
+}
+
+/* Values that are not light: one by one. */
+static void add_values(const struct interpolate *in, const struct stop *const stop[2],
+                       const float weight[2], float *out)
+{
+    for (size_t k = 0; k < in->width; k++) {
+        const float size = fabsf(in->value[in->width * (size_t)stop[0]->probe + k]) +
+                           fabsf(in->value[in->width * (size_t)stop[1]->probe + k]);
+        float all = 0;
+        for (int s = 0; s < 2; s++) {
+            const float more = foretell(in, stop, s, k);
+            all += weight[s] * more * bound_part(fabsf(more), size);
+        }
+        out[k] += fmaxf(all, -fabsf(out[k]));
+    }
+}
+
+/* Hermite's polynomial is the line and what slopes foretell beyond it. */
 static struct error *cubic_at(const struct interpolate *in, const double t[3],
                               const struct probe_place *place, float *out)
 {
     const struct way *way = in->own;
     const size_t i = find_stop(way, *t), j = i + 1 < way->count ? i + 1 : i;
-    const struct stop *stop[2] = {&way->stop[i], &way->stop[j]};
-    const double x = place->weight[1], y = 1 - x, h = stop[1]->t - stop[0]->t,
-                 weight[2] = {(1 + 2 * x) * y * y, (1 + 2 * y) * x * x},
-                 slope[2] = {h * x * y * y, -h * x * x * y};
+    const struct stop *const stop[2] = {&way->stop[i], &way->stop[j]};
+    const double x = place->weight[1], y = place->weight[0];
+    const float weight[2] = {(float)(x * y * y), (float)(-x * x * y)};
     struct error *err = interpolate_missing(in, place);
-    for (size_t k = 0; k < in->width && !err; k++) {
-        double sum = 0;
-        for (int s = 0; s < 2; s++) {
-            if (weight[s] == 0) /* no say, not even as a missing value */
-                continue;
-            const size_t probe = (size_t)stop[s]->probe;
-            const float *gradient = in->gradient + 3 * probe * in->width + k;
-            const struct vec3 v = stop[s]->velocity[1 - s],
-                              g = {(double)gradient[0], (double)gradient[in->width],
-                                   (double)gradient[2 * in->width]};
-            sum += weight[s] * (double)in->value[probe * in->width + k] + slope[s] * vec3_dot(g, v);
-        }
-        out[k] = (float)sum;
-    }
-    return err;
+    if (err)
+        return err;
+    probe_blend(place, in->value, in->width, out);
+    if (!(x > 0 && y > 0)) /* at a probe, which alone has a say */
+        return NULL;
+    if (in->order)
+        add_light(in, stop, weight, out);
+    else
+        add_values(in, stop, weight, out);
+    return NULL;
 }
 
 void interpolate_along_position(const struct interpolate *in, const struct probe_place *place,

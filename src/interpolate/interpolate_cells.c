@@ -46,12 +46,6 @@ static inline void foretell(const struct interpolate *in, size_t i, size_t j, si
         more[k] = ((x * g[k] + y * g[width + k]) + z * g[2 * width + k]) - (b[k] - a[k]);
 }
 
-/* What counts of `more`, which is foretold for what is `most`. */
-static inline float limited(float more, float most)
-{
-    return more > most ? most / more : 1;
-}
-
 static inline void add_light(const struct interpolate *in, const struct probe_place *place,
                              slope *slope_of, float *out)
 {
@@ -66,7 +60,7 @@ static inline void add_light(const struct interpolate *in, const struct probe_pl
                 continue;
             foretell(in, (size_t)place->probe[i], (size_t)place->probe[j], 0, in->width, more);
             const float most = BOUND_SHARE * (size[i] + size[j]) / 2,
-                        part = (float)slope_of(u, i, j) * limited(bound_size(bound, more), most);
+                        part = (float)slope_of(u, i, j) * bound_part(bound_size(bound, more), most);
             for (size_t k = 0; k < in->width; k++)
                 all[k] += part * more[k];
         }
@@ -94,7 +88,7 @@ static inline void add_values(const struct interpolate *in, const struct probe_p
                     continue;
                 foretell(in, (size_t)place->probe[i], (size_t)place->probe[j], k, 1, &more);
                 all += (float)slope_of(u, i, j) * more *
-                       limited(fabsf(more), BOUND_SHARE * (size[i] + size[j]) / 2);
+                       bound_part(fabsf(more), BOUND_SHARE * (size[i] + size[j]) / 2);
             }
         out[k] += all < -span ? -span : all;
     }

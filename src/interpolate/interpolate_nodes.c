@@ -402,24 +402,19 @@ static bool place_beside(const struct interpolate *in, size_t i, int axis, int s
     return true;
 }
 
-static float share_of(float more, float most)
-{
-    return more > most ? most / more : 1;
-}
-
 /* What counts of what a slope foretells beyond what is there: no more than what both have together,
  * of light as a whole (order), else one by one. Half of it, as in cells, holds parabolas that touch
  * 0, and gains nothing. */
 static void limit_one(const struct interpolate *in, const struct bound *bound, const float *here,
                       const float *there, const float *more, float *share)
 {
-    const float light = in->order ? share_of(bound_size(bound, more),
-                                             bound_size(bound, here) + bound_size(bound, there))
+    const float light = in->order ? bound_part(bound_size(bound, more),
+                                               bound_size(bound, here) + bound_size(bound, there))
                                   : 1;
     for (size_t v = 0; v < in->width; v++)
         share[v] =
             fminf(share[v],
-                  in->order ? light : share_of(fabsf(more[v]), fabsf(here[v]) + fabsf(there[v])));
+                  in->order ? light : bound_part(fabsf(more[v]), fabsf(here[v]) + fabsf(there[v])));
 }
 
 /* A node's gradient along an axis, held by the light on both sides: towards the slope between
