@@ -19,6 +19,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 struct arguments {
     struct assess_job job;
@@ -249,9 +250,11 @@ static struct error *check_inputs(const struct arguments *a, const char *input)
     int standard = 0;
     for (int i = 0; i < 3; i++)
         standard += from[i] && !strcmp(from[i], "-");
-    return standard > 1
-               ? error_usage("only one of the stream, --at and --path can come from standard input")
-               : NULL;
+    if (standard > 1)
+        return error_usage("only one of the stream, --at and --path can come from standard input");
+    /* it is written, where it is not there to be read */
+    const char *file = a->job.truth_file;
+    return file && access(file, F_OK) ? claim_output(file, "truth") : NULL;
 }
 
 /* What leaks is known of cells alone: there is free space in them to take points of. */

@@ -2,6 +2,7 @@
 /* The lowest layer: errors gain context, arrays refuse to overflow, loops report the first failure
  * whatever the threads do, options mean what they say, files are read whole and appear whole. */
 #include "base/array.h"
+#include "base/claim.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/once.h"
@@ -430,6 +431,35 @@ static void test_options(void)
     parse("--|--flag", "probe-x");
 }
 
+/* What options_parse begins. A second name keeps what the first one stood for, as the inode of a
+ * replaced file may come back in another. */
+static void test_claims(void)
+{
+    struct file_output out;
+    char *data = NULL;
+    size_t size;
+    files_begin();
+    files_write("kept", "old");
+    const char *kept = files_path("kept");
+    const bool linked = !link(kept, files_path("old"));
+    claim_begin();
+    struct error *err = claim_output(kept, "output");
+    ok(linked && !err, "an output is claimed");
+    err = file_read(kept, &data, &size);
+    ok(error_status(err) == EXIT_BAD_USAGE &&
+           fails_with(err, "it is read, and --output would overwrite it"),
+       "and not read");
+    err = file_output_open(&out, kept, false);
+    if (!err)
+        err = file_output_finish(&out);
+    ok(!err, "but written");
+    err = file_read(files_path("old"), &data, &size);
+    ok(!err && size == 3, "what it replaced may be read from then on");
+    error_destroy(err);
+    free(data);
+    files_end();
+}
+
 int main(void)
 {
     test_error();
@@ -441,5 +471,6 @@ int main(void)
     test_options();
     test_option_values();
     test_many_options();
+    test_claims();
     return tap_done();
 }

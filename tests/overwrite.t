@@ -55,6 +55,9 @@ keeps box.mtl --output probe-capture box.obj baked.probe -o box.mtl
 keeps sky.hdr --output probe-capture --sky sky.hdr box.obj baked.probe -o sky.hdr
 keeps box.obj --output probe-leakfix box.obj baked.probe -o box.obj
 keeps baked.probe --map probe-error box.obj baked.probe --map baked.probe
+keeps at.txt --map probe-error box.obj baked.probe --at at.txt --map at.txt
+refused 2 "x: --map and --truth are the same file" \
+    probe-error box.obj baked.probe --truth x --map x
 keeps at.txt --output probe-error box.obj baked.probe --at at.txt -o at.txt
 keeps at.txt --output probe-query baked.probe at.txt -o at.txt
 keeps baked.probe --output probe-query baked.probe at.txt --to stream -o baked.probe

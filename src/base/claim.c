@@ -143,6 +143,19 @@ void claim_in_place(const char *path)
     }
 }
 
+void claim_end(const char *path)
+{
+    struct stat status;
+    struct claim file = {0};
+    if (stat(path, &status) || !is_file(&file, &status))
+        return;
+    pthread_mutex_lock(&all.lock);
+    for (size_t i = 0; i < all.count; i++)
+        if (is_same(&all.claims[i], &file))
+            all.claims[i].there = false;
+    pthread_mutex_unlock(&all.lock);
+}
+
 /* -- what is written -------------------------------------------------------------------------- */
 
 /* Where it is and will be; *nobodys: a pipe, a device, or a folder that is not there, of which

@@ -31,6 +31,10 @@ struct error *claim_input(int fd);
 /* A file that other programs read, on behalf of this one: it may be missing. */
 struct error *claim_input_of(const char *path);
 
+/* The file at `path`, if there is one, is about to be replaced by an output that is whole: nothing
+ * can overwrite it any more, and its inode may be that of another file soon. */
+void claim_end(const char *path);
+
 /* The stream `path` ("-": standard input) may be replaced by --output, but not by writing into it
  * as a shell's > does. Before it is opened. */
 void claim_in_place(const char *path);

@@ -384,6 +384,7 @@ struct error *file_output_finish(struct file_output *out)
             err = error_system(errno, "%s", out->name);
     }
     if (!err && out->target) {
+        claim_end(out->target);
         if (rename(out->temporary, out->target)) {
             err = error_system(errno, "%s", out->name);
         } else {
