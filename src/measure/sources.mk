@@ -4,6 +4,7 @@ measure_sources = \
 	%D%/assess.c %D%/assess.h \
 	%D%/bootstrap.c %D%/bootstrap.h \
 	%D%/measure.c %D%/measure.h \
+	%D%/narrow.c %D%/narrow.h \
 	%D%/ratio.c %D%/ratio.h \
 	%D%/report.c %D%/report.h \
 	%D%/ruler.c %D%/ruler.h \

@@ -8,6 +8,7 @@
 #include "math/random.h"
 #include "math/sort.h"
 #include "math/vec.h"
+#include "measure/narrow.h"
 #include "measure/ratio.h"
 #include "measure/report.h"
 #include "place/place_inside.h"
@@ -250,7 +251,8 @@ static struct error *look_from_cell(void *context, size_t index, int thread)
     return NULL;
 }
 
-/* A point that sees none of its cell: whether it is free, and sees any probe at all. */
+/* A point that sees none of its cell: whether it is free, and sees any probe at all. A gap that no
+ * probe sees is no free space. */
 static struct error *judge_blind(void *context, size_t index, int thread)
 {
     (void)thread;
@@ -258,6 +260,8 @@ static struct error *judge_blind(void *context, size_t index, int thread)
     struct sample *s = &job->sample[job->asked[index]];
     s->free = place_judge_side(*job->judge, s->position) == PLACE_AIR;
     s->lost = s->free && seen_nearest(job->seen, s->position) < 0;
+    if (s->lost && is_narrow(job->tracer, s->position, UNSEEN_NARROW * seen_spacing(job->seen)))
+        s->free = s->lost = false;
     return NULL;
 }
 

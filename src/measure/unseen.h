@@ -15,9 +15,11 @@
  *
  * Over cells these are means over the free space of the hull: of points of each cell, that are not
  * inside solids. What sees a probe is in free space, since probes are; the rest is asked of
- * place_inside. They are measured of a blend of all of a cell's probes, and of the blend as it is,
- * by what points see of them where that is known (baked.h): the certificate that probe-leakfix and
- * probe-error print.
+ * place_inside, and is matter as well where it sees no probe around and its space is narrower than
+ * UNSEEN_NARROW of the mean distance between probes (narrow.h), as the void within a wall; a room
+ * that no probe is in is wider than that, and counts. They are measured of a blend of all of a
+ * cell's probes, and of the blend as it is, by what points see of them where that is known
+ * (baked.h): the certificate that probe-leakfix and probe-error print.
  *
  * A cell has points by its size, and no fewer than a least number: those of the additive sequence
  * of three dimensions' golden ratio (Roberts, "The unreasonable effectiveness of quasirandom
@@ -38,6 +40,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#define UNSEEN_NARROW 0.25
 
 struct baked;
 struct error;

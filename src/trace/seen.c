@@ -109,6 +109,11 @@ int32_t seen_nearest(const struct seen *seen, const double p[3])
     return s.probe;
 }
 
+double seen_spacing(const struct seen *seen)
+{
+    return seen->spacing / 2;
+}
+
 void seen_blend(const struct seen *seen, const double p[3], const struct seen_look *look,
                 struct probe_place *place)
 {

@@ -52,6 +52,9 @@ void seen_look_again(const struct tracer *tracer, const double *position, const 
  * lowest number; -1: it sees none there. Any thread. */
 int32_t seen_nearest(const struct seen *seen, const double p[3]);
 
+/* The mean distance of a probe from the one nearest to it. */
+double seen_spacing(const struct seen *seen);
+
 /* The place with the weights of what is seen. A blind point has all of the weight from the nearest
  * probe that it sees around (seen_nearest); where there is none, in matter, the place stays as it
  * is. */
