@@ -108,6 +108,9 @@ named/my-probe-bake-2 -q --max-error 10% "$box" -o named.probe >report
 check "what --max-error asks for and is not reached is said, with the best that was" \
     says report 'max-error 10 % was not reached, the best is 25.3 %' 'did not lower it' \
     and cmp report named.report/report.txt and lacks report '^  leaks' '^  flip'
+refused 1 "stdout: No space left" sh -c 'named/my-probe-bake-2 -q "$1" -o named.probe >/dev/full' \
+    - "$box"
+check "a report that nobody hears is in its file" test -s named.report/report.txt
 printf '#!/bin/sh\nexit 1\n' >named/my-probe-error-2
 refused 1 "named.probe is whole, its report is not: probe-error failed" \
     named/my-probe-bake-2 -q "$box" -o named.probe
@@ -128,6 +131,7 @@ refused 2 "--max-error: expected" probe-bake --max-error 0 "$box"
 refused 2 "are the same file" probe-bake --pack x.probe "$box" -o x.probe
 refused 1 "no/such: No such file" probe-bake "$box" -o no/such
 refused 1 "no/such: No such file" probe-bake --pack no/such "$box" -o x.probe
+refused 2 "same file" probe-bake --report x.probe "$box" -o x.probe
 refused 1 "no/such: No such file" probe-bake --report no/such "$box" -o x.probe
 printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 1 1 0' 'v 0 1 0' 'v 0 0 1' 'v 1 0 1' 'v 1 1 1' 'v 0 1 1' \
     'f 4 3 2 1' 'f 5 6 7 8' 'f 1 2 6 5' 'f 8 7 3 4' 'f 5 8 4 1' 'f 2 3 7 6' >solid.obj

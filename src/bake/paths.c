@@ -42,7 +42,7 @@ static struct error *name_in_report(struct bake_paths *paths, const char *path)
         err = join(&paths->pair, path, "light.png");
     if (!err)
         err = join(&paths->probes, path, "probes.png");
-    const char *const written[] = {paths->text, paths->pair, paths->probes};
+    const char *const written[] = {path, paths->text, paths->pair, paths->probes};
     for (size_t i = 0; i < sizeof written / sizeof *written && !err; i++)
         err = claim_output(written[i], "report");
     return err;

@@ -233,42 +233,42 @@ static struct error *measure(struct run *run)
     return err;
 }
 
-/* Prints the report to `out`, and to a file where there is one. */
-static struct error *tell(const struct page *page, const char *file, FILE *out)
+static struct error *write_report(const char *file, const char *text, size_t size)
 {
-    char *text = NULL;
-    size_t size = 0;
     struct file_output report;
-    FILE *page_out = open_memstream(&text, &size);
-    struct error *err = page_out ? page_write(page, page_out) : error_memory();
-    if (page_out && fclose(page_out) && !err)
-        err = error_memory();
-    if (!err && file) {
-        err = file_output_open(&report, file, false);
-        if (!err)
-            err = file_output_write(&report, text, size);
-        if (!err)
-            err = file_output_finish(&report);
-        else
-            file_output_abandon(&report);
-    }
-    /* on standard error it is a message, which may have nobody to hear it */
-    if (!err && (fwrite(text, 1, size, out) < size || fflush(out)) && out == stdout)
-        err = error_system(errno, "stdout");
-    free(text);
+    struct error *err = file_output_open(&report, file, false);
+    if (!err)
+        err = file_output_write(&report, text, size);
+    if (!err)
+        return file_output_finish(&report);
+    file_output_abandon(&report);
     return err;
 }
 
-/* The output is there: it is measured, and told of. */
+/* The output is there: it is measured, and told of, in a file where there is one. */
 static struct error *report(struct run *run, double began)
 {
     struct page *page = &run->page;
+    FILE *out = strcmp(run->asked->output, "-") ? stdout : stderr;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *page_out = NULL;
     struct error *err = measure(run);
     page->all_time = clock_seconds() - began;
     if (!err)
-        err = tell(page, run->paths.text, strcmp(run->asked->output, "-") ? stdout : stderr);
+        page_out = open_memstream(&text, &size);
+    if (!err)
+        err = page_out ? page_write(page, page_out) : error_memory();
+    if (page_out && fclose(page_out) && !err)
+        err = error_memory();
+    if (!err && run->paths.text)
+        err = write_report(run->paths.text, text, size);
     if (err)
         bake_paths_forget(&run->paths);
+    /* on standard error it is a message, which may have nobody to hear it */
+    else if ((fwrite(text, 1, size, out) < size || fflush(out)) && out == stdout)
+        err = error_system(errno, "stdout");
+    free(text);
     return error_wrap(err, "%s is whole, its report is not", file_output_name(run->asked->output));
 }
 
