@@ -231,6 +231,8 @@ refused 2 'places no probes where there is no air' \
     probe-place adaptive --probes 9 --inside keep lamp.obj
 refused 1 '5 probes at most, with 20 given ones: expected room for 4 more' \
     probe-place adaptive --probes 5 --keep kept.probe lamp.obj
+refused 1 '2000000000 probes are chosen of points that take 3[0-9]*.[0-9] GB of memory' \
+    probe-place adaptive --probes 2000000000 --max-probes 2e9 lamp.obj
 grep -v usemtl lamp.obj >dark.obj
 refused 1 '--sky, --sun, --point and --spot add light' \
     probe-place adaptive --probes 9 --rays 16 dark.obj

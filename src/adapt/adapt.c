@@ -8,7 +8,9 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/interrupt.h"
+#include "base/memory.h"
 #include "base/progress.h"
+#include "base/warning.h"
 #include "capture/capture.h"
 #include "math/vec.h"
 #include "trace/path.h"
@@ -315,7 +317,30 @@ static bool gains_little(const struct run *run)
     return false;
 }
 
-/* Makes more candidates where there are few for the number of probes. */
+/* Whether the candidates for so many probes are more than the machine's memory holds. */
+static bool is_too_many(size_t wanted)
+{
+    return candidates_memory(SPACE_OF_PROBE * wanted) > memory_bytes();
+}
+
+/* Refuses to choose more than there is memory for, and tells of how much it takes if it is much. */
+static struct error *check_memory(const struct run *run, size_t probes)
+{
+    enum { MUCH = 1000000000, GB = 1000000000 };
+    const double bytes = candidates_memory(SPACE_OF_PROBE * probes);
+    if (is_too_many(probes))
+        return error_new("%zu probes are chosen of points that take %.1f GB of memory, and there "
+                         "are %.1f: expected fewer --probes",
+                         probes, bytes / GB, memory_bytes() / GB);
+    if (bytes >= MUCH && run->job->program)
+        fprintf(stderr,
+                "%s: the points that %zu probes are chosen of take up to %.1f GB of "
+                "memory\n",
+                run->job->program, probes, bytes / GB);
+    return NULL;
+}
+
+/* Makes more candidates where there are few for the number of probes, and memory for them. */
 static struct error *grow(struct run *run, size_t wanted)
 {
     struct candidates *c = &run->candidates;
@@ -323,6 +348,13 @@ static struct error *grow(struct run *run, size_t wanted)
     struct candidates_job traced = *job;
     if (wanted * SPACE_OF_PROBE <= c->space)
         return NULL;
+    if (c->count && is_too_many(wanted)) {
+        warnings_add(job->warnings, "memory",
+                     "more points than %zu to choose probes from are more than memory holds: "
+                     "probes are chosen of these",
+                     c->count);
+        return NULL;
+    }
     struct error *err = candidates_spread(c, job, wanted * SPACE_OF_PROBE);
     traced.progress =
         progress_start(run->job->progress, run->job->program, "candidates", c->count - c->captured);
@@ -342,6 +374,8 @@ static struct error *start(struct run *run)
     if (job->given + FIRST > most)
         return error_new("%zu probes at most, with %zu given ones: expected room for 4 more", most,
                          job->given);
+    if (probes)
+        err = check_memory(run, most);
     for (size_t i = 0; i < job->given && !err; i++)
         err = candidates_give(&run->candidates, job->position + 3 * i);
     if (!err)

@@ -38,6 +38,9 @@ static const double JUDGE_NOISE = 1.5;
 /* Rays of a half, at the least: errors from more noise would be capped. */
 enum { HALF_LEAST = 64, JUDGE_HALF_LEAST = 128 };
 
+/* Of memory for each, with what two choices keep of it: measured. */
+static const double BYTES = 1300;
+
 /* Those near surfaces are this far off, as shares of the box's mean side. */
 static const double OFF_LEAST = 0.004, OFF_MOST = 0.06;
 
@@ -214,6 +217,11 @@ struct error *candidates_spread(struct candidates *c, const struct candidates_jo
         if (number % SURFACE_EVERY == 0)
             err = add_near_surface(c, job, i, number / SURFACE_EVERY);
     return err;
+}
+
+double candidates_memory(size_t space)
+{
+    return BYTES * (double)space * (1 + 1.0 / SURFACE_EVERY);
 }
 
 /* -- light ------------------------------------------------------------------------------------ */

@@ -77,6 +77,9 @@ struct candidates_job {
 /* Adds a given position. */
 struct error *candidates_give(struct candidates *c, const double position[3]);
 
+/* Bytes, about, that choosing among so many of space takes, with judges and those near surfaces. */
+double candidates_memory(size_t space);
+
 /* Makes them so many of space, with judges and those near surfaces in proportion. Error: hardly
  * anything of the box is free. */
 struct error *candidates_spread(struct candidates *c, const struct candidates_job *job,
