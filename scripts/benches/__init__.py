@@ -8,4 +8,5 @@ light (of a capture, and how far it is from the truth), octree, peers.
 PARTS = ("stream", "threads", "rays", "error", "render", "columns", "bases", "measure", "tet",
          "decimate", "query", "interpolate", "unasked", "visibility", "scene", "sight", "place")
 # not run unless they are named
-ON_REQUEST = ("bases", "decimate", "query", "interpolate", "unasked", "visibility", "scene", "place")
+ON_REQUEST = ("bases", "decimate", "query", "interpolate", "unasked", "visibility", "scene",
+              "place")
