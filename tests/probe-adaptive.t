@@ -144,6 +144,9 @@ wait $program
 check "while the first points are traced, with the first 4" [ $? -eq 1 ] \
     and says said ': 4 probes of .*: interrupted' and [ "$(row_count probe ended)" -eq 4 ]
 check "and the stream says so" says ended '^place-interrupted yes$'
+probe-place adaptive --probes 40 --rays 16 --progress -o placed.probe lamp.obj 2>said
+check "--progress shows what is looked at between the lines of errors" \
+    says said '[0-9] points looked at,' '[0-9] / [0-9]* candidates (100 %)'
 
 # -- noise is not chased ---------------------------------------------------------------------------
 if sanitized; then

@@ -50,6 +50,7 @@ struct looked {
 struct run {
     const struct adapt_job *job;
     struct adapt_result *result;
+    struct candidates_job own; /* the job's, with the progress from look to look */
     struct candidates candidates;
     struct gains gains;
     struct choice_world world;
@@ -138,9 +139,24 @@ static struct error *find_start(struct run *run)
 
 /* -- rounds ----------------------------------------------------------------------------------- */
 
-/* Prints the last row. */
-static void tell(const struct run *run)
+/* Shows how much was looked at since the last line. */
+static void show(struct run *run)
 {
+    if (!run->own.progress)
+        run->own.progress =
+            progress_start(run->job->progress, run->job->program, "points looked at", 0);
+}
+
+static void hide(struct run *run)
+{
+    progress_end(run->own.progress);
+    run->own.progress = NULL;
+}
+
+/* Prints the last row. */
+static void tell(struct run *run)
+{
+    hide(run);
     const struct adapt_row *row = &run->result->row[run->result->rows - 1];
     if (run->job->program)
         fprintf(stderr, "%s: %zu probes: error %.2f %% (held out %.2f, %.2f to %.2f), %.1f s\n",
@@ -278,6 +294,7 @@ static struct error *insert(struct run *run, const struct choice *from, size_t m
     uint32_t *more = NULL, *all = NULL;
     double gain = 0;
     *found = 0;
+    show(run);
     struct error *err = array_create(&more, most, sizeof *more);
     if (!err)
         err = insert_find(from, most, GAIN_SHARE, more, found, &gain);
@@ -356,6 +373,7 @@ static struct error *grow(struct run *run, size_t wanted)
         return NULL;
     }
     struct error *err = candidates_spread(c, job, wanted * SPACE_OF_PROBE);
+    hide(run);
     traced.progress =
         progress_start(run->job->progress, run->job->program, "candidates", c->count - c->captured);
     if (!err)
@@ -733,7 +751,9 @@ static struct error *take_over_start(struct run *run)
 struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
 {
     struct run run = {.job = job, .result = result};
+    run.own = job->candidates;
     struct error *err = start(&run);
+    run.world.job = &run.own;
     if (!err)
         err = go_rounds(&run);
     if (!err && result->end == ADAPT_ERROR)
@@ -755,6 +775,7 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
         free(run.looked[i].judge);
     }
     free(run.looked);
+    hide(&run);
     choice_clear(&run.now);
     gains_clear(&run.gains);
     candidates_clear(&run.candidates);

@@ -6,6 +6,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/interrupt.h"
+#include "base/progress.h"
 #include "base/threads.h"
 
 #include <stdlib.h>
@@ -90,6 +91,7 @@ static struct error *find_gain(void *context, size_t i, int thread)
             *known = (struct gain){around, cavity_gain(cavity, g->choice, x)};
         g->picked[i].value = known->value;
     }
+    progress_add(g->choice->world.job->progress, 1);
     return interrupt_error();
 }
 
