@@ -250,6 +250,27 @@ static void test_noise(const struct choice_world *world)
     candidates_clear(world->candidates);
 }
 
+/* Judges whose own light is a fifth less than the truth. */
+static void test_least(const struct choice_world *world)
+{
+    struct choice choice;
+    struct candidates *c = world->candidates;
+    double least = 0;
+    fill(c, bent, 0);
+    for (size_t x = ALL - 100; x < ALL; x++) {
+        c->kind[x] = CANDIDATE_JUDGE;
+        for (int half = 0; half < 2; half++)
+            for (int d = 0; d < SPHERE_COUNT; d++)
+                c->light[x].truth[half][d] *= 1.25f;
+    }
+    c->judges = 100;
+    choose(&choice, world, PROBES);
+    must(choice_least_error(&choice, &least));
+    ok(fabs(least - 0.2) < 1e-5, "a probe at each judge would leave %.4f", least);
+    choice_clear(&choice);
+    candidates_clear(c);
+}
+
 /* About normal: of mean 0, variance 1. */
 static double normal(struct random *r)
 {
@@ -308,6 +329,7 @@ int main(void)
     test_foretold(&world);
     test_missed(&world);
     test_noise(&world);
+    test_least(&world);
     test_mean_error(0, 1e-6, 20);
     test_mean_error(0.05, 0.04, 16);
     test_mean_error(0.1, 0.12, 0); /* twice as large as most errors */

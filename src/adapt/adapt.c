@@ -770,6 +770,8 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
     }
     if (!err)
         err = run.now.count ? take_over(&run, run.now.count, run.now.probe) : take_over_start(&run);
+    if (!err && run.now.count)
+        err = choice_least_error(&run.now, &result->least);
     for (size_t i = 0; i < result->rows; i++) {
         free(run.looked[i].probe);
         free(run.looked[i].judge);

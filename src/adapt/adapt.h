@@ -76,7 +76,8 @@ struct adapt_result {
     size_t rows, room;
     enum adapt_end end;
     size_t candidates;
-    double rays; /* of a probe, in the mean */
+    double rays;  /* of a probe, in the mean */
+    double least; /* error that SH of this order leave wherever probes are (choice_least_error) */
 };
 
 /* Errors: no light, no free space, a box or free space that is flat, a limit that has no room for 4

@@ -159,12 +159,16 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
         warnings_add(
             world->warnings, "max-error",
             "the error is %.2f %% at the upper end of its interval, not %.2f %% or less: the "
-            "best of %zu probes (%s)",
+            "best of %zu probes (%s); SH of order %d alone leave %.2f %%",
             100 * (last->judges + 1.96 * last->doubt), 100 * limits->error, result->count,
-            ends[result->end]);
+            ends[result->end], result->settings.order, 100 * result->least);
     if (world->program)
-        fprintf(stderr, "%s: %zu probes of %zu points, %.0f rays each: %s\n", world->program,
-                result->count, result->candidates, result->rays, ends[result->end]);
+        fprintf(
+            stderr,
+            "%s: %zu probes of %zu points, %.0f rays each; SH of order %d leave %.2f %% of error "
+            "wherever probes are: %s\n",
+            world->program, result->count, result->candidates, result->rays, result->settings.order,
+            100 * result->least, ends[result->end]);
 }
 
 /* -- the method ------------------------------------------------------------------------------- */

@@ -226,6 +226,29 @@ static struct error *find_mean_of_judges(const struct choice *choice, const floa
     return err;
 }
 
+struct error *choice_least_error(const struct choice *choice, double *error)
+{
+    const struct candidates *c = choice->world.candidates;
+    struct noisy_square *judge = NULL;
+    size_t judges = 0;
+    double doubt;
+    struct error *err = array_create(&judge, c->judges, sizeof *judge);
+    for (size_t x = 0; x < choice->candidates && !err; x++) {
+        const uint32_t from = (uint32_t)x;
+        double light[2][SPHERE_COUNT];
+        float noise = 0;
+        if (c->kind[x] != CANDIDATE_JUDGE)
+            continue;
+        choice_blend(c, 1, &from, (const double[]){1}, light);
+        const double square = choice_square(choice_error_of(c, x, light, &noise));
+        judge[judges++] = (struct noisy_square){0, from, square, (double)noise};
+    }
+    if (!err)
+        mean_error(judges, judge, error, &doubt);
+    free(judge);
+    return err;
+}
+
 /* The mean errors by the squares of all candidates, and what is as noisy as those. smooth: of each
  * cell, out. */
 static struct error *find_means(const struct choice *choice, const float *square,

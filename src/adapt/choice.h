@@ -67,6 +67,10 @@ struct error *choice_init(struct choice *choice, const struct choice_world *worl
                           const uint32_t *probe, const struct choice *before);
 void choice_clear(struct choice *choice);
 
+/* What the mean error of the judges would be if each of them were a probe: what SH of this order
+ * lose, which no more probes bring back. */
+struct error *choice_least_error(const struct choice *choice, double *error);
+
 /* What the errors are by the sight that the cells will keep. square: of the error of each candidate
  * by that, with its sign; the caller's. Error: a signal came. */
 struct error *choice_look(const struct choice *choice, struct choice_errors *errors, float *square);
