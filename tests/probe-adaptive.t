@@ -196,7 +196,7 @@ probe-capture -q --rays 64 --error "$(sed -n 's/^capture-error //p' placed.probe
 light placed && light fresh
 check "light of as many rays as noise asks for is what probe-capture finds, and they are told" \
     has_lines 12 placed and cmp placed fresh \
-    and says said ': 12 probes of .* points, [0-9]* rays each: '
+    and says said ': 12 probes of .* points, [0-9]* rays each; SH of order 3 leave [0-9.]* %'
 for rays in 100 20; do
     probes lamp.obj --probes 12 --rays $rays --seed 3
     rows_of position placed.probe | probe-place points - >bare.probe

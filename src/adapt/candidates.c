@@ -154,25 +154,47 @@ static struct error *spread(struct candidates *c, const struct candidates_job *j
 
 /* -- near surfaces ---------------------------------------------------------------------------- */
 
-/* Goes from p along d to a surface, and back to `off` before it or half of the way. Returns whether
- * there is one. */
-static bool go(const struct tracer *tracer, double p[3], struct vec3 d, double off,
+/* How far it is from p along d to where the space ends, and the inward normal there. */
+static double way_out(const struct place_space *space, const double p[3], const double d[3],
+                      struct vec3 *normal)
+{
+    double least = (double)INFINITY, inward[3] = {0};
+    int axis = 0;
+    for (int k = 0; k < 3; k++) {
+        const double way = d[k] > 0   ? (space->high[k] - p[k]) / d[k]
+                           : d[k] < 0 ? (space->low[k] - p[k]) / d[k]
+                                      : (double)INFINITY;
+        axis = way < least ? k : axis;
+        least = fmin(least, way);
+    }
+    inward[axis] = d[axis] > 0 ? -1 : 1;
+    *normal = vec3_load(inward);
+    return least;
+}
+
+/* Goes from p along d to a surface or to where the space ends, and back to `off` before it or half
+ * of the way. Returns whether there is one. */
+static bool go(const struct candidates_job *job, double p[3], struct vec3 d, double off,
                struct vec3 *normal)
 {
     double direction[3];
     vec3_store(direction, d);
-    const struct trace_hit hit = trace_nearest(tracer, p, direction, (double)INFINITY);
-    if (!hit.hit)
+    double way = way_out(&job->space, p, direction, normal);
+    const struct trace_hit hit = trace_nearest(job->path->tracer, p, direction, way);
+    if (hit.hit) {
+        *normal = hit.front ? hit.normal : vec3_scale(-1, hit.normal);
+        way = hit.distance;
+    }
+    if (!(way > 0 && way < (double)INFINITY))
         return false;
-    *normal = hit.front ? hit.normal : vec3_scale(-1, hit.normal);
     const double slope = fmax(-vec3_dot(*normal, d), 0.1);
-    const double back = fmin(off / slope, hit.distance / 2);
-    vec3_store(p, vec3_fma(vec3_load(p), hit.distance - back, d));
+    const double back = fmin(off / slope, way / 2);
+    vec3_store(p, vec3_fma(vec3_load(p), way - back, d));
     return true;
 }
 
-/* From a point of space to a wall; of those, every second on along it to an edge; of those, every
- * second to a corner. */
+/* From a point of space to a wall, or where there is none to the end of the space; of those, every
+ * second on along it to an edge; of those, every second to a corner. */
 static struct error *add_near_surface(struct candidates *c, const struct candidates_job *job,
                                       size_t from, size_t number)
 {
@@ -186,16 +208,16 @@ static struct error *add_near_surface(struct candidates *c, const struct candida
     struct vec3 wall, next;
     double p[3];
     memcpy(p, c->position + 3 * from, sizeof p);
-    if (!go(job->path->tracer, p, d, off, &wall))
+    if (!go(job, p, d, off, &wall))
         return NULL;
     const struct vec3 along =
         vec3_normalize(vec3_fma(d, -vec3_dot(d, wall), wall)); /* in the wall's plane */
-    if (number % 2 && vec3_length(along) > 0.5 && go(job->path->tracer, p, along, off, &next)) {
+    if (number % 2 && vec3_length(along) > 0.5 && go(job, p, along, off, &next)) {
         struct vec3 edge = vec3_cross(wall, next);
         const bool corner = number % 4 == 3 && vec3_length(edge) > 0.1;
         edge = vec3_normalize(number % 8 > 3 ? edge : vec3_scale(-1, edge));
         if (corner)
-            go(job->path->tracer, p, edge, off, &next);
+            go(job, p, edge, off, &next);
     }
     return place_space_holds(&job->space, p) ? append(c, p, CANDIDATE_SURFACE) : NULL;
 }

@@ -6,8 +6,8 @@
  * another, so that a mean over them is one over the space (R3 of M. Roberts, "The unreasonable
  * effectiveness of quasirandom sequences", 2018). Judges, 500 at the least and 2000 at the most,
  * are random, and no probe is ever put there. Those near surfaces stand a little off walls, edges
- * and corners that rays from points of space meet: they can be chosen, and count in no mean. Given
- * positions are the fourth kind: probes already.
+ * and corners that rays from points of space meet, of which the space's own ends are some: they can
+ * be chosen, and count in no mean. Given positions are the fourth kind: probes already.
  *
  * Of each is kept, in luminance along the directions of sphere.h, the irradiance that a probe there
  * gives by SH of the order that is asked for, and the true one, by SH of order 5 or more, which

@@ -183,6 +183,30 @@ static bool is_walled(const struct cavity *cavity, const struct choice *choice)
     return false;
 }
 
+static double square_distance(const struct candidates *c, uint32_t a, uint32_t b)
+{
+    const struct vec3 d =
+        vec3_sub(vec3_load(c->position + 3 * (size_t)a), vec3_load(c->position + 3 * (size_t)b));
+    return vec3_dot(d, d);
+}
+
+/* The same where x sees no corner to speak of: the nearest probe that it sees stands in (seen.h),
+ * which the candidate may be. */
+static double square_of_stand_in(const struct choice *choice, uint32_t candidate, uint32_t x)
+{
+    const struct candidates *c = choice->world.candidates;
+    const struct blend *now = &choice->blend[x];
+    const struct seen_world seen = choice_seen(choice);
+    if ((now->stood_in &&
+         square_distance(c, x, now->from[0]) <= square_distance(c, x, candidate)) ||
+        !(seen_by(&seen, x, candidate) > 0.5))
+        return choice_square((double)choice->error[x]);
+    const float *own = c->light[candidate].probe[0], *light[4] = {own, own, own, own};
+    const float weight[4] = {1, 0, 0, 0};
+    const struct quick_light blend = quick_blend(light, weight);
+    return quick_square(&c->light[x], &blend, c->floor);
+}
+
 /* What the error at x comes to: its square, as it counts. */
 static double square_at(const struct cavity *cavity, const struct choice *choice,
                         uint32_t candidate, bool walled, uint32_t x)
@@ -192,7 +216,7 @@ static double square_at(const struct cavity *cavity, const struct choice *choice
     float weight[4], sum = 0;
     const int face = find_face(cavity, c->position + 3 * (size_t)x, weight);
     if (face < 0)
-        return before;
+        return choice->blend[x].stood_in ? square_of_stand_in(choice, candidate, x) : before;
     const uint32_t *corner = cavity->corner[face];
     const uint32_t from[4] = {corner[0], corner[1], corner[2], candidate};
     const float *light[4];
@@ -204,7 +228,7 @@ static double square_at(const struct cavity *cavity, const struct choice *choice
         light[k] = c->light[from[k]].probe[0];
     }
     if (sum < SIGHT_ENOUGH)
-        return before; /* a stand-in answers, as before, more or less */
+        return square_of_stand_in(choice, candidate, x);
     for (int k = 0; k < 4; k++)
         weight[k] /= sum;
     const struct quick_light blend = quick_blend(light, weight);
