@@ -828,6 +828,96 @@ static void test_halves(void)
     probe_volume_destroy(v);
 }
 
+/* -- what is made ------------------------------------------------------------------------------ */
+
+/* Damages one number of a mesh after another; returns how often what is said, or the row, is not
+ * that of the first cell that is wrong then. */
+static size_t damage(struct mesh_of *m, unsigned flags, size_t stride)
+{
+    struct probe_volume *v;
+    size_t wrong = 0, row;
+    for (size_t i = 0; i < 4 * m->mesh.cells; i += stride) {
+        const int32_t cell = (int32_t)(i / 4), was = m->t.neighbour[i], corner = m->t.vertex[i],
+                      both = was >= 0 && was < cell ? was : cell;
+        const int32_t others[] = {-1, cell, cell ? 0 : 1, (int32_t)m->mesh.cells - 1};
+        for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
+            if (others[k] == was)
+                continue;
+            m->t.neighbour[i] = others[k];
+            wrong += probe_volume_create(&v, &m->mesh, flags, &row) != PROBE_BAD_NEIGHBOUR ||
+                     row != (size_t)(others[k] < 0 ? was : both);
+        }
+        m->t.neighbour[i] = was;
+        /* flat, then inside out: an earlier neighbour does not find its face any more */
+        for (int inside_out = 0; inside_out < 2; inside_out++) {
+            m->t.vertex[i ^ (size_t)inside_out] = inside_out ? corner : m->t.vertex[i ^ 1];
+            const enum probe_status status = probe_volume_create(&v, &m->mesh, flags, &row);
+            wrong += row == (size_t)cell ? status != PROBE_BAD_SHAPE
+                                         : status != PROBE_BAD_NEIGHBOUR || row > (size_t)cell;
+        }
+        m->t.vertex[i ^ 1] = m->t.vertex[i];
+        m->t.vertex[i] = corner;
+    }
+    return wrong;
+}
+
+static void test_damage(void)
+{
+    static struct mesh_of m;
+    make_mesh(RANDOM, 60, &m);
+    const size_t wrong = damage(&m, 0, 7) + damage(&m, PROBE_LEAN, 7);
+    ok(wrong == 0, "a neighbour or corner of a cell that is wrong is told of that cell (%zu not)",
+       wrong);
+    tetra_clear(&m.t);
+}
+
+/* Planes are quotients of whole numbers, each rounded once: large ones, small ones, ties. */
+static void test_planes(void)
+{
+    static const double low[] = {0, 0x1p10, 0x1p38},
+                        size[] = {1, 3, 0x1p13, 0x1p26 + 1, 0x1p38 - 1};
+    size_t wrong = 0, cells = 0;
+    struct random r = random_start(11, 0, 0);
+    for (size_t n = 0; n < 3000; n++) {
+        /* four probes, and two that hold the lattice's step at 1 and its origin at 0 */
+        const double from = low[n % 3], most = size[n / 3 % 5];
+        double p[18] = {0, 0, 0, 0x1p39 - 1, 0, 0};
+        for (int i = 6; i < 18; i++)
+            p[i] = from + floor(random_double(&r) * most + 0.5);
+        int32_t vertex[4] = {2, 3, 4, 5}, neighbour[4] = {-1, -1, -1, -1};
+        const lattice_volume whole = lattice_orient(p + 6, p + 9, p + 12, p + 15);
+        if (whole < 0) {
+            vertex[2] = 5;
+            vertex[3] = 4;
+        }
+        const struct probe_mesh mesh = {6, p, 4, 1, vertex, neighbour};
+        struct probe_volume *v;
+        const enum probe_status status = probe_volume_create(&v, &mesh, 0, NULL);
+        if (!whole != (status == PROBE_BAD_SHAPE))
+            wrong++;
+        for (int i = 1; i < 4 && v; i++) {
+            lattice_volume area[3], constant = 0;
+            const double *s[4];
+            for (int k = 0; k < 4; k++)
+                s[k] = v->site + 3 * v->cell->vertex[k];
+            const double *b = s[volume_facet_corner[i][1]], *c = s[volume_facet_corner[i][2]];
+            const double volume = (double)lattice_orient(s[0], s[1], s[2], s[3]);
+            for (int k = 0; k < 3; k++) {
+                const int x = (k + 1) % 3, y = (k + 2) % 3;
+                area[k] = (lattice_volume)(b[y] - s[0][y]) * (lattice_volume)(c[x] - s[0][x]) -
+                          (lattice_volume)(b[x] - s[0][x]) * (lattice_volume)(c[y] - s[0][y]);
+                constant -= area[k] * (lattice_volume)s[0][k];
+                wrong += v->cell->plane[k][i - 1] != (double)area[k] / volume;
+            }
+            wrong += v->cell->plane[3][i - 1] != (double)constant / volume;
+            cells++;
+        }
+        probe_volume_destroy(v);
+    }
+    ok(wrong == 0 && cells > 3 * 2000, "planes are right to the last bit (%zu of %zu not)", wrong,
+       4 * cells);
+}
+
 /* -- what is refused -------------------------------------------------------------------------- */
 
 static void test_refused(void)
@@ -933,6 +1023,8 @@ int main(void)
         test_flat(corners);
     test_packed();
     test_halves();
+    test_damage();
+    test_planes();
     test_refused();
     test_irradiance();
     return tap_done();

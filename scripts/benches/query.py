@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """points a second of probe-query on at most 100000 probes, beside scipy and VTK on the same points,
-cold lookups, and on an octree
+cold lookups, opening, and on an octree
 """
 import os
 import statistics
@@ -90,6 +90,23 @@ def bench_files(options, stream, files, text, light, count):
     return rates
 
 
+def bench_opening(options, file, stream):
+    """Until the first lookup, all checked: of the stream and its packed files, beside reading their
+    bytes."""
+    shown = []
+    packed = {"stream": stream}
+    for precision in ("float", "half"):
+        packed[f"packed, {precision}"] = file(f"{precision}.pack")
+        run(f"probe-query -q --pack {precision} -o {packed[f'packed, {precision}']} {stream}")
+    seconds = medians([command for path in packed.values() for command in (
+        f"probe-query -q -j 1 {BINARY} {path} /dev/null", f"sh -c 'cat {path} | cat'")],
+                      options.runs)
+    for name, opening, reading in zip(packed, seconds[::2], seconds[1::2]):
+        shown.append((name, f"{opening:.3f}", f"{reading:.3f}", f"{opening / reading:.1f}"))
+    table(f"query, opening: {min(options.probes, 100000)} probes, one thread, no points",
+          ("what", "opening, s", "cat of the same bytes, s", "times"), shown)
+
+
 def bench_octree(options, file, files, count):
     tree, size = octree_in_cube(file, options.size(100000, 300))
     ways = ("trilinear", "tricubic")
@@ -153,6 +170,7 @@ def bench(options):
         write_points(text, points["path"][:count // 8].tolist())
         run(f"probe-query -q {stream} {BINARY} -o {light} {files['path']}")
         rates = bench_files(options, stream, files, text, light, count)
+        bench_opening(options, file, stream)
         bench_octree(options, file, files, count)
         bench_peers(options, stream, points, files, options.size(100000, 400), rates)
     bench_cold(options)

@@ -13,5 +13,6 @@ libprobe_query_sources = \
 	%D%/volume_make.c \
 	%D%/volume_outer.c \
 	%D%/volume_sight.c \
+	%D%/volume_tetra.c \
 	%D%/volume_tree.c %D%/volume_tree.h \
 	%D%/volume_walk.c

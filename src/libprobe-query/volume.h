@@ -7,7 +7,8 @@
  *     volume_outer.c   places outside the hull
  *     volume_walk.c    the cell around a point
  *     volume_sight.c   which of its probes the point sees
- *     volume_make.c    made and checked: the cells, their matrices, the hull
+ *     volume_make.c    made and checked: the cells, the hull
+ *     volume_tetra.c   tetrahedra and their matrices, made and checked in one pass
  *     volume_blend.c   weights and SH to light
  *     volume_image.c   packed files
  *
@@ -82,12 +83,15 @@ struct probe_volume {
     const void *vertex, *neighbour; /* as given: of 2 or 4 bytes an index */
     int vertex_bytes, neighbour_bytes;
     struct volume_cell *cell; /* in Morton order; NULL: lean or fewer than 4 corners */
-    int32_t *number, *inner;  /* with cell: the caller's number of each of them, and back */
+    /* with cell: the caller's number of each of them, and back; NULL where they lay in order */
+    int32_t *number, *inner;
     struct volume_tree cell_tree;
     /* where cold walks begin: a cell whose middle is in each box of a grid over the sites,
      * start_side boxes a side, or in one nearby; -1: none */
     int32_t *start;
     size_t start_side;
+    /* while it is made, of tetrahedra: of each leaf of their tree, whether it has facets */
+    unsigned char *on_hull;
     struct volume_facet *facet; /* in Morton order */
     size_t facets;
     struct volume_tree facet_tree;
@@ -228,6 +232,12 @@ void volume_outer_ray(const struct probe_volume *v, int32_t probe, double ray[3]
 /* The place of a point outside, in lattice coordinates (not rounded). Returns whether it is certain
  * to be outside, which only rays tell: a point of the hull's inside gets a place as well. */
 bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_place *place);
+
+/* -- tetrahedra (volume_tetra.c) -------------------------------------------------------------- */
+
+/* Makes the cells, their tree and where walks start, of indices that are in range. Not sure: a cell
+ * may have no positive volume, or not share its face with a neighbour that it names. */
+enum probe_status volume_tetra_make(struct probe_volume *v, bool *sure);
 
 /* -- making (volume_make.c) ------------------------------------------------------------------- */
 

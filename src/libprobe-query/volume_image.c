@@ -126,22 +126,38 @@ static enum probe_status check_header(const struct image_header *h, const void *
     return knows_all(h) ? PROBE_OK : PROBE_NOT_AN_IMAGE;
 }
 
+/* Whether no number's exponent is all ones: the least one added to it does not reach the sign.
+ * Eight bytes at a time; exponent, one: of the numbers in them. */
+static bool all_finite(const void *numbers, size_t bytes, uint64_t exponent, uint64_t one)
+{
+    const char *at = numbers;
+    const size_t whole = bytes / sizeof(uint64_t) * sizeof(uint64_t);
+    uint64_t any = 0, some;
+    for (size_t i = 0; i < whole; i += sizeof some) {
+        memcpy(&some, at + i, sizeof some);
+        any |= (some & exponent) + one;
+    }
+    some = 0;
+    memcpy(&some, at + whole, bytes - whole);
+    any |= (some & exponent) + one;
+    return !(any & (exponent + one));
+}
+
 /* Sites are whole numbers of the lattice; coefficients are finite. */
 static enum probe_status check_numbers(const struct probe_volume *v, size_t *row)
 {
     const double most = (double)((uint64_t)1 << LATTICE_BITS);
     for (size_t i = 0; i < 3 * v->probes; i++)
-        if (!(v->site[i] >= 0 && v->site[i] <= most && v->site[i] == floor(v->site[i]))) {
+        if (!(v->site[i] >= 0 && v->site[i] <= most &&
+              v->site[i] == (double)lattice_whole(v->site[i]))) {
             *row = i / 3;
             return PROBE_BAD_POSITION;
         }
     const size_t n = v->probes * (size_t)(3 * v->image.order * v->image.order);
-    const bool half = v->image.packing == PROBE_PACK_HALF;
-    for (size_t i = 0; i < n; i++)
-        if (half ? !half_finite(((const uint16_t *)v->light)[i])
-                 : !isfinite(((const float *)v->light)[i]))
-            return PROBE_BAD_IMAGE;
-    return PROBE_OK;
+    const bool finite = v->image.packing == PROBE_PACK_HALF
+                            ? all_finite(v->light, 2 * n, 0x7c007c007c007c00, 0x0400040004000400)
+                            : all_finite(v->light, 4 * n, 0x7f8000007f800000, 0x0080000000800000);
+    return finite ? PROBE_OK : PROBE_BAD_IMAGE;
 }
 
 enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size,

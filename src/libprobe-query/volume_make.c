@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Made and checked: the cells, their matrices, the hull. Based on:
- * Cupisz, "Light probe interpolation using tetrahedral tessellations", GDC 2012: a matrix for each
- * cell.
- */
+/* Made and checked: the cells (tetrahedra: volume_tetra.c), the hull. */
 #include "volume.h"
 
 #include <math.h>
@@ -229,87 +226,24 @@ static enum probe_status check_cells(const struct probe_volume *v, size_t *row)
             return PROBE_BAD_SHAPE;
         for (int i = 0; i < v->corners; i++) {
             const int32_t n = volume_neighbour(v, cell, i);
-            if (n >= 0 && !shares_facet(v, cell, i, (size_t)n))
+            if (n >= 0 && ((size_t)n == cell || !shares_facet(v, cell, i, (size_t)n)))
                 return PROBE_BAD_NEIGHBOUR;
         }
     }
     return PROBE_OK;
 }
 
-/* -- cells and their matrices ----------------------------------------------------------------- */
+/* -- the tree of cells ---------------------------------------------------------------------- */
 
-/* A cell's planes: those of weight i are its facet's cofactors over the cell's volume. All whole
- * numbers below 2^127, so each number of a plane is right to three roundings; volume_walk.c builds
- * on that. */
-static void make_planes(const struct probe_volume *v, struct volume_cell *cell)
+static enum probe_status make_tetrahedra(struct probe_volume *v, size_t *row)
 {
-    const double *s[4];
-    for (int i = 0; i < 4; i++)
-        s[i] = volume_site(v, cell->vertex[i]);
-    const double whole_cell = (double)lattice_orient(s[0], s[1], s[2], s[3]);
-    for (int i = 1; i < 4; i++) {
-        const double *a = s[volume_facet_corner[i][0]], *b = s[volume_facet_corner[i][1]],
-                     *c = s[volume_facet_corner[i][2]];
-        lattice_volume constant = 0;
-        for (int k = 0; k < 3; k++) {
-            const int x = (k + 1) % 3, y = (k + 2) % 3;
-            const lattice_volume n =
-                (lattice_volume)lattice_whole(b[y] - a[y]) * lattice_whole(c[x] - a[x]) -
-                /* inward */
-                (lattice_volume)lattice_whole(b[x] - a[x]) * lattice_whole(c[y] - a[y]);
-            cell->plane[k][i - 1] = (double)n / whole_cell;
-            constant -= n * lattice_whole(a[k]);
-        }
-        cell->plane[3][i - 1] = (double)constant / whole_cell;
-    }
-}
-
-static void *aligned(size_t bytes)
-{
-    return aligned_alloc(64, (bytes + 63) / 64 * 64);
-}
-
-/* Copies the cells in the order of their first corners' places along a Morton curve, with their
- * planes. */
-static enum probe_status make_cells(struct probe_volume *v)
-{
-    const size_t n = v->cells;
-    struct volume_cell *cell = aligned(n * sizeof *cell);
-    uint32_t *order = malloc(n * sizeof *order);
-    uint64_t *key = malloc(n * sizeof *key), *room = malloc(3 * n * sizeof *room);
-    v->number = malloc(n * sizeof *v->number);
-    v->inner = malloc(n * sizeof *v->inner);
-    const bool made = cell && order && key && room && v->number && v->inner;
-    for (size_t i = 0; made && i < n; i++) {
-        uint32_t x[3];
-        for (int k = 0; k < 3; k++) {
-            double centre = 0;
-            for (int c = 0; c < 4; c++)
-                centre += volume_site(v, volume_vertex(v, i, c))[k];
-            x[k] = (uint32_t)(centre / 4 * (1.0 / ((uint64_t)1 << (LATTICE_BITS - 21 + 1))));
-        }
-        key[i] = volume_morton(x, 21);
-    }
-    if (made)
-        volume_sort(n, key, 63, order, room);
-    for (size_t i = 0; made && i < n; i++) {
-        v->number[i] = (int32_t)order[i];
-        v->inner[order[i]] = (int32_t)i;
-    }
-    for (size_t i = 0; made && i < n; i++) {
-        for (int k = 0; k < 4; k++) {
-            cell[i].vertex[k] = volume_vertex(v, order[i], k);
-            const int32_t beyond = volume_neighbour(v, order[i], k);
-            cell[i].neighbour[k] = beyond < 0 ? -1 : v->inner[beyond];
-        }
-        make_planes(v, &cell[i]);
-    }
-    free(order);
-    free(key);
-    free(room);
-    v->cell = cell; /* from here on, cells are the copies */
-    v->bytes += n * (sizeof *cell + 2 * sizeof *v->number);
-    return made ? PROBE_OK : PROBE_NO_MEMORY;
+    bool sure = true;
+    const enum probe_status status = volume_tetra_make(v, &sure);
+    if (status || sure)
+        return status;
+    struct probe_volume as_given = *v;
+    as_given.cell = NULL;
+    return check_cells(&as_given, row);
 }
 
 static enum probe_status make_cell_tree(struct probe_volume *v)
@@ -328,33 +262,20 @@ static enum probe_status make_cell_tree(struct probe_volume *v)
     return status;
 }
 
-/* About a box of the grid for two cells: walks from there are a few steps. */
-static enum probe_status make_start(struct probe_volume *v)
-{
-    v->start_side = (size_t)cbrt((double)v->cells / 2) + 1;
-    const size_t boxes = v->start_side * v->start_side * v->start_side;
-    v->start = malloc(boxes * sizeof *v->start);
-    if (!v->start)
-        return PROBE_NO_MEMORY;
-    for (size_t i = 0; i < boxes; i++)
-        v->start[i] = -1;
-    for (size_t i = 0; i < v->cells; i++) {
-        double middle[3] = {0};
-        for (int c = 0; c < 12; c++)
-            middle[c % 3] += volume_site(v, volume_vertex(v, i, c / 3))[c % 3] / 4;
-        v->start[volume_start_box(v, middle)] = (int32_t)i;
-    }
-    for (size_t i = 1; i < boxes; i++) /* an empty one has its neighbour's */
-        v->start[i] = v->start[i] < 0 ? v->start[i - 1] : v->start[i];
-    v->bytes += boxes * sizeof *v->start;
-    return PROBE_OK;
-}
-
 /* -- the hull --------------------------------------------------------------------------------- */
+
+/* Adds the facets of a cell to those there are. */
+static void add_facets(struct probe_volume *v, size_t cell)
+{
+    for (int k = 0; k < v->corners; k++)
+        if (volume_neighbour(v, cell, k) < 0)
+            v->facet[v->facets++] =
+                (struct volume_facet){.cell = (int32_t)cell, .corner = k, .across = {-1, -1, -1}};
+}
 
 static enum probe_status make_facets(struct probe_volume *v, size_t *row)
 {
-    for (size_t i = 0; i < v->cells && !v->bent; i++)
+    for (size_t i = 0; i < v->cells && v->corners < 4 && !v->bent; i++)
         for (int k = 0; k < v->corners; k++)
             v->facets += volume_neighbour(v, i, k) < 0;
     if (v->bent)
@@ -370,16 +291,14 @@ static enum probe_status make_facets(struct probe_volume *v, size_t *row)
                                         : PROBE_NO_MEMORY;
     if (status)
         return status;
-    size_t n = 0;
+    v->facets = 0;
     for (size_t i = 0; i < v->cells && v->bent; i++)
-        v->facet[n++] =
+        v->facet[v->facets++] =
             (struct volume_facet){.cell = (int32_t)i, .corner = -1, .across = {-1, -1, -1}};
     for (size_t i = 0; i < v->cells && !v->bent; i++) /* in Morton order: so are these */
-        for (int k = 0; k < v->corners; k++)
-            if (volume_neighbour(v, i, k) < 0)
-                v->facet[n++] =
-                    (struct volume_facet){.cell = (int32_t)i, .corner = k, .across = {-1, -1, -1}};
-    for (size_t i = 0; i < n; i++) {
+        if (v->corners < 4 || v->on_hull[i / VOLUME_LEAF])
+            add_facets(v, i);
+    for (size_t i = 0; i < v->facets; i++) {
         int32_t vertex[3];
         volume_facet_vertex(v, &v->facet[i], vertex);
         for (int k = 0; k < 3; k++)
@@ -464,7 +383,7 @@ static enum probe_status make_sites(struct probe_volume *v, const double *positi
 
 static size_t tree_bytes(const struct volume_tree *tree)
 {
-    return tree->level[tree->levels] * sizeof *tree->box;
+    return volume_block_bytes(tree->level[tree->levels] * sizeof *tree->box);
 }
 
 static enum probe_status make_rest(struct probe_volume *v, size_t *row)
@@ -478,13 +397,17 @@ static enum probe_status make_rest(struct probe_volume *v, size_t *row)
     v->scale = v->lattice.step > 0x1p-1000 && v->lattice.step < 0x1p1000 ? v->scale : 0;
     v->near = v->scale > 0;
     for (int k = 0; k < 3; k++) {
-        v->shift[k] = v->lattice.step > 0 ? v->lattice.origin[k] / v->lattice.step : 0;
         v->low[k] = INFINITY;
         v->high[k] = -INFINITY;
-        for (size_t i = 0; i < v->probes; i++) {
-            v->low[k] = fmin(v->low[k], v->site[3 * i + (size_t)k]);
-            v->high[k] = fmax(v->high[k], v->site[3 * i + (size_t)k]);
+    }
+    for (size_t i = 0; i < v->probes; i++)
+        for (size_t k = 0; k < 3; k++) {
+            const double x = v->site[3 * i + k];
+            v->low[k] = x < v->low[k] ? x : v->low[k];
+            v->high[k] = x > v->high[k] ? x : v->high[k];
         }
+    for (int k = 0; k < 3; k++) {
+        v->shift[k] = v->lattice.step > 0 ? v->lattice.origin[k] / v->lattice.step : 0;
         v->near = v->near &&
                   fmax(fabs(v->low[k] + v->shift[k]), fabs(v->high[k] + v->shift[k])) < 0x1p50;
         v->middle[k] = (v->low[k] + v->high[k]) / 2;
@@ -495,16 +418,16 @@ static enum probe_status make_rest(struct probe_volume *v, size_t *row)
         find_span(v);
     if (!status && (v->corners == 3 || v->corners == 2))
         status = judge_span(v);
-    if (!status)
-        status = check_cells(v, row);
-    if (!status && v->corners == 4 && !(v->flags & PROBE_LEAN))
-        status = make_cells(v);
-    if (!status && !v->bent)
-        status = make_cell_tree(v);
     if (!status && v->corners == 4)
-        status = make_start(v);
+        status = make_tetrahedra(v, row);
+    else if (!status)
+        status = check_cells(v, row);
+    if (!status && v->corners < 4 && !v->bent)
+        status = make_cell_tree(v);
     if (!status)
         status = make_facets(v, row);
+    free(v->on_hull);
+    v->on_hull = NULL;
     if (!status && v->corners == 4)
         status = join_facets(v);
     if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) &&

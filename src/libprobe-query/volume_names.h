@@ -29,6 +29,8 @@
 #define span_flatten probe_private_span_flatten
 
 #define volume_beyond_of probe_private_volume_beyond_of
+#define volume_block probe_private_volume_block
+#define volume_block_bytes probe_private_volume_block_bytes
 #define volume_check_sight probe_private_volume_check_sight
 #define volume_coordinates probe_private_volume_coordinates
 #define volume_facet_corner probe_private_volume_facet_corner
@@ -42,6 +44,7 @@
 #define volume_see probe_private_volume_see
 #define volume_see_outside probe_private_volume_see_outside
 #define volume_sort probe_private_volume_sort
+#define volume_tetra_make probe_private_volume_tetra_make
 #define volume_tree_add probe_private_volume_tree_add
 #define volume_tree_clear probe_private_volume_tree_clear
 #define volume_tree_finish probe_private_volume_tree_finish

@@ -10,8 +10,30 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 enum { DIGIT = 11, DIGITS = 1 << DIGIT };
+
+size_t volume_block_bytes(size_t bytes)
+{
+    return (bytes + 63) / 64 * 64;
+}
+
+void *volume_block(size_t bytes)
+{
+    bytes = volume_block_bytes(bytes);
+#ifdef MADV_HUGEPAGE
+    const size_t page = (size_t)1 << 21;
+    void *block = aligned_alloc(bytes < 2 * page ? 64 : page, bytes);
+    if (block && bytes >= 2 * page)
+        madvise(block, bytes / page * page, MADV_HUGEPAGE); /* refused: slower, no more */
+    return block;
+#else
+    return aligned_alloc(64, bytes);
+#endif
+}
 
 enum probe_status volume_tree_init(struct volume_tree *tree, size_t items)
 {
@@ -24,10 +46,10 @@ enum probe_status volume_tree_init(struct volume_tree *tree, size_t items)
             break;
     }
     tree->level[tree->levels] = (uint32_t)boxes;
-    tree->box = malloc((boxes ? boxes : 1) * sizeof *tree->box);
+    tree->box = volume_block((boxes ? boxes : 1) * sizeof *tree->box);
     if (!tree->box)
         return PROBE_NO_MEMORY;
-    for (size_t i = 0; i < boxes; i++)
+    for (size_t i = 0; i < tree->level[tree->levels > 1]; i++) /* the levels above: by finish */
         tree->box[i] =
             (struct volume_box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     return PROBE_OK;

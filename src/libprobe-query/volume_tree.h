@@ -12,6 +12,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Memory for an array, from the start of a cache line; of a large one in large pages, where the
+ * system has such: to get many small ones takes longer than to fill them. NULL: there is none. */
+void *volume_block(size_t bytes);
+size_t volume_block_bytes(size_t bytes); /* what it takes */
+
 enum { VOLUME_LEAF = 4 }; /* items of a leaf of a tree */
 
 /* A box in lattice units, rounded outward. */
