@@ -26,9 +26,25 @@ static bool shares_facet(const struct probe_volume *v, size_t cell, int corner, 
     return false;
 }
 
+/* Whether each of `count` indices as given is below `end`, or -1 where that is legal. */
+static bool are_below(const void *index, int bytes, size_t count, size_t end, bool or_none)
+{
+    const uint32_t none = or_none; /* -1 counts as 0, all others as one more */
+    bool below = true;
+    for (size_t i = 0; i < count && bytes == 4; i++)
+        below &= ((const uint32_t *)index)[i] + none < end + none;
+    for (size_t i = 0; i < count && bytes == 2; i++)
+        below &= (uint32_t)volume_index(index, 2, i) + none < end + none;
+    return below;
+}
+
 static enum probe_status check_indices(const struct probe_volume *v, size_t *row)
 {
-    for (size_t cell = 0; cell < v->cells; cell++) {
+    const size_t corners = (size_t)v->corners * v->cells;
+    if (are_below(v->vertex, v->vertex_bytes, corners, v->probes, false) &&
+        are_below(v->neighbour, v->neighbour_bytes, corners, v->cells, true))
+        return PROBE_OK;
+    for (size_t cell = 0; cell < v->cells; cell++) { /* where? */
         *row = cell;
         for (int i = 0; i < v->corners; i++) {
             const int32_t p = volume_vertex(v, cell, i), n = volume_neighbour(v, cell, i);
