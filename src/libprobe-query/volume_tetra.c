@@ -310,6 +310,6 @@ enum probe_status volume_tetra_make(struct probe_volume *v, bool *sure)
     end_start(v);
     *sure = pass.sure && pass.earlier == pass.later;
     v->cell = cell;
-    v->bytes += cell ? v->cells * sizeof *cell : 0;
+    v->bytes += cell ? volume_block_bytes(v->cells * sizeof *cell) : 0;
     return PROBE_OK;
 }

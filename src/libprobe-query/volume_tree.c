@@ -23,16 +23,13 @@ size_t volume_block_bytes(size_t bytes)
 
 void *volume_block(size_t bytes)
 {
-    bytes = volume_block_bytes(bytes);
+    char *block = aligned_alloc(64, volume_block_bytes(bytes));
 #ifdef MADV_HUGEPAGE
-    const size_t page = (size_t)1 << 21;
-    void *block = aligned_alloc(bytes < 2 * page ? 64 : page, bytes);
-    if (block && bytes >= 2 * page)
-        madvise(block, bytes / page * page, MADV_HUGEPAGE); /* refused: slower, no more */
-    return block;
-#else
-    return aligned_alloc(64, bytes);
+    const uintptr_t page = (uintptr_t)1 << 21, from = -(uintptr_t)block & (page - 1);
+    if (block && bytes >= from + page) /* refused, it is slower, no more */
+        madvise(block + from, (bytes - from) / page * page, MADV_HUGEPAGE);
 #endif
+    return block;
 }
 
 enum probe_status volume_tree_init(struct volume_tree *tree, size_t items)
