@@ -47,6 +47,8 @@ static struct error *check(const struct arguments *a, const struct program *prog
     struct error *err = reach_check_given(&a->body);
     if (!err && a->reach)
         err = claim_input_of(a->reach);
+    if (!err)
+        err = claim_output("-", NULL); /* the report */
     if (err)
         return err;
     if (a->max_error_given && !(a->max_error > 0 && a->max_error < 1))

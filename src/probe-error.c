@@ -254,7 +254,8 @@ static struct error *check_inputs(const struct arguments *a, const char *input)
         return error_usage("only one of the stream, --at and --path can come from standard input");
     /* it is written, where it is not there to be read */
     const char *file = a->job.truth_file;
-    return file && access(file, F_OK) ? claim_output(file, "truth") : NULL;
+    struct error *err = file && access(file, F_OK) ? claim_output(file, "truth") : NULL;
+    return err ? err : claim_output("-", NULL); /* the report, or the stream */
 }
 
 /* What leaks is known of cells alone: there is free space in them to take points of. */

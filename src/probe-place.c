@@ -127,6 +127,8 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
                     text, sizeof text);
         warnings_add(warnings, "inside", "%s", text);
     }
+    if (!err && !place->count)
+        err = error_new("there is no place for a probe within --bounds and what --reach gets to");
     if (!err && !kept) {
         tell_inside(of, place->count, "", text, sizeof text);
         err = error_new("%s: none is in the air (--inside keep keeps them, though no light may "

@@ -79,6 +79,14 @@ refused 2 "x: --curve and --output are the same file" \
 
 # into what is read, as a shell does it, nothing goes; a stream in its place, when it is whole, does
 refused 2 "standard output would overwrite it" sh -c 'probe-cat at.probe >>at.probe'
+refused 2 "standard output would overwrite it" sh -c 'probe-error box.obj baked.probe >>baked.probe'
+refused 2 "standard output would overwrite it" \
+    sh -c 'probe-error box.obj baked.probe --at at.txt >>at.txt'
+check "and they are as they were" cmp baked.probe sub/baked.probe
+refused 2 "stdout: --curve and standard output are the same file" \
+    sh -c 'probe-place adaptive --probes 4 --curve both box.obj >both'
+refused 2 "stdout: --output and standard output are the same file" \
+    sh -c 'probe-bake box.obj -o both >both'
 for run in "probe-cat --text" "probe-tet" "probe-leakfix -q box.obj" \
     "probe-capture -q --again box.obj"; do
     cp sub/baked.probe same.probe

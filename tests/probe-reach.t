@@ -167,6 +167,8 @@ refuse 'a ball of radius 0.3 does not fit at 3 2.9 2: a surface is 0.1 away' '3 
 refuse 'there is no floor below 3 2.97 2, no farther than 2.8 down' '3 2.97 2' --drop 1
 refused 1 'a step of at most half the height, 0.1, that the body climbs, got 0.4 (--climb)' \
     probe-place reach --height .2 starts.txt two.obj
+refused 1 'a radius of at most half the height, 0.45, got 0.6 (--radius, --height;' \
+    probe-place reach --radius .6 --height .9 starts.txt two.obj
 refused 1 'at most 1000 times as high as its radius, got 1.8 and 1e-05' \
     probe-place reach --radius 1e-5 starts.txt two.obj
 refused 2 "reach: expected a SCENE" probe-place reach starts.txt

@@ -155,20 +155,20 @@ static void tell_end(const struct adapt_result *result, const struct adapt_limit
                                        [ADAPT_FLAT] = "the error is flat, no other probe lowers it",
                                        [ADAPT_INTERRUPT] = "interrupted"};
     const struct adapt_row *last = result->rows ? &result->row[result->rows - 1] : NULL;
+    char least[96] = ""; /* the highest orders are held against themselves: nothing is known */
+    if (result->least > 0)
+        snprintf(least, sizeof least, "; SH of order %d leave %.2f %% of error wherever probes are",
+                 result->settings.order, 100 * result->least);
     if (last && limits->error > 0 && result->end != ADAPT_ERROR && result->end != ADAPT_INTERRUPT)
         warnings_add(
             world->warnings, "max-error",
             "the error is %.2f %% at the upper end of its interval, not %.2f %% or less: the "
-            "best of %zu probes (%s); SH of order %d alone leave %.2f %%",
+            "best of %zu probes (%s)%s",
             100 * (last->judges + 1.96 * last->doubt), 100 * limits->error, result->count,
-            ends[result->end], result->settings.order, 100 * result->least);
+            ends[result->end], least);
     if (world->program)
-        fprintf(
-            stderr,
-            "%s: %zu probes of %zu points, %.0f rays each; SH of order %d leave %.2f %% of error "
-            "wherever probes are: %s\n",
-            world->program, result->count, result->candidates, result->rays, result->settings.order,
-            100 * result->least, ends[result->end]);
+        fprintf(stderr, "%s: %zu probes of %zu points, %.0f rays each%s: %s\n", world->program,
+                result->count, result->candidates, result->rays, least, ends[result->end]);
 }
 
 /* -- the method ------------------------------------------------------------------------------- */

@@ -202,9 +202,11 @@ static struct error *check_output(struct claim output, const char *path)
         if (other->use != OUTPUT || !(same || is_same_name(other, &output)))
             continue;
         known = true;
-        if (output.option && other->option && strcmp(output.option, other->option))
-            err = error_usage("%s: --%s and --%s are the same file", path, other->option,
-                              output.option);
+        if (output.written_into != other->written_into ||
+            (output.option && other->option && strcmp(output.option, other->option)))
+            err = error_usage("%s: %s%s and %s%s are the same file",
+                              output.written_into ? "stdout" : path, dashes(other),
+                              of_option(other), dashes(&output), of_option(&output));
     }
     if (!err && input)
         err = error_usage("%s: it is read, and %s%s would overwrite it",

@@ -586,8 +586,8 @@ static struct error *make_columns(struct reach *r)
     return err;
 }
 
-/* What a body climbs must be below its waist, or walls that it fits beside are steps to it; and a
- * thread is looked at for long at each place. */
+/* What a body climbs must be below its waist, or walls that it fits beside are steps to it; its
+ * axis is free along the radius at both ends; and a thread is looked at for long at each place. */
 static struct error *check_body(const struct reach_settings *s)
 {
     enum { SLIMMEST = 1000 };
@@ -598,6 +598,10 @@ static struct error *check_body(const struct reach_settings *s)
             "expected a step of at most half the height, %g, that the body climbs, got "
             "%g (--climb)",
             s->height / 2, s->climb);
+    if (!(s->radius <= s->height / 2))
+        return error_new("expected a radius of at most half the height, %g, got %g (--radius, "
+                         "--height; a body that walks is no wider than high)",
+                         s->height / 2, s->radius);
     return s->height <= SLIMMEST * s->radius
                ? NULL
                : error_new("expected a body at most %d times as high as its radius, got %g and %g "
