@@ -261,7 +261,7 @@ for points in 500 1000; do
     check "no round counts that leaves more: $before % unseen before, $after % after" \
         holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 1.02 * b }')"
 done
-probe-leakfix --points 700 --probes 80 curtain.obj curtain.probe >more.probe 2>err
+probe-leakfix --points 1000 --probes 60 curtain.obj curtain.probe >more.probe 2>err
 after=$(certified more.probe)
 check "after a round that was undone others are tried: $before % unseen before, $after % after" \
     says err 'was undone' and \

@@ -11,7 +11,7 @@
 /* It ends after STEPS, or where PATIENCE of them have not made the loss less by more than GAIN of
  * itself. */
 enum { STEPS = 80, PATIENCE = 12 };
-static const double LEAK = 4.5, NEAR = 1e-3, GAIN = 2e-3;
+static const double LEAK = 3, NEAR = 1e-3, GAIN = 2e-3;
 
 /* -- loss ------------------------------------------------------------------------------------- */
 
