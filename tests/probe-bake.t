@@ -147,6 +147,13 @@ refused 1 "No space left" probe-bake -q --quality draft --probes 40 floor.obj -o
     echo $? >status
 } | true
 check "a closed pipe ends it quietly" empty said and [ "$(cat status)" -ne 0 ] and nothing_left
+mkfifo unheard
+exec 3<>unheard 4>unheard 3<&-
+timeout 60 probe-bake --sky 1,1,1 $usual --report none floor.obj -o x.probe 2>&4
+status=$?
+exec 4>&-
+check "whose standard error has nobody to read it dies, and all others with it" [ $status -eq 1 ] \
+    and test ! -e x.probe and nothing_left
 
 probe-bake --quality draft --probes 40 --rays 16 floor.obj >heard.probe 2>said
 status=$?

@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdio.h>
@@ -63,6 +64,7 @@ void pipe_catch(void)
     for (int i = 0; i < ENDING; i++)
         catch_one(ending[i], take_end);
     catch_one(SIGTSTP, take_stop);
+    signal(SIGCHLD, SIG_DFL); /* ignored, which may be inherited, it hides who failed */
     signal(SIGTTOU, SIG_IGN); /* the children's group may write to the terminal */
     signal(SIGPIPE, SIG_IGN); /* who writes hears of it, and can clean up */
 }
@@ -194,6 +196,13 @@ static struct error *failure(const char *name, int status)
     return error_new("probe-%s failed with status %d", name, WEXITSTATUS(status));
 }
 
+/* Whether nothing has the other end of a pipe any more; of a file: no. */
+static bool is_unread(int to)
+{
+    struct pollfd end = {.fd = to};
+    return poll(&end, 1, 0) == 1 && end.revents & POLLERR;
+}
+
 /* Waits for all, and kills those that are left where one fails. */
 static struct error *wait_for_all(struct pipe_stage *stages, size_t count, struct running *running,
                                   struct error *err)
@@ -219,7 +228,8 @@ static struct error *wait_for_all(struct pipe_stage *stages, size_t count, struc
             stages[i].seconds = seconds_of(&usage);
             if (!status) {
                 close_one(&running[i].to);
-            } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE) {
+            } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE &&
+                       is_unread(running[i].to)) {
                 unread = stages[i].name; /* who did not read it failed, and says why */
             } else if (!err) {
                 err = failure(stages[i].name, status);
