@@ -81,6 +81,43 @@ done
 check "1 and 3 threads give the same bytes" cmp threads1.probe threads3.probe \
     and test -s threads1.probe
 
+# A dark room between two others, whose probes stand in its middle alone: none of them is of the
+# hull, whose faces go on from the one room to the other.
+awk 'function box(ax, ay, az, bx, by, bz,  i) {
+        for (i = 0; i < 8; i++)
+            print "v", i % 2 ? bx : ax, int(i / 2) % 2 ? by : ay, int(i / 4) ? bz : az
+    }
+    BEGIN {
+        print "mtllib sealed.mtl\nusemtl white"
+        box(0, 0, 0, 9, 3, 3)
+        print "f 1 3 7 5\nf 2 6 8 4\nf 1 5 6 2\nf 3 4 8 7\nf 1 2 4 3\nf 5 7 8 6"
+        box(3, -.01, -.01, 3.1, 3.01, 3.01)
+        box(6, -.01, -.01, 6.1, 3.01, 3.01)
+        for (i = 8; i <= 16; i += 8)
+            print "f", i + 5, i + 7, i + 3, i + 1 "\nf", i + 4, i + 8, i + 6, i + 2 "\nf", \
+                i + 2, i + 6, i + 5, i + 1 "\nf", i + 7, i + 8, i + 4, i + 3 "\nf", \
+                i + 3, i + 4, i + 2, i + 1 "\nf", i + 6, i + 8, i + 7, i + 5
+    }' >three.obj
+awk 'BEGIN {
+    for (x = .2; x < 9; x += 1.2)
+        for (y = .2; y < 3; y += 1.3)
+            for (z = .2; z < 3; z += 1.3)
+                if (x < 3 || x > 6.1) print x, y, z
+    print "3.5 1.5 1.5\n4.5 1.5 1.5\n5.6 1.5 1.5\n4.5 .6 .6\n4.5 2.4 2.4"
+}' >three.txt
+awk 'BEGIN {
+    for (x = 3.15; x < 5.96; x += .2)
+        for (y = .02; y < 3; y += .0987)
+            print x, y, .03 "\n" x, y, 2.97 "\n" x, .03, y "\n" x, 2.97, y
+}' >dark.txt
+echo "1.5 1 1" >lit.txt
+probe-place points three.txt |
+    probe-capture -q --rays 32 --bounces 4 --point 1,1.5,1.5,5,5,5 three.obj | probe-tet -q |
+    probe-leakfix -q --points 0 three.obj >three.probe
+count_lit three.probe
+check "a room with probes in its middle alone is dark before its walls, too ($lit lit)" \
+    [ "$lit" = 0 ]
+
 # A path along the wall in the dark room: light changes there that is from beyond, and none that
 # is seen.
 awk 'BEGIN {

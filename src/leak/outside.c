@@ -18,7 +18,16 @@
 /* RAYS go all around from a probe; MORE, where one of those points is not seen by all. About a cell
  * with such a point POINTS more are looked at, where one of WITNESSES that saw others sees them;
  * then about the cells that these were found at, in TURNS. Random numbers have a name. */
-enum { RAYS = 32, MORE = 256, POINTS = 128, WITNESSES = 8, TURNS = 3, FOR_OUTSIDE = 0x4f555453 };
+enum {
+    RAYS = 32,
+    MORE = 256,
+    POINTS = 128,
+    WITNESSES = 8,
+    TURNS = 3,
+    HALVINGS = 8,
+    RINGS = 2,
+    FOR_OUTSIDE = 0x4f555453
+};
 static const double BESIDE = 0.5, REACH = 2;
 
 /* Rays that go more than this into the hull (cosine to its normal) find no point outside. */
@@ -32,7 +41,7 @@ struct looks {
 struct job {
     struct outside *outside;
     const struct tracer *tracer;
-    int32_t *hull; /* probes of the hull, ascending */
+    int32_t *hull; /* probes of the hull, and some behind it, ascending */
     size_t hulls;
     double *normal;      /* 3 a probe, any length; 0: not of the hull */
     struct looks *looks; /* of each of them */
@@ -100,9 +109,75 @@ bool outside_plane(const struct outside_look *look, const double p[3], struct ve
 /* The corners of the face opposite each corner, counter-clockwise from outside. */
 static const int face[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
+static bool sees(const struct job *job, int32_t a, int32_t b)
+{
+    const double *position = job->outside->mesh->position;
+    return !(outside_inverse(job->tracer, position + 3 * (size_t)a, position + 3 * (size_t)b) > 0);
+}
+
+/* Whether something stands on an edge of the face opposite a corner. */
+static bool is_cut(const struct job *job, const int32_t *vertex, const int f[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (!sees(job, vertex[f[k]], vertex[f[(k + 1) % 3]]))
+            return true;
+    return false;
+}
+
+/* Leaves out the marked probes that see one of the hull, or another that does, along edges: they
+ * are in a room with it, whose points outside it looks for. */
+static struct error *leave_seen(const struct job *job, bool *beside)
+{
+    const struct leak_mesh *mesh = job->outside->mesh;
+    bool *seen = NULL;
+    struct error *err = array_create(&seen, mesh->probe_count, sizeof *seen);
+    for (size_t i = 0; i < mesh->probe_count && !err; i++)
+        seen[i] = vec3_length(vec3_load(job->normal + 3 * i)) > 0;
+    for (int ring = 0; ring <= RINGS && !err; ring++)
+        for (size_t slot = 0; slot < 16 * mesh->cell_count; slot++) {
+            const int32_t *vertex = mesh->vertex + slot / 16 * 4, a = vertex[slot % 16 / 4],
+                          b = vertex[slot % 4];
+            if (beside[a] && beside[b] && seen[a] && !seen[b])
+                seen[b] = sees(job, a, b);
+        }
+    for (size_t i = 0; i < mesh->probe_count && !err; i++)
+        beside[i] = beside[i] && !seen[i];
+    free(seen);
+    return err;
+}
+
+/* Marks the probes within RINGS of a face of the hull that a wall cuts and that are in a room with
+ * none of the hull, as where a room has probes in its middle alone: what is before the face is seen
+ * from them. */
+static struct error *find_beside(const struct job *job, bool *beside)
+{
+    const struct leak_mesh *mesh = job->outside->mesh;
+    bool *before = NULL;
+    struct error *err = array_create(&before, mesh->probe_count, sizeof *before);
+    for (size_t slot = 0; slot < 4 * mesh->cell_count && !err; slot++) {
+        const int32_t *vertex = mesh->vertex + slot / 4 * 4;
+        if (mesh->neighbour[slot] >= 0 || !is_cut(job, vertex, face[slot % 4]))
+            continue;
+        for (int i = 0; i < 4; i++)
+            beside[vertex[i]] = true;
+    }
+    for (int ring = 0; ring < RINGS && !err; ring++) {
+        memcpy(before, beside, mesh->probe_count * sizeof *before);
+        for (size_t cell = 0; cell < mesh->cell_count; cell++) {
+            const int32_t *v = mesh->vertex + 4 * cell;
+            const bool any = before[v[0]] || before[v[1]] || before[v[2]] || before[v[3]];
+            for (int i = 0; i < 4 && any; i++)
+                beside[v[i]] = true;
+        }
+    }
+    free(before);
+    return err ? err : leave_seen(job, beside);
+}
+
 static struct error *find_hull(struct job *job)
 {
     const struct leak_mesh *mesh = job->outside->mesh;
+    bool *from = NULL;
     struct error *err = array_create(&job->normal, 3 * mesh->probe_count, sizeof *job->normal);
     if (!err)
         err = array_create(&job->hull, mesh->probe_count, sizeof *job->hull);
@@ -119,9 +194,14 @@ static struct error *find_hull(struct job *job)
             vec3_store(sum, vec3_add(vec3_load(sum), n));
         }
     }
+    if (!err)
+        err = array_create(&from, mesh->probe_count, sizeof *from);
+    if (!err)
+        err = find_beside(job, from);
     for (size_t i = 0; i < mesh->probe_count && !err; i++)
-        if (vec3_length(vec3_load(job->normal + 3 * i)) > 0)
+        if (from[i] || vec3_length(vec3_load(job->normal + 3 * i)) > 0)
             job->hull[job->hulls++] = (int32_t)i;
+    free(from);
     return err ? err : array_create(&job->looks, job->hulls, sizeof *job->looks);
 }
 
@@ -169,14 +249,33 @@ static bool look_at(const struct job *job, bool extends, int32_t from, struct ou
     return true;
 }
 
-/* Sends `rays` all around from a probe of the hull, and looks at a point of each. Returns how many
- * were outside. */
+/* How much of a way from p, which is within the hull, is within it; 1: all. */
+static double way_inside(const struct job *job, struct vec3 p, struct vec3 way)
+{
+    double low = 0, high = 1;
+    struct probe_place place = {.cell = PROBE_COLD};
+    for (int k = 0; k <= HALVINGS; k++) {
+        const double at = k ? (low + high) / 2 : 1;
+        double point[3];
+        vec3_store(point, vec3_fma(p, at, way));
+        const bool inside = probe_volume_locate(job->outside->volume[0], point, &place) ||
+                            place.inside;
+        if (!k && inside)
+            return 1;
+        *(inside ? &low : &high) = at;
+    }
+    return high;
+}
+
+/* Sends `rays` all around from a probe, and looks at a point of each; from behind the hull, at one
+ * before it. Returns how many were outside. */
 static size_t look_around(const struct job *job, int32_t probe, int rays, struct outside_look *look)
 {
     const double *p = job->outside->mesh->position + 3 * (size_t)probe, golden = (sqrt(5) - 1) / 2;
     const struct vec3 normal = vec3_normalize(vec3_load(job->normal + 3 * (size_t)probe));
     struct random r = random_start((uint64_t)rays, random_hash_position(p), FOR_OUTSIDE);
     const double turn = random_double(&r), up = random_double(&r), start = random_double(&r);
+    const bool behind = !(vec3_length(normal) > 0);
     size_t found = 0;
     for (int k = 0; k < rays; k++) {
         const double z = 1 - 2 * (k + up) / rays, flat = sqrt(1 - z * z),
@@ -189,7 +288,12 @@ static size_t look_around(const struct job *job, int32_t probe, int rays, struct
         if (!(most > 0 && most < (double)INFINITY))
             continue;
         const struct trace_hit hit = trace_nearest(job->tracer, p, d, most);
-        const double way = 0.999 * at * (hit.hit ? hit.distance : most);
+        const double end = 0.999 * (hit.hit ? hit.distance : most);
+        const struct vec3 ray = vec3_scale(end, vec3_load(d));
+        const double first = behind ? way_inside(job, vec3_load(p), ray) : 0;
+        if (first >= 1)
+            continue;
+        const double way = behind ? end * (first + at * (1 - first)) : end * at;
         vec3_store(look[found].point, vec3_fma(vec3_load(p), way, vec3_load(d)));
         found += look_at(job, k % 2 && job->outside->volume[1], probe, &look[found]);
     }

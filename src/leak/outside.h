@@ -6,8 +6,9 @@
  * (libprobe-query/volume_outer.c), and a wall may stand between the two. Points are looked at by
  * either, in turns. The points are met from where they are seen: rays go out from the probes
  * of the hull, each to what it meets or to the end of the scene's box, and one point of each, at
- * random, that is outside of the hull is looked at from the probes that its light comes from. So
- * what no probe around sees, as behind the walls of a room, has no say.
+ * random, that is outside of the hull is looked at from the probes that its light comes from; and
+ * from probes behind the hull's faces that a wall cuts, in a room with none of the hull. So what no
+ * probe around sees, as behind the walls of a room, has no say.
  */
 #ifndef OUTSIDE_H
 #define OUTSIDE_H
