@@ -37,8 +37,7 @@ MTL
 # probes OBJ OPTION...: places adaptive probes of it, into placed.probe and said; with rays that are
 # fixed, as most tests want them, unless noise says otherwise
 noise=0
-rays=64
-! sanitized || rays=16
+rays=32
 probes() {
     probes_of=$1
     shift
