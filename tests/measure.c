@@ -1133,29 +1133,39 @@ static void test_blind(void)
     bench_clear(&b);
 }
 
-/* Points of that closet see none of the cell, and none around: there is no other. */
-static void test_lost(void)
+/* The share of the cell's points between two walls that look at each other that see no probe, of
+ * which there is none between. */
+static double lost_between(double low, double high, struct unseen_cells *cells)
 {
     enum { SAMPLES = 4000 };
     struct bench b;
     struct hand h;
-    struct unseen_cells cells;
-    const double value[4] = {1, 1, 1, 1}, share = moment(0.6, 0) - moment(0.4, 0);
+    const double value[4] = {1, 1, 1, 1};
     bench_start(&b);
-    for (int k = 0; k < 2; k++) { /* they look at each other */
-        const double x = k ? 0.6 : 0.4, y = k ? -50 : 50;
+    for (int k = 0; k < 2; k++) {
+        const double x = k ? high : low, y = k ? -50 : 50;
         add_quad(&b, (const double[12]){x, -y, -50, x, y, -50, x, y, 50, x, -y, 50},
                  material(0.5f, 0));
     }
     bench_finish(&b, 1);
     hand_start(&h, bridge, value);
-    must(unseen_of_cells(&cells, b.tracer, &h.baked, SAMPLES));
-    ok(fabs(cells.lost - share) < 0.01 && cells.lost == cells.now.blind &&
-           cells.now.worst_share > share,
-       "a closet without a probe: %.4f see none, by its volume %.4f", cells.lost, share);
-    unseen_cells_clear(&cells);
+    must(unseen_of_cells(cells, b.tracer, &h.baked, SAMPLES));
+    const double lost = cells->lost;
     hand_end(&h);
     bench_clear(&b);
+    return lost;
+}
+
+static void test_lost(void)
+{
+    struct unseen_cells cells;
+    const double share = moment(0.7, 0) - moment(0.3, 0), lost = lost_between(0.3, 0.7, &cells);
+    ok(fabs(lost - share) < 0.01 && lost == cells.now.blind && cells.now.worst_share > share,
+       "a closet without a probe: %.4f see none, by its volume %.4f", lost, share);
+    unseen_cells_clear(&cells);
+    ok(lost_between(0.4, 0.6, &cells) == 0,
+       "the void of a wall, narrower than a quarter of the probes' distance, is matter");
+    unseen_cells_clear(&cells);
 }
 
 static void test_solid(void)
