@@ -42,7 +42,7 @@ static struct error *try_probe(void *context, size_t index, int thread)
                          t->low.y + (t->high.y - t->low.y) * random_double(&r),
                          t->low.z + (t->high.z - t->low.z) * random_double(&r)};
     const struct vec3f n =
-        path_scatter((struct vec3f){0, 1, 0}, random_float(&r), random_float(&r));
+        direction_by_cosine((struct vec3f){0, 1, 0}, random_float(&r), random_float(&r));
     const float normal[3] = {n.x, n.y, n.z};
     struct capture_settings many = t->few;
     many.rays = TRUTH_RAYS;

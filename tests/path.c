@@ -68,7 +68,7 @@ static struct vec3f draw_direction(const struct path_receiver *r, struct random 
 {
     const float u = random_float(random), turn = random_float(random);
     if (is_surface(r))
-        return path_scatter(r->at.normal, u, turn);
+        return direction_by_cosine(r->at.normal, u, turn);
     const float z = 1 - 2 * u, across = sqrtf(float_most(1 - z * z, 0));
     float x, y;
     angle_turn(turn, &x, &y);
@@ -441,7 +441,7 @@ static void test_scatter(void)
         double length_off = 0, lowest = 1;
         for (int k = 0; k < DRAWS; k++) {
             const float u = random_float(&r);
-            const struct vec3f d = path_scatter(n, u, random_float(&r));
+            const struct vec3f d = direction_by_cosine(n, u, random_float(&r));
             const double c = (double)vec3f_dot(d, n);
             length_off = fmax(length_off, fabs((double)vec3f_length(d) - 1));
             lowest = fmin(lowest, c);

@@ -34,6 +34,7 @@ MODULE_TESTS = \
 	tests/decimate \
 	tests/sky \
 	tests/enter \
+	tests/particles \
 	tests/path \
 	tests/capture \
 	tests/capture_error \

@@ -86,7 +86,7 @@ struct work {
 static struct vec3f own_direction(const struct work *w, float x, double y)
 {
     if (w->surface)
-        return path_scatter(w->receiver.at.normal, (float)y, x);
+        return direction_by_cosine(w->receiver.at.normal, (float)y, x);
     const float z = (float)(2 * y - 1), r = sqrtf(float_most(1 - z * z, 0));
     float c, s;
     angle_turn(x, &c, &s);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # vectors, affine maps, boxes, directions, luminance, angles, powers, hashes, random numbers,
-# sorting, cells, cubes of space, places on a lattice: the same bits on every machine
+# even points, sorting, cells, cubes of space, places on a lattice: the same bits on every machine
 math_sources = \
 	%D%/affine.h \
 	%D%/angle.c %D%/angle.h \
@@ -13,5 +13,6 @@ math_sources = \
 	%D%/places.c %D%/places.h \
 	%D%/power.c %D%/power.h \
 	%D%/random.c %D%/random.h \
+	%D%/sobol.h \
 	%D%/sort.c %D%/sort.h \
 	%D%/vec.h

@@ -463,12 +463,19 @@ void lights_clear(struct lights *lights)
 
 /* -- drawing ----------------------------------------------------------------------------------- */
 
+double lights_strength(const struct lights *lights)
+{
+    return lights->count ? (double)lights->node[0].strength : 0;
+}
+
 /* The share of a node's draws that go to its first child; NaN: its lights cannot reach the
  * receiver. */
 static float first_share(const struct lights *lights, const struct light_node *node,
                          const struct lights_receiver *receiver)
 {
     const struct light_node *child = lights->node + node->child;
+    if (!receiver)
+        return child[0].strength / (child[0].strength + child[1].strength);
     const float first = importance(child, receiver, lights->front_only),
                 second = importance(child + 1, receiver, lights->front_only);
     return first / (first + second);

@@ -53,9 +53,13 @@ struct lights_choice {
 struct error *lights_init(struct lights *lights, const struct tracer *tracer);
 void lights_clear(struct lights *lights);
 
+/* Of all lights together: luminance of radiance times area (local units), and of point and spot
+ * lights' intensity. */
+double lights_strength(const struct lights *lights);
+
 /* Draws a light by x and a point on it by what is left of x and by y, both uniform in [0, 1):
- * samples whose (x, y) are stratified are stratified over the lights. False: no light can reach the
- * receiver. Needs count > 0. */
+ * samples whose (x, y) are stratified are stratified over the lights. receiver NULL: none, lights
+ * are drawn by their strength. False: no light can reach the receiver. Needs count > 0. */
 bool lights_sample(const struct lights *lights, const struct tracer *tracer,
                    const struct lights_receiver *receiver, double x, float y,
                    struct lights_choice *choice);

@@ -2,8 +2,7 @@
 /* Based on:
  * Kajiya, "The rendering equation", SIGGRAPH 1986.
  * Veach, "Robust Monte Carlo methods for light transport simulation", 1997, ch. 9 (balance
- * heuristic). Malley's method: cosine-distributed directions from a disc. Duff et al., "Building an
- * orthonormal basis, revisited", JCGT 2017.
+ * heuristic).
  */
 #include "trace/path.h"
 #include "base/array.h"
@@ -452,7 +451,8 @@ TRACE_VECTORS static void turn(struct wave *w)
     draw_floats(&w->random, w->count, turns);
     draw_salts(w->path, &w->random, w->count, w->ray.salt);
     for (size_t i = 0; i < w->count; i++) {
-        wave_put(&w->ray.direction, i, path_scatter(wave_get(&w->facing, i), u[i], turns[i]));
+        wave_put(&w->ray.direction, i,
+                 direction_by_cosine(wave_get(&w->facing, i), u[i], turns[i]));
         w->ray.most[i] = INFINITY;
     }
     if (w->path->tracer->has_colour)

@@ -19,7 +19,7 @@
 #ifndef PATH_H
 #define PATH_H
 
-#include "math/angle.h"
+#include "math/direction.h"
 #include "math/random.h"
 #include "trace/lights.h"
 #include "trace/sky.h"
@@ -105,20 +105,5 @@ void path_skies(const struct path_tracer *path, const struct path_receiver *rece
 struct vec3f path_lights_unshadowed(const struct path_tracer *path,
                                     const struct path_receiver *receiver,
                                     const struct path_draws *draws, bool *sparse);
-
-/* A cosine-distributed direction about a unit normal, by (u, turn) uniform in the unit square
- * (Malley's method). */
-static inline struct vec3f path_scatter(struct vec3f n, float u, float turn)
-{
-    const float r = sqrtf(u), z = sqrtf(1 - u);
-    float x, y;
-    angle_turn(turn, &x, &y);
-    x *= r;
-    y *= r;
-    const float sign = n.z < 0 ? -1.0f : 1.0f, a = -1 / (sign + n.z), b = n.x * n.y * a;
-    const struct vec3f s = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x},
-                       t = {b, sign + n.y * n.y * a, -n.y};
-    return vec3f_add(vec3f_scale(x, s), vec3f_add(vec3f_scale(y, t), vec3f_scale(z, n)));
-}
 
 #endif
