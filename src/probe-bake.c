@@ -4,6 +4,7 @@
 #include "bake/run.h"
 #include "base/claim.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/options.h"
 #include "capture/capture.h"
 #include "libprobe-query/sh.h"
@@ -33,8 +34,13 @@ struct arguments {
 
 static struct error *check(const struct arguments *a, const struct program *program)
 {
-    if (!strcmp(program->operands[0], "-"))
-        return error_usage("SCENE cannot be standard input: several programs read it");
+    struct error *err = file_check_again(program->operands[0], "SCENE");
+    if (!err && a->reach)
+        err = file_check_again(a->reach, "--reach");
+    if (!err && a->scene.sky_file)
+        err = file_check_again(a->scene.sky_file, "--sky");
+    if (err)
+        return err;
     if (a->report && !*a->report)
         return error_usage("--report: expected a folder's name, or none, got ''");
     if (a->pack && !strcmp(a->pack, "-"))
@@ -42,9 +48,7 @@ static struct error *check(const struct arguments *a, const struct program *prog
     const char *of_body = reach_option_given(&a->body);
     if (of_body && !a->reach)
         return error_usage("%s goes with --reach", of_body);
-    if (a->reach && !strcmp(a->reach, "-"))
-        return error_usage("--reach: expected a file, which several programs read, got '-'");
-    struct error *err = reach_check_given(&a->body);
+    err = reach_check_given(&a->body);
     if (!err && a->reach)
         err = claim_input_of(a->reach);
     if (!err)

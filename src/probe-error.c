@@ -229,8 +229,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         err = error_usage("%s goes with --reach", t->reach.radius_given ? "--body-radius" : given);
     if (!err)
         err = reach_check_given(&t->reach);
-    if (!err && t->reach_file && !strcmp(t->reach_file, "-"))
-        err = error_usage("--reach: expected a file, which is read twice, got standard input");
+    if (!err && t->reach_file)
+        err = file_check_again(t->reach_file, "--reach");
     if (!err && t->path_file && t->paths_given)
         err = error_usage("--paths and --path exclude each other");
     if (!err && job->leak_samples == 1)

@@ -124,7 +124,12 @@ refused 2 "got 0 operands" probe-bake -o x.probe
 refused 2 "report: expected a folder's name" probe-bake --report '' "$box" -o x.probe
 refused 2 "output: expected a file's name" probe-bake "$box" -o ''
 refused 2 "unexpected operand" probe-bake "$box" "$box" -o x.probe
-refused 2 "standard input" probe-bake - -o x.probe
+refused 2 "SCENE cannot be standard input" probe-bake - -o x.probe
+refused 2 "reach cannot be standard input" probe-bake --reach /dev/stdin "$box" -o x.probe
+mkfifo fifo
+refused 2 "SCENE: fifo: expected a file" probe-bake fifo -o x.probe
+refused 2 "reach: fifo: expected a file" probe-bake --reach fifo "$box" -o x.probe
+refused 2 "fifo: expected a file" probe-bake --sky fifo "$box" -o x.probe
 refused 1 "nowhere.obj" probe-bake nowhere.obj -o x.probe
 refused 2 "--quality: expected one of draft, good, best" probe-bake --quality fast "$box"
 refused 2 "--max-error: expected" probe-bake --max-error 0 "$box"

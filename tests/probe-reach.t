@@ -187,7 +187,7 @@ refused 2 "start points of --reach and the probes of --keep cannot both" \
     probe-place adaptive --probes 9 --reach - --keep /dev/stdin two.obj
 refused 2 "reach needs a SCENE" \
     probe-place grid --reach starts.txt --spacing 1 --bounds 0,0,0,1,1,1
-refused 2 "read twice, got standard input" probe-error --reach - two.obj starts.txt
+refused 2 "standard input: it is read more than once" probe-error --reach - two.obj starts.txt
 
 # -- what takes it ---------------------------------------------------------------------------------
 echo '3 1 3' >start.txt

@@ -105,6 +105,9 @@ from_pipe() { cat piped.hdr | probe-capture --rays 8 --sky /dev/stdin "$@"; }
 sky piped.hdr 201
 refused 1 'stdin: expected a file that later programs find again' \
     from_pipe moved/scenes/yard.obj placed.probe
+mkfifo fifo
+refused 1 'fifo: expected a file that later programs find again' \
+    probe-capture --rays 8 --sky fifo moved/scenes/yard.obj placed.probe
 
 # -- slices of several machines --------------------------------------------------------------------
 mkdir one two

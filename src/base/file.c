@@ -97,6 +97,18 @@ struct error *file_inputs_differ(const char *a, const char *a_is, const char *b,
     return error_usage("%s and %s cannot both come from standard input", a_is, b_is);
 }
 
+struct error *file_check_again(const char *path, const char *what)
+{
+    struct stat status;
+    if (is_standard_input(path))
+        return error_usage("%s cannot be standard input: it is read more than once", what);
+    if (stat(path, &status) || S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
+        return NULL;
+    return error_usage("%s: %s: expected a file, as it is read more than once, got a pipe or a "
+                       "device",
+                       what, path);
+}
+
 struct error *file_read_input(const char *path, char **data, size_t *size)
 {
     if (strcmp(path, "-"))

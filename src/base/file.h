@@ -42,6 +42,11 @@ struct error *file_read_input(const char *path, char **data, size_t *size);
  * standard input, by whatever name. */
 struct error *file_inputs_differ(const char *a, const char *a_is, const char *b, const char *b_is);
 
+/* A usage error where `what` ("SCENE") cannot be read more than once, as by programs that are run:
+ * standard input, by whatever name, a pipe or a device. A file that is not there is left to who
+ * opens it. */
+struct error *file_check_again(const char *path, const char *what);
+
 /* -- in -------------------------------------------------------------------------------------- */
 
 struct file_input {

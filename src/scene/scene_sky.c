@@ -10,6 +10,7 @@
 #include "scene/scene_build.h"
 #include "scene/scene_settings.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -234,6 +235,13 @@ static struct error *name_from(const char *folder, const char *file, char **name
     return NULL;
 }
 
+/* Reading a pipe may wait for ever. */
+static bool is_pipe(const char *path)
+{
+    struct stat status;
+    return !stat(path, &status) && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
+
 /* Reads folder/name. */
 static struct error *look_at(struct found *found, const char *folder, const char *name)
 {
@@ -242,7 +250,9 @@ static struct error *look_at(struct found *found, const char *folder, const char
         found->name = NULL;
         return error_memory();
     }
-    found->err = file_read(found->name, &found->data, &found->size);
+    found->err = is_pipe(found->name) ? error_new("expected a file that later programs find again, "
+                                                  "got a pipe or a device")
+                                      : file_read(found->name, &found->data, &found->size);
     if (found->err && !error_is_of_data(found->err)) {
         struct error *err = error_wrap(found->err, "%s", found->name);
         found->err = NULL;
@@ -336,9 +346,7 @@ static struct error *finish_picture(struct scene_sky *sky, const char *scene_pat
     if (found.name)
         err = error_wrap(err, "%s", found.name);
     if (!err && !(sky->file = realpath(found.name, NULL)))
-        err = error_new("%s: expected a file that later programs find again, got a pipe or what is "
-                        "gone",
-                        found.name);
+        err = error_system(errno, "%s", found.name);
     if (!err && *folder)
         err = name_from(folder, sky->file, &sky->from_scene);
     sky->key = found.key;
