@@ -44,7 +44,9 @@ keeps() {
 keeps box.obj --output probe-place grid --count 8 box.obj -o box.obj
 keeps box.obj --output probe-place grid --count 8 ./sub/../linked.obj -o sub/named.obj
 keeps box.mtl --output probe-place grid --count 8 box.obj -o box.mtl
+check "what would be overwritten is named" says keeps.err 'file box.mtl: it is read'
 keeps red.hdr --output probe-place vertices box.obj -o red.hdr
+check "as a texture, too" says keeps.err 'texture red.hdr: it is read'
 keeps one.bin --output probe-place vertices one.gltf -o one.bin
 keeps at.txt --output probe-place points at.txt -o at.txt
 keeps at.txt --output probe-place grid --count 8 --reach at.txt box.obj -o at.txt

@@ -256,7 +256,7 @@ struct error *scene_import_texture(struct scene_import *import, const char *name
     struct error *err = scene_import_find(import, name, &path);
     struct error *unread = err || !path ? NULL : file_read(path, &data, &size);
     if (!err && unread && !error_is_of_data(unread)) {
-        err = unread;
+        err = error_wrap(unread, "texture %s", path);
         unread = NULL;
     } else if (!err && path && !unread) {
         err = scene_import_picture(import, name, data, size, use, sampler, texture);

@@ -361,7 +361,7 @@ struct error *mtl_read(struct scene_import *import, const string &name, material
     struct error *unread = file_read(path, &text, &size);
     const std::unique_ptr<char, decltype(&free)> text_owner(text, free);
     if (unread && !error_is_of_data(unread))
-        return unread;
+        return error_wrap(unread, "material file %s", path);
     if (unread) {
         all.files.insert(name);
         *found = true;
