@@ -165,6 +165,13 @@ probe-place unlit captured.probe 2>said >both.probe
 check "and the same where those with light are many and near" \
     says said 'in 2 areas: 2 stand for them'
 
+# -- probes that stay where nobody would put them --------------------------------------------------
+printf '%s\n' '.5 .5 .5' '.5 .5 .5' '.4 .5 .5' '.5 9 .5' | probe-place points - >odd.probe
+probe-place $some --keep odd.probe -o odd.placed halves.obj 2>said
+check "probes of --keep that are twice there or far off are told of" \
+    says said 'keep: 1 of 4 probes are where another one is: all stay' \
+    'keep: 1 of 4 probes are far outside of the scene.s box: they stay' and lacks said 'in no air'
+
 # -- what cannot be --------------------------------------------------------------------------------
 refused 2 'expected --merge-contrast below --spawn-contrast, got 0.5 and 0.3' \
     probe-place spawn-merge --count 100 --merge-contrast .5 even.obj
@@ -173,7 +180,10 @@ refused 2 'expected either --spacing or --count' probe-place ascent even.obj
 refused 2 '--levels goes with the methods' \
     probe-place ascent --count 9 --levels 1 even.obj
 refused 2 'ascent: expected --order 2 or more' probe-place ascent --count 9 --order 1 even.obj
-refused 1 'there is no light that surfaces scatter' probe-place ascent --count 100 even.obj
+refused 1 'no light that surfaces scatter reaches the' probe-place ascent --count 100 even.obj
+refused 1 'more of them (--count) may find some, and --light all' \
+    probe-place spawn-merge --count 100 even.obj
+refused 1 'there is no light: --sky' probe-place spawn-merge --count 9 --light-scale 0 even.obj
 refused 1 'is in the air' probe-place spawn-merge --count 9 --bounds 8,8,8,9,9,9 even.obj
 refused 1 'grid.probe: expected captured probes' probe-place unlit grid.probe
 

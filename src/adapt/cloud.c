@@ -118,6 +118,18 @@ static struct error *add_grid(struct cloud *cloud, const struct place *grid)
     return err;
 }
 
+/* Few nodes may miss all the light that there is. */
+static struct error *no_light(const struct cloud *cloud)
+{
+    const bool scattered = cloud->light->settings.light == CAPTURE_INDIRECT;
+    if (capture_is_dark(cloud->light->world->scene))
+        return error_new("there is no light: --sky, --sun, --point and --spot add light");
+    return error_new("no light%s reaches the %zu nodes of the grid that are in the air: more of "
+                     "them (--count) may find some%s; --sky, --sun, --point and --spot add light",
+                     scattered ? " that surfaces scatter" : "", cloud->count,
+                     scattered ? ", and --light all has direct light, too" : "");
+}
+
 struct error *cloud_start(struct cloud *cloud, struct place_light *light,
                           const struct place_options *options)
 {
@@ -139,8 +151,7 @@ struct error *cloud_start(struct cloud *cloud, struct place_light *light,
     if (!err && interrupt_came())
         err = error_new("interrupted before there was anything to keep");
     if (!err && !(cloud_mean(cloud) > 0))
-        err = error_new("there is no light%s: --sky, --sun, --point and --spot add light",
-                        light->settings.light == CAPTURE_INDIRECT ? " that surfaces scatter" : "");
+        err = no_light(cloud);
     place_clear(&grid);
     return err;
 }

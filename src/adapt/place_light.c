@@ -6,10 +6,13 @@
 #include "base/options.h"
 #include "base/progress.h"
 #include "base/threads.h"
+#include "base/warning.h"
 #include "math/angle.h"
+#include "math/box.h"
 #include "math/vec.h"
 #include "place/place_inside.h"
 #include "place/place_method.h"
+#include "scene/scene.h"
 #include "stream/stream.h"
 #include "trace/trace.h"
 
@@ -263,13 +266,88 @@ void place_light_tell_end(const struct place_light *light, size_t probes, const 
 
 /* -- what comes out --------------------------------------------------------------------------- */
 
-struct error *place_light_give(const struct place_light *light, struct place *place, size_t count,
+static int compare_positions(const void *a, const void *b)
+{
+    const double *p = a, *q = b;
+    for (int k = 0; k < 3; k++)
+        if (p[k] < q[k] || p[k] > q[k])
+            return p[k] < q[k] ? -1 : 1;
+    return 0;
+}
+
+/* How many probes that stay are where another one is. */
+static struct error *count_same(const struct place_light *light, size_t *same)
+{
+    double *sorted = NULL;
+    struct error *err = array_create(&sorted, 3 * light->kept_count, sizeof *sorted);
+    *same = 0;
+    if (err)
+        return err;
+    memcpy(sorted, light->kept, 3 * light->kept_count * sizeof *sorted);
+    qsort(sorted, light->kept_count, 3 * sizeof *sorted, compare_positions);
+    for (size_t i = 1; i < light->kept_count; i++)
+        *same += !compare_positions(sorted + 3 * (i - 1), sorted + 3 * i);
+    free(sorted);
+    return NULL;
+}
+
+/* Farther outside of the scene's box than half its longest side. */
+static bool is_far(const struct scene *scene, const double p[3])
+{
+    struct box box;
+    vec3_store(box.low, scene->box_min);
+    vec3_store(box.high, scene->box_max);
+    const double far = box_side(&box) / 2;
+    for (int k = 0; k < 3; k++)
+        if (p[k] < box.low[k] - far || p[k] > box.high[k] + far)
+            return true;
+    return false;
+}
+
+/* Warns of probes that stay although nobody would put them there. */
+static struct error *warn_kept(struct place_light *light, size_t count, const double *position)
+{
+    const struct place_world *world = light->world;
+    const size_t kept = light->kept_count;
+    size_t same = 0, far = 0, buried = 0;
+    struct error *err = count_same(light, &same);
+    if (!err)
+        err = place_judge_of(&light->judge, light->tracer, count ? count : kept,
+                             count ? position : light->kept, world->inside.threads);
+    for (size_t i = 0; i < kept && !err; i++) {
+        const double *p = light->kept + 3 * i;
+        if (is_far(world->scene, p))
+            far++;
+        else
+            buried += place_judge_side(light->judge, p) != PLACE_AIR;
+    }
+    if (same)
+        warnings_add(world->warnings, "kept twice",
+                     "--keep: %zu of %zu probes are where another one is: all stay, and probe-tet "
+                     "takes them for one",
+                     same, kept);
+    if (far)
+        warnings_add(world->warnings, "kept far off",
+                     "--keep: %zu of %zu probes are far outside of the scene's box: they stay, and "
+                     "cells will reach out to them",
+                     far, kept);
+    if (buried)
+        warnings_add(world->warnings, "kept in no air",
+                     "--keep: %zu of %zu probes are in no air, as in solids or under the ground: "
+                     "they stay",
+                     buried, kept);
+    return err;
+}
+
+struct error *place_light_give(struct place_light *light, struct place *place, size_t count,
                                const double *position, int origin)
 {
     const struct table *probes = light->stream ? stream_table(light->stream, "probe") : NULL;
     const struct column *known = probes ? table_column(probes, "origin") : NULL;
     const size_t kept = light->kept_count;
-    struct error *err = array_create(&place->origin, kept + count, sizeof *place->origin);
+    struct error *err = kept ? warn_kept(light, count, position) : NULL;
+    if (!err)
+        err = array_create(&place->origin, kept + count, sizeof *place->origin);
     for (size_t i = 0; i < kept && !err; i++) {
         place->origin[i] = known ? column_i32(known)[i] : -1;
         err = place_append(place, light->kept + 3 * i);

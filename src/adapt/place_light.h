@@ -90,8 +90,9 @@ void place_light_tell_round(const struct place_light *light, const struct place_
 void place_light_tell_end(const struct place_light *light, size_t probes, const char *why);
 
 /* Appends the probes that stay, with their own origins, and then `count` positions with this
- * one. The place is empty before. */
-struct error *place_light_give(const struct place_light *light, struct place *place, size_t count,
+ * one. The place is empty before. Warns of those that stay where nobody would put them: twice at
+ * one place, far outside of the scene's box, or in no air. */
+struct error *place_light_give(struct place_light *light, struct place *place, size_t count,
                                const double *position, int origin);
 
 #endif
