@@ -4,15 +4,19 @@ import os
 import sys
 
 import numpy as np
-import vtk
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.vtkConstants import VTK_ID_TYPE, VTK_TETRA, VTK_UNSIGNED_CHAR
+from vtkmodules.vtkCommonCore import vtkIdList, vtkLogger, vtkObject, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersGeneral import vtkOBBTree
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
 
 def read(reader, path):
     if not os.path.isfile(path):
         sys.exit(f"picture: {path}: no such file")
-    vtk.vtkObject.GlobalWarningDisplayOff()
-    vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)
+    vtkObject.GlobalWarningDisplayOff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     reader.SetFileName(path)
     reader.Update()
     data = reader.GetOutput()
@@ -42,20 +46,20 @@ def to_srgb(linear):
 
 
 def set_colours(attributes, rgb):
-    shown = numpy_to_vtk(np.ascontiguousarray(rgb), deep=True, array_type=vtk.VTK_UNSIGNED_CHAR)
+    shown = numpy_to_vtk(np.ascontiguousarray(rgb), deep=True, array_type=VTK_UNSIGNED_CHAR)
     shown.SetName("shown")
     attributes.AddArray(shown)
     attributes.SetActiveScalars("shown")
 
 
 def triangles(points, index):
-    data = vtk.vtkPolyData()
-    place = vtk.vtkPoints()
+    data = vtkPolyData()
+    place = vtkPoints()
     place.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=True))
     data.SetPoints(place)
-    polys = vtk.vtkCellArray()
+    polys = vtkCellArray()
     polys.SetData(3, numpy_to_vtk(np.ascontiguousarray(index.ravel()), deep=True,
-                                  array_type=vtk.VTK_ID_TYPE))
+                                  array_type=VTK_ID_TYPE))
     data.SetPolys(polys)
     return data
 
@@ -64,10 +68,10 @@ class Baked:
     """The probes and tetrahedra."""
 
     def __init__(self, path):
-        self.grid = read(vtk.vtkXMLUnstructuredGridReader(), path)
+        self.grid = read(vtkXMLUnstructuredGridReader(), path)
         self.points = vtk_to_numpy(self.grid.GetPoints().GetData())
         self.middle = (self.points.min(axis=0) + self.points.max(axis=0)) / 2
-        self.has_cells = self.grid.GetCellType(0) == vtk.VTK_TETRA
+        self.has_cells = self.grid.GetCellType(0) == VTK_TETRA
         vertex = vtk_to_numpy(self.grid.GetCells().GetConnectivityArray())
         self.vertex = vertex.reshape(-1, 4 if self.has_cells else 1)
         sh = array(self.grid.GetPointData(), "sh")
@@ -100,7 +104,7 @@ class Scene:
     """The scene's triangles, with what is needed to look into it."""
 
     def __init__(self, path, up):
-        self.data = read(vtk.vtkXMLPolyDataReader(), path)
+        self.data = read(vtkXMLPolyDataReader(), path)
         self.index = vtk_to_numpy(self.data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
         self.points = vtk_to_numpy(self.data.GetPoints().GetData())
         self.up = up
@@ -111,7 +115,7 @@ class Scene:
         self.centre = corner.mean(axis=1)
         self.low, self.high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
         self.size = np.maximum(self.high - self.low, 1e-9 * np.linalg.norm(self.high - self.low))
-        self.tree = vtk.vtkOBBTree()
+        self.tree = vtkOBBTree()
         self.tree.SetDataSet(self.data)
         self.tree.BuildLocator()
 
@@ -144,7 +148,7 @@ class Scene:
 
     def in_front_of(self, eye, points):
         """For each point the triangles between it and the eye."""
-        hit, ids = vtk.vtkPoints(), vtk.vtkIdList()
+        hit, ids = vtkPoints(), vtkIdList()
         result = []
         for p in points:
             self.tree.IntersectWithLine(p + 1e-3 * (eye - p), eye, hit, ids)

@@ -5,8 +5,21 @@ import subprocess
 import sys
 
 import numpy as np
-import vtk
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+import vtkmodules.vtkRenderingFreeType  # noqa: F401 (captions; VTK finds it by itself)
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.vtkConstants import VTK_ID_TYPE
+from vtkmodules.vtkCommonCore import vtkIdList
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPlane, vtkPolyData
+from vtkmodules.vtkCommonTransforms import vtkTransform
+from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkCutter, vtkTriangleFilter
+from vtkmodules.vtkFiltersExtraction import vtkExtractCells, vtkExtractEdges
+from vtkmodules.vtkFiltersGeneral import vtkShrinkFilter, vtkTransformFilter
+from vtkmodules.vtkFiltersModeling import vtkAdaptiveSubdivisionFilter
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOImage import vtkPNGWriter
+from vtkmodules.vtkRenderingCore import (
+    vtkActor, vtkDataSetMapper, vtkRenderWindow, vtkTextActor, vtkWindowToImageFilter)
 
 from .data import array, set_colours, to_display, to_srgb, triangles, unit
 
@@ -15,13 +28,13 @@ LEAK = (1.0, 0.28, 0.15)
 
 
 def add(renderer, data, colour=None, opacity=1.0, width=1.0, ambient=1.0):
-    mapper = vtk.vtkDataSetMapper()
+    mapper = vtkDataSetMapper()
     mapper.SetInputData(data)
     if colour is None:
         mapper.SetColorModeToDirectScalars()
     else:
         mapper.ScalarVisibilityOff()
-    actor = vtk.vtkActor()
+    actor = vtkActor()
     actor.SetMapper(mapper)
     look = actor.GetProperty()
     if colour is not None:
@@ -52,10 +65,10 @@ def draw_scene(renderer, scene, eye, openness, brightness, opacity):
     set_colours(shown.GetCellData(), to_srgb(rgb))
     if openness == 2:  # through the triangles that the plane meets
         origin, normal = scene.cut(eye)
-        plane = vtk.vtkPlane()
+        plane = vtkPlane()
         plane.SetOrigin(*(origin + 0.05 * scene.size * normal))
         plane.SetNormal(*-normal)
-        clip = vtk.vtkClipPolyData()
+        clip = vtkClipPolyData()
         clip.SetInputData(shown)
         clip.SetClipFunction(plane)
         clip.Update()
@@ -67,7 +80,7 @@ def draw_probes(renderer, baked, exposure, share, chosen):
     """Each probe as a small sphere, coloured at every point with its irradiance for that normal;
     those without light, such as stand inside of walls, as smaller ones."""
     points = baked.points[chosen]
-    source = vtk.vtkSphereSource()
+    source = vtkSphereSource()
     fine = len(points) < 20000
     source.SetThetaResolution(20 if fine else 10)
     source.SetPhiResolution(14 if fine else 8)
@@ -90,17 +103,17 @@ def draw_probes(renderer, baked, exposure, share, chosen):
 
 
 def edges_of(data):
-    edges = vtk.vtkExtractEdges()
+    edges = vtkExtractEdges()
     edges.SetInputData(data)
     edges.Update()
     return edges.GetOutput()
 
 
 def extract(grid, ids):
-    chosen = vtk.vtkIdList()
+    chosen = vtkIdList()
     for i in ids:
         chosen.InsertNextId(int(i))
-    extracted = vtk.vtkExtractCells()
+    extracted = vtkExtractCells()
     extracted.SetInputData(grid)
     extracted.SetCellList(chosen)
     extracted.Update()
@@ -116,9 +129,9 @@ def draw_leaks(renderer, baked, cells):
     ends = baked.vertex[:, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]][leaks]
     if len(ends):
         each = np.unique(np.sort(ends, axis=1), axis=0).astype(np.int64)
-        lines = vtk.vtkCellArray()
-        lines.SetData(2, numpy_to_vtk(each.ravel(), deep=True, array_type=vtk.VTK_ID_TYPE))
-        data = vtk.vtkPolyData()
+        lines = vtkCellArray()
+        lines.SetData(2, numpy_to_vtk(each.ravel(), deep=True, array_type=VTK_ID_TYPE))
+        data = vtkPolyData()
         data.SetPoints(baked.grid.GetPoints())
         data.SetLines(lines)
         add(renderer, data, LEAK, opacity=min(0.9, max(0.2, 400 / len(ends))), width=1.5)
@@ -133,7 +146,7 @@ def draw_cells(renderer, baked, exposure, behind):
     if light is not None:
         rgb = exposure * light[cells].mean(axis=1) + 0.02
     set_colours(part.GetCellData(), to_display(rgb))
-    shrink = vtk.vtkShrinkFilter()
+    shrink = vtkShrinkFilter()
     shrink.SetInputData(part)
     shrink.SetShrinkFactor(0.82)
     shrink.Update()
@@ -148,9 +161,9 @@ FINENESS = 400  # parts of a slice's longer side
 
 def fine(surface, across):
     """The same in triangles so small that light can end between their corners."""
-    flat = vtk.vtkTriangleFilter()
+    flat = vtkTriangleFilter()
     flat.SetInputData(surface)
-    parts = vtk.vtkAdaptiveSubdivisionFilter()
+    parts = vtkAdaptiveSubdivisionFilter()
     parts.SetInputConnection(flat.GetOutputPort())
     parts.SetMaximumEdgeLength(across / FINENESS)
     parts.SetMaximumTriangleArea(across ** 2)
@@ -173,14 +186,14 @@ def query(points, light):
 
 
 def draw_slice(renderer, baked, scene, exposure, up, options):
-    plane = vtk.vtkPlane()
+    plane = vtkPlane()
     height = baked.points @ up
     origin = baked.middle + up * (height.min() + options.at * np.ptp(height) - baked.middle @ up)
     plane.SetOrigin(*origin)
     plane.SetNormal(*up)
 
     def cut(data):
-        cutter = vtk.vtkCutter()
+        cutter = vtkCutter()
         cutter.SetInputData(data)
         cutter.SetCutFunction(plane)
         cutter.Update()
@@ -201,9 +214,9 @@ def draw_slice(renderer, baked, scene, exposure, up, options):
     lift = 1e-3 * np.linalg.norm(np.ptp(baked.points, axis=0)) * up
 
     def raised(data):
-        move = vtk.vtkTransform()
+        move = vtkTransform()
         move.Translate(*lift)
-        filtered = vtk.vtkTransformFilter()
+        filtered = vtkTransformFilter()
         filtered.SetTransform(move)
         filtered.SetInputData(data)
         filtered.Update()
@@ -212,8 +225,8 @@ def draw_slice(renderer, baked, scene, exposure, up, options):
     add(renderer, raised(lines), FINE, opacity=0.25)
     if scene is not None:
         add(renderer, raised(cut(scene.data)), (0.95, 0.55, 0.1), width=3)
-        below = vtk.vtkClipPolyData()
-        opposite = vtk.vtkPlane()
+        below = vtkClipPolyData()
+        opposite = vtkPlane()
         opposite.SetOrigin(*origin)
         opposite.SetNormal(*-up)
         albedo = array(scene.data.GetCellData(), "albedo")
@@ -235,7 +248,7 @@ def add_caption(renderer, baked, exposure, options):
             words.append(f"walls on edges of {np.count_nonzero(leaking)} (red)")
     if baked.sh is not None:
         words.append(f"exposure {exposure:.3g}")
-    caption = vtk.vtkTextActor()
+    caption = vtkTextActor()
     caption.SetInput(",  ".join(words))
     caption.SetPosition(12, 10)
     caption.GetTextProperty().SetFontSize(max(10, options.size[1] // 50))
@@ -244,17 +257,17 @@ def add_caption(renderer, baked, exposure, options):
 
 
 def save(renderer, options):
-    window = vtk.vtkRenderWindow()
+    window = vtkRenderWindow()
     window.SetOffScreenRendering(1)
     window.SetMultiSamples(8)
     window.SetAlphaBitPlanes(1)
     window.SetSize(*options.size)
     window.AddRenderer(renderer)
     window.Render()
-    grab = vtk.vtkWindowToImageFilter()
+    grab = vtkWindowToImageFilter()
     grab.SetInput(window)
     grab.ReadFrontBufferOff()
-    writer = vtk.vtkPNGWriter()
+    writer = vtkPNGWriter()
     writer.WriteToMemoryOn()
     writer.SetInputConnection(grab.GetOutputPort())
     writer.Write()

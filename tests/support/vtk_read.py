@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """vtk_read: looks at .vtu, .vtp and .png files with VTK's own readers, for tests/probe-vtk.t.
 
-    vtk_read.py CHECK ARGUMENT...
+    vtk_read.py               for each line of standard input, CHECK<tab>ARGUMENT..., a line:
+                              "holds", or what does not; one process, since to load VTK takes longer
+                              than all that it is asked
 
     columns FILE.vtu STREAM       every column, key and command line of the text stream is there,
                                   unchanged
@@ -15,14 +17,18 @@
 import sys
 
 import numpy as np
-import vtk
-from vtk.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.vtkConstants import VTK_LINE, VTK_TETRA, VTK_TRIANGLE, VTK_VERTEX
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonMisc import vtkErrorCode
+from vtkmodules.vtkIOImage import vtkPNGReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
 FAILED = []
 
 # Tables of cells by their corners, and what they are in VTK.
 TABLES = {1: "point", 2: "segment", 3: "tri", 4: "tet"}
-KINDS = {1: vtk.VTK_VERTEX, 2: vtk.VTK_LINE, 3: vtk.VTK_TRIANGLE, 4: vtk.VTK_TETRA}
+KINDS = {1: VTK_VERTEX, 2: VTK_LINE, 3: VTK_TRIANGLE, 4: VTK_TETRA}
 
 
 def check(holds, what):
@@ -41,14 +47,14 @@ def close(a, b, tolerance, what):
 
 def read(path):
     if path.endswith(".vtp"):
-        reader = vtk.vtkXMLPolyDataReader()
+        reader = vtkXMLPolyDataReader()
     else:
-        reader = vtk.vtkXMLUnstructuredGridReader()
+        reader = vtkXMLUnstructuredGridReader()
     reader.SetFileName(path)
     reader.Update()
     if reader.GetErrorCode():
-        why = vtk.vtkErrorCode.GetStringFromErrorCode(reader.GetErrorCode())
-        sys.exit(f"{path}: not readable: {why}")
+        why = vtkErrorCode.GetStringFromErrorCode(reader.GetErrorCode())
+        raise ValueError(f"{path}: not readable: {why}")
     return reader.GetOutput()
 
 
@@ -75,7 +81,7 @@ def texts(data):
 
 
 def geometry(data):
-    cells = data.GetPolys() if isinstance(data, vtk.vtkPolyData) else data.GetCells()
+    cells = data.GetPolys() if isinstance(data, vtkPolyData) else data.GetCells()
     count = max(cells.GetNumberOfCells(), 1)
     points = vtk_to_numpy(data.GetPoints().GetData())
     return points, vtk_to_numpy(cells.GetConnectivityArray()).reshape(count, -1)
@@ -139,7 +145,7 @@ def check_columns(path, stream):
                   "cells are turned inside out")
     else:
         check(np.array_equal(cells[:, 0], np.arange(len(points))), "cells are not the points")
-        check(kinds == vtk.VTK_VERTEX, "cells are not vertices")
+        check(kinds == VTK_VERTEX, "cells are not vertices")
     if "sh" in tables["probe"]:
         width = tables["probe"]["sh"].shape[1]
         names = [f"L{l}{m}.{c}" for l in range(6) for m in range(-l, l + 1) for c in "rgb"]
@@ -292,7 +298,7 @@ def check_value(path, name, values):
     data = read(path)
     found = {**arrays(data.GetCellData()), **arrays(data.GetPointData())}.get(name)
     if found is None:
-        sys.exit(f"there is no array {name}")
+        raise ValueError(f"there is no array {name}")
     close(found, np.tile(values, (len(found), 1)), 1e-7, name)
 
 
@@ -317,7 +323,7 @@ def check_solid(path, area, volume):
 
 
 def check_picture(path, size):
-    reader = vtk.vtkPNGReader()
+    reader = vtkPNGReader()
     reader.SetFileName(path)
     reader.Update()
     image = reader.GetOutput()
@@ -332,30 +338,30 @@ def check_picture(path, size):
     check(len(np.unique(pixels, axis=0)) > 500, "fewer than 500 colours")
 
 
+def number_list(text):
+    return [float(x) for x in text.split(",")]
+
+
+CHECKS = {
+    "columns": check_columns,
+    "derived": check_derived,
+    "gradient": lambda path, wanted: check_gradient(path, number_list(wanted)),
+    "value": lambda path, name, wanted: check_value(path, name, number_list(wanted)),
+    "same": check_same,
+    "solid": lambda path, area, volume: check_solid(path, float(area), float(volume)),
+    "picture": check_picture,
+}
+
+
 def main():
-    what, arguments = sys.argv[1], sys.argv[2:]
-
-    def number_list(text):
-        return [float(x) for x in text.split(",")]
-
-    if what == "columns":
-        check_columns(*arguments)
-    elif what == "derived":
-        check_derived(*arguments)
-    elif what == "gradient":
-        check_gradient(arguments[0], number_list(arguments[1]))
-    elif what == "value":
-        check_value(arguments[0], arguments[1], number_list(arguments[2]))
-    elif what == "same":
-        check_same(*arguments)
-    elif what == "solid":
-        check_solid(arguments[0], float(arguments[1]), float(arguments[2]))
-    elif what == "picture":
-        check_picture(*arguments)
-    else:
-        sys.exit(f"vtk_read: unknown check {what}")
-    if FAILED:
-        sys.exit("\n".join(FAILED))
+    for line in sys.stdin:
+        what, *arguments = line.rstrip("\n").split("\t")
+        FAILED.clear()
+        try:
+            CHECKS[what](*arguments)
+        except Exception as error:  # whatever it is, this check fails and the next is asked
+            FAILED.append(f"{what}: {error!r}")
+        print("; ".join(FAILED) or "holds", flush=True)
 
 
 main()
