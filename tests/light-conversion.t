@@ -125,7 +125,10 @@ probe-cat -q --dering radiance --basis cube --report radiance.probe 2>said >/dev
 check "--quiet says nothing" empty said
 probe-capture -q --again --rays 8 "$scene" derung.probe >anew.probe
 info anew.probe
-check "captured anew, the window is forgotten" \
+check "captured anew, it is derung anew" says info 'sh-dering irradiance'
+probe-capture -q --again --rays 8 --dering none "$scene" derung.probe >anew.probe
+info anew.probe
+check "unless it is not to be: the window is forgotten" \
     says info '^key sh-order' and lacks info sh-dering sh_window
 plain_libm probe-cat -q --dering radiance --dering-floor .1 --basis dice,ahd radiance.probe \
     >plain.probe

@@ -97,6 +97,14 @@ probe-tet --enclose error.probe | probe-capture -q "$scene" >second.probe
 check "such a stream goes on as it began" \
     describe second.probe and says info 'key capture-error 0.1'
 refused 1 "captured with capture-error 0.1, not 0.2" probe-capture -e 0.2 "$scene" error.probe
+probe-capture -q --again "$scene" error.probe >second.probe
+rows_of position,sh error.probe >before.rows
+rows_of position,sh second.probe >after.rows
+check "--again has the error, and what else the header says, and the same comes out" \
+    cmp before.rows after.rows and test -s after.rows
+check "but where it is told how many rays" into second.probe probe-capture -q --again \
+    --rays 16 "$scene" error.probe and describe second.probe \
+    and says info 'key capture-rays 16' and lacks info capture-error
 probe-capture --rays 64 --order auto --order-loss 0.05 "$scene" placed.probe 2>err >auto.probe
 order=$(sed -n 's/.*order \([1-5]\) loses.*/\1/p' err)
 check "--order auto says what it keeps" says err 'order [1-5] loses 0.0' \

@@ -134,6 +134,7 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .argument = "N",
          .kind = OPTION_INT,
          .value = &o->capture.rays,
+         .given = &o->rays_given,
          .least = 1,
          .most = CAPTURE_RAYS_MOST,
          .shown = "512; with --error 0.1 / SHARE^2, at least 128",
@@ -143,6 +144,7 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .argument = "SHARE",
          .kind = OPTION_REAL,
          .value = &o->capture.error,
+         .given = &o->error_given,
          .least_open = true,
          .most = 1,
          .shown = "none",
@@ -246,17 +248,25 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
     return err;
 }
 
-/* Reads the command line over the header's settings; again: over its light alone. */
+/* Reads the command line over the header's settings. */
 static struct error *read_over(struct capture_options *o, struct program *program,
                                const struct stream_header *header, bool again, int argc,
                                char **argv)
 {
+    const bool other_rays = again && (o->rays_given || o->error_given);
     scene_settings_clear(&o->scene);
     program_clear(program);
     *o = capture_options_default();
+    const struct capture_settings usual = o->capture;
     struct error *err = scene_settings_from_header(&o->scene, header);
-    if (!err && !again)
+    if (!err)
         err = capture_settings_from_header(&o->capture, header);
+    if (other_rays) {
+        o->capture.rays = usual.rays;
+        o->capture.rays_most = usual.rays_most;
+        o->capture.error = usual.error;
+        o->capture.error_floor = usual.error_floor;
+    }
     return err ? err : capture_options_parse(o, program, argc, argv);
 }
 

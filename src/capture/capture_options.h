@@ -22,7 +22,8 @@ struct capture_options {
     bool order_auto;                 /* capture.order is the highest; the least is to be found */
     double order_loss;
     bool again;
-    struct capture_slice slice; /* its number: rows that came before */
+    bool rays_given, error_given; /* on the command line */
+    struct capture_slice slice;   /* its number: rows that came before */
     struct scene_settings scene;
     struct common common; /* but for the seed */
 };
@@ -34,9 +35,10 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
                                     char **argv);
 
 /* Where probes were captured before, the light and what they were captured with take the place of
- * the defaults, and the command line is read over that; where they are captured again, the light
- * alone. Light of CAPTURE_BY_KEY is captured again where the command line asks for other settings
- * or more columns. */
+ * the defaults, and the command line is read over that; where they are captured again and it says
+ * how many rays or which error, nothing that the header says of both is left. Light of
+ * CAPTURE_BY_KEY is captured again where the command line asks for other settings or more columns.
+ */
 struct error *capture_options_take_over(struct capture_options *o, struct program *program,
                                         const struct stream_header *header, int argc, char **argv);
 
