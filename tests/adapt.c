@@ -116,7 +116,8 @@ static double keep_apart(const struct choice *choice, size_t count, uint32_t *ca
     *apart = 0;
     for (size_t i = 0; i < count && taken; i++) {
         bool shared = !cavity_dig(&cavity, choice, candidate[i]);
-        const double gain = shared ? 0 : cavity_gain(&cavity, choice, candidate[i]);
+        bool doubtful;
+        const double gain = shared ? 0 : cavity_gain(&cavity, choice, candidate[i], &doubtful);
         for (size_t k = 0; k < cavity.cells; k++)
             shared = shared || taken[cavity.cell[k]];
         for (size_t k = 0; k < cavity.cells && !shared; k++)
@@ -142,8 +143,10 @@ static void test_foretold(const struct choice_world *world)
     for (uint32_t i = 0; i < TRIES; i++) {
         const uint32_t x = PROBES + 7 * i;
         struct choice more;
-        const double gain = cavity_dig(&cavity, &choice, x) ? cavity_gain(&cavity, &choice, x) : 0;
-        if (!(gain > 1e-9))
+        bool doubtful = true;
+        const double gain =
+            cavity_dig(&cavity, &choice, x) ? cavity_gain(&cavity, &choice, x, &doubtful) : 0;
+        if (doubtful || !(gain > 1e-9))
             continue;
         choose_more(&more, &choice, 1, &x);
         worst = fmax(worst, fabs(fell(&choice, &more) - gain) / gain);
@@ -324,7 +327,8 @@ int main(void)
     const struct capture_settings settings = capture_settings_default();
     const struct candidates_job job = {.path = &b.path, .settings = &settings, .threads = 2};
     struct gains gains = {0};
-    const struct choice_world world = {&candidates, &job, &gains};
+    struct seen_known seen = {0};
+    const struct choice_world world = {&candidates, &job, &gains, &seen};
     test_linear(&world);
     test_foretold(&world);
     test_missed(&world);
@@ -334,6 +338,7 @@ int main(void)
     test_mean_error(0.05, 0.04, 16);
     test_mean_error(0.1, 0.12, 0); /* twice as large as most errors */
     gains_clear(&gains);
+    seen_clear(&seen);
     bench_clear(&b);
     return tap_done();
 }

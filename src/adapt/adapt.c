@@ -53,6 +53,7 @@ struct run {
     struct candidates_job own; /* the job's, with the progress from look to look */
     struct candidates candidates;
     struct gains gains;
+    struct seen_known seen;
     struct choice_world world;
     struct choice now;
     struct looked *looked; /* as `rows` of the result */
@@ -405,7 +406,7 @@ static struct error *start(struct run *run)
     if (!err && !(run->candidates.floor > 0) && !interrupt_came())
         return error_new("no light reaches the free space: --sky, --sun, --point and --spot add "
                          "light; to a closed scene, a --point within");
-    run->world = (struct choice_world){&run->candidates, &job->candidates, &run->gains};
+    run->world = (struct choice_world){&run->candidates, &job->candidates, &run->gains, &run->seen};
     if (!err && job->noise > 0)
         candidates_set_noise(&run->candidates, noise_of(run, NOISY));
     if (!err)
@@ -780,6 +781,7 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
     hide(&run);
     choice_clear(&run.now);
     gains_clear(&run.gains);
+    seen_clear(&run.seen);
     candidates_clear(&run.candidates);
     free(run.start);
     return err;

@@ -223,7 +223,9 @@ static double square_at(const struct cavity *cavity, const struct choice *choice
     const struct seen_world seen = choice_seen(choice);
     for (int k = 0; k < 4; k++) {
         if (walled)
-            weight[k] *= weight[k] < LEAST ? 0 : (float)seen_by(&seen, x, from[k]);
+            weight[k] *= weight[k] < LEAST ? 0
+                         : k < 3           ? (float)seen_probe(&seen, x, from[k])
+                                           : (float)seen_by(&seen, x, candidate);
         sum += weight[k];
         light[k] = c->light[from[k]].probe[0];
     }
@@ -240,13 +242,15 @@ struct sums {
     double before, after, squares;
 };
 
-/* Adds those of a cell's candidates. Those of a cell that stays are beyond the hull. */
+/* Adds those of a cell's candidates. Those of a cell that stays are beyond the hull, and what is
+ * beyond it stays as it is where the point is not. */
 static void add_cell(const struct cavity *cavity, const struct choice *choice, uint32_t candidate,
                      bool walled, int32_t cell, bool stays, struct sums *sums)
 {
     for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++) {
         const uint32_t x = choice->at[k];
-        if (x == candidate || !choice_counts(choice, x) || (stays && choice->blend[x].inside))
+        const bool inside = choice->blend[x].inside;
+        if (x == candidate || !choice_counts(choice, x) || (inside ? stays : !cavity->ringed))
             continue;
         const double weight = (double)choice->weight[x],
                      before = weight * choice_square((double)choice->error[x]),
@@ -257,7 +261,8 @@ static void add_cell(const struct cavity *cavity, const struct choice *choice, u
     }
 }
 
-double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
+double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                   bool *doubtful)
 {
     struct sums sums = {0};
     find_faces(cavity, choice);
@@ -267,5 +272,6 @@ double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t 
     for (size_t i = cavity->cells; i < cavity->ringed; i++)
         add_cell(cavity, choice, candidate, walled, cavity->ring[i], true, &sums);
     const double gain = fmax(sums.before, 0) - fmax(sums.after, 0); /* less than none is noise */
-    return gain > DOUBT * sqrt(sums.squares) ? gain : 0;
+    *doubtful = !(gain > DOUBT * sqrt(sums.squares));
+    return fmax(gain, 0);
 }

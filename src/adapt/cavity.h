@@ -44,7 +44,8 @@ bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t can
 uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool refined);
 
 /* Returns the sum of what the errors of the other candidates of space would fall by, of a candidate
- * whose cavity was dug; 0 where that may well be by chance. */
-double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate);
+ * whose cavity was dug; 0 where they would rise. *doubtful: it may well be by chance. */
+double cavity_gain(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                   bool *doubtful);
 
 #endif

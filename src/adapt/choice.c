@@ -312,6 +312,8 @@ struct error *choice_init(struct choice *choice, const struct choice_world *worl
                               .candidates = world->candidates->count};
     struct error *err = make_room(choice);
     if (!err)
+        err = seen_reserve(world->seen, choice->candidates);
+    if (!err)
         err = candidates_refine(world->candidates, world->job, count, probe);
     for (size_t i = 0; i < count && !err; i++) {
         choice->probe[i] = probe[i];

@@ -30,6 +30,7 @@ struct choice_world {
     struct candidates *candidates; /* those that become probes are refined */
     const struct candidates_job *job;
     struct gains *gains; /* what is known of them (gains.h) */
+    struct seen_known *seen;
 };
 
 /* Mean errors: of the candidates of space that are not chosen, by squares that are smoothed; of the
@@ -92,8 +93,9 @@ static inline double choice_square(double error)
 /* The points and cells for seen.h. */
 static inline struct seen_world choice_seen(const struct choice *choice)
 {
-    return (struct seen_world){choice->tracer, choice->world.candidates->position, choice->probe,
-                               choice->mesh.vertex, choice->cells.neighbour};
+    return (struct seen_world){choice->tracer,          choice->world.candidates->position,
+                               choice->probe,           choice->mesh.vertex,
+                               choice->cells.neighbour, choice->world.seen};
 }
 
 /* Whether a candidate is one of space that is not chosen. */

@@ -14,6 +14,7 @@
 struct gain {
     uint64_t around; /* of its cavity; 0: nothing is known */
     double value;
+    bool doubtful; /* it may well be by chance */
 };
 
 /* Starts as {0}. */

@@ -13,7 +13,22 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct error;
 struct tracer;
+
+enum { SEEN_KNOWN = 8 }; /* a power of two */
+
+/* Which probes candidates are known to see: of each candidate the last few that were asked for, as
+ * the probe + 1 and the bits of a float, 32 each. Any thread may write: what it keeps is what any
+ * other would find. Candidates must stay where they are. Starts as {0}. */
+struct seen_known {
+    _Atomic uint64_t *of; /* SEEN_KNOWN a candidate; owned */
+    size_t count, room;
+};
+
+/* Makes room for so many candidates. */
+struct error *seen_reserve(struct seen_known *known, size_t count);
+void seen_clear(struct seen_known *known);
 
 /* Points, and cells of some of them; borrowed. */
 struct seen_world {
@@ -22,6 +37,7 @@ struct seen_world {
     const uint32_t *probe;  /* candidates */
     /* probes, and cells beside, 4 a cell */
     const int32_t *vertex, *neighbour;
+    struct seen_known *known; /* of the candidates */
 };
 
 /* What the light at a candidate is blended of. */
@@ -36,6 +52,9 @@ struct blend {
 
 /* The visibility of one candidate from another, 0 to 1. */
 double seen_by(const struct seen_world *world, uint32_t a, uint32_t b);
+
+/* The same, 32 bits of it, of a probe, which others will ask for as well: it is kept. */
+double seen_probe(const struct seen_world *world, uint32_t x, uint32_t probe);
 
 /* Takes off the weights of corners that candidate x does not see. Where none is left, the nearest
  * probe around that it sees has all. */

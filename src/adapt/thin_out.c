@@ -108,7 +108,7 @@ static double loss_of(const struct choice *choice, const struct stars *stars, si
     double weight[NEIGHBOURS], before = 0, after = 0;
     int count = find_neighbours(choice, stars, probe, neighbour), seen = 0;
     for (int i = 0; i < count; i++)
-        if (seen_by(&world, choice->probe[probe], neighbour[i]) > 0.5)
+        if (seen_probe(&world, choice->probe[probe], neighbour[i]) > 0.5)
             neighbour[seen++] = neighbour[i];
     count = seen;
     if (!count)
