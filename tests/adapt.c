@@ -8,6 +8,7 @@
 #include "adapt/choice.h"
 #include "adapt/insert.h"
 #include "adapt/mean_error.h"
+#include "adapt/move.h"
 #include "adapt/thin_out.h"
 #include "math/random.h"
 #include "support/capture_bench.h"
@@ -227,6 +228,64 @@ static void test_missed(const struct choice_world *world)
     candidates_clear(world->candidates);
 }
 
+/* Moves of one choice to another. */
+static void choose_moved(struct choice *moved, const struct choice *choice, size_t count,
+                         const struct move *move)
+{
+    uint32_t probe[ALL];
+    memcpy(probe, choice->probe, choice->count * sizeof *probe);
+    for (size_t i = 0; i < count; i++)
+        probe[move[i].probe] = move[i].candidate;
+    must(choice_init(moved, &choice->world, choice->count, probe, choice));
+}
+
+static void test_moves(const struct choice_world *world)
+{
+    enum { MANY = 90 };
+    struct choice choice, moved;
+    struct moves known = {0};
+    struct move move[MANY], again[MANY];
+    bool good[MANY];
+    size_t found = 0, more = 0;
+    fill(world->candidates, step, 0);
+    choose(&choice, world, MANY);
+    must(move_find(&choice, &known, 1, move, &found));
+    choose_moved(&moved, &choice, found, move);
+    const double gain = known.of[choice.probe[move[0].probe]].gain, one = fell(&choice, &moved);
+    ok(found == 1 && gain > 0 && fabs(one / gain - 1) < 0.3,
+       "what a probe takes off the errors elsewhere is about as foretold: %.3f of it", one / gain);
+    must(move_judge(&choice, &moved, &known, found, move, good));
+    ok(good[0], "and that is seen");
+    choice_clear(&moved);
+
+    must(move_find(&choice, &known, MANY, move, &found));
+    choose_moved(&moved, &choice, found, move);
+    must(move_judge(&choice, &moved, &known, found, move, good));
+    size_t left = 0, rejected = 0;
+    for (size_t i = 0; i < found; i++)
+        if (good[i])
+            move[left++] = move[i];
+    choice_clear(&moved);
+    choose_moved(&moved, &choice, left, move);
+    ok(left > 2 && fell(&choice, &moved) > one, "%zu of %zu moves together take more off: %.3f",
+       left, found, fell(&choice, &moved));
+    choice_clear(&moved);
+    must(move_judge(&choice, &choice, &known, found, move, good)); /* nothing fell */
+    must(move_find(&choice, &known, MANY, again, &more));
+    for (size_t i = 0; i < found; i++)
+        for (size_t k = 0; k < more; k++)
+            rejected += again[k].probe == move[i].probe;
+    ok(!rejected, "those that came to nothing are not found again");
+    moves_clear(&known);
+    for (size_t i = 0; i < choice.count; i++)
+        world->candidates->kind[i] = CANDIDATE_GIVEN;
+    must(move_find(&choice, &known, MANY, move, &found));
+    ok(!found, "given ones stay");
+    moves_clear(&known);
+    choice_clear(&choice);
+    candidates_clear(world->candidates);
+}
+
 static void test_noise(const struct choice_world *world)
 {
     struct choice choice;
@@ -332,6 +391,7 @@ int main(void)
     test_linear(&world);
     test_foretold(&world);
     test_missed(&world);
+    test_moves(&world);
     test_noise(&world);
     test_least(&world);
     test_mean_error(0, 1e-6, 20);

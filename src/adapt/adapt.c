@@ -3,6 +3,7 @@
 #include "adapt/choice.h"
 #include "adapt/gains.h"
 #include "adapt/insert.h"
+#include "adapt/move.h"
 #include "adapt/thin_out.h"
 #include "base/array.h"
 #include "base/clock.h"
@@ -25,7 +26,8 @@ enum { SPACE_OF_PROBE = 10 };   /* candidates of space for each probe that is wa
 enum { WANTED_LEAST = 150 };    /* probes that there are candidates for, at the least */
 enum { WANTED_FIRST = 1000 };   /* and at first, at the most: so that there is soon what to keep */
 enum { TURNS = 3 };
-enum { TRIES = 3 }; /* at having fewer probes for the same error */
+enum { MOVES = 40, IDLE = 3 }; /* times that probes are moved; that this pays little */
+enum { TRIES = 3 };            /* at having fewer probes for the same error */
 
 static const double ROUND_SHARE = 0.2; /* probes that come in a round, of those there are */
 static const double LOOK_EVERY = 1.5;  /* as many probes as at the last look */
@@ -34,6 +36,7 @@ static const double GAIN_SHARE = 0.1;  /* of the largest gain of a round, that a
 static const double FLAT_SHARE = 0.05; /* of the error, that twice the probes must take off it */
 static const double UNSEEN = 0.02;     /* errors that nobody sees */
 static const double FLAT = 0.003;      /* turns end where the error falls by less than this share */
+static const double LITTLE = 0.001;    /* and moves are of little use */
 static const double NOISY = 0.3;       /* error that noise is a share of at first */
 static const double QUIET = 0.7; /* of the noise that may be: what is asked for, for a while */
 
@@ -54,6 +57,7 @@ struct run {
     struct candidates candidates;
     struct gains gains;
     struct seen_known seen;
+    struct moves moves;
     struct choice_world world;
     struct choice now;
     struct looked *looked; /* as `rows` of the result */
@@ -284,7 +288,8 @@ static struct error *join(const struct choice *choice, const uint32_t *more, siz
     if (err)
         return err;
     memcpy(*all, choice->probe, choice->count * sizeof **all);
-    memcpy(*all + choice->count, more, count * sizeof **all);
+    for (size_t i = 0; i < count; i++)
+        (*all)[choice->count + i] = more[i];
     return NULL;
 }
 
@@ -647,6 +652,64 @@ static struct error *turn(struct run *run, size_t most, double *better)
     return err;
 }
 
+/* Makes moves together, takes those back around which the errors did not fall, and the others where
+ * these did not in all; *better: by how much they fell, of the error. */
+static struct error *make_moves(struct run *run, size_t count, const struct move *move,
+                                double *better)
+{
+    const double before = run->now.errors.space;
+    const size_t n = run->now.count;
+    struct choice moved = {0}, next = {0};
+    uint32_t *all = NULL;
+    bool *good = NULL;
+    size_t left = 0;
+    struct error *err = join(&run->now, NULL, 0, &all);
+    if (!err)
+        err = array_create(&good, count, sizeof *good);
+    for (size_t i = 0; i < count && !err; i++)
+        all[move[i].probe] = move[i].candidate;
+    if (!err)
+        err = choice_init(&moved, &run->world, n, all, &run->now);
+    if (!err)
+        err = move_judge(&run->now, &moved, &run->moves, count, move, good);
+    for (size_t i = 0; i < count && !err; i++) {
+        all[move[i].probe] = good[i] ? move[i].candidate : run->now.probe[move[i].probe];
+        left += good[i];
+    }
+    if (!err && left && left < count)
+        err = choice_init(&next, &run->world, n, all, &moved);
+    if (!err && next.count) {
+        choice_clear(&moved);
+        moved = next;
+    }
+    *better = !err && left ? 1 - moved.errors.space / before : 0;
+    if (!err && *better > 0 && !is_too_large(run, &moved))
+        put(run, &moved);
+    choice_clear(&moved);
+    free(all);
+    free(good);
+    return err;
+}
+
+/* Moves probes as long as that pays. */
+static struct error *go_moves(struct run *run)
+{
+    struct move *move = NULL;
+    struct error *err = array_create(&move, run->now.count, sizeof *move);
+    size_t found = 1;
+    int idle = 0;
+    for (int i = 0; i < MOVES && idle < IDLE && found && !interrupt_came() && !err; i++) {
+        double better = 0;
+        show(run);
+        err = move_find(&run->now, &run->moves, run->now.count, move, &found);
+        if (!err && found)
+            err = make_moves(run, found, move, &better);
+        idle = better > LITTLE ? 0 : idle + 1;
+    }
+    free(move);
+    return err;
+}
+
 static struct error *go_turns(struct run *run)
 {
     const size_t most = (size_t)(TURN_SHARE * (double)run->now.count) + 1;
@@ -762,6 +825,8 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
     else if (!err && result->end != ADAPT_INTERRUPT) {
         err = go_turns(&run);
         if (!err)
+            err = go_moves(&run);
+        if (!err)
             err = look(&run);
     }
     if (interrupt_came() && run.starts >= FIRST) { /* which may have ended probe-tet as well */
@@ -782,6 +847,7 @@ struct error *adapt(struct adapt_result *result, const struct adapt_job *job)
     choice_clear(&run.now);
     gains_clear(&run.gains);
     seen_clear(&run.seen);
+    moves_clear(&run.moves);
     candidates_clear(&run.candidates);
     free(run.start);
     return err;

@@ -76,7 +76,7 @@ static struct option_row *rows(struct place_options *options, struct option_row 
          .given = &options->adaptive.noise_given,
          .help = "adaptive: spend rays on a probe until the standard error of its\n"
                  "light is below this share of the error that remains; 0: --rays\n"
-                 "alone (default: 50%)"},
+                 "alone (default: 30%)"},
         {.name = "curve",
          .argument = "FILE",
          .kind = OPTION_TEXT,

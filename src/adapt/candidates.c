@@ -33,7 +33,7 @@ static const double JUDGE_RAYS = 4, CHOICE_RAYS = 0.5, PROBE_RAYS = 4;
 
 /* Standard errors of judges' halves, in those of probes: there are many judges, and a few probes
  * are in the errors of all. */
-static const double JUDGE_NOISE = 1.5;
+static const double JUDGE_NOISE = 2.5;
 
 /* Rays of a half, at the least: errors from more noise would be capped. */
 enum { HALF_LEAST = 64, JUDGE_HALF_LEAST = 128 };

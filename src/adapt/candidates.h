@@ -97,7 +97,7 @@ void candidates_set_noise(struct candidates *c, double noise);
 /* Traces the light of those that became probes anew, with more rays, where that was not done
  * yet: what they say is in the errors of all around. Where noise counts both halves are the capture
  * itself, whose noise is then in those errors as well, and judges are traced anew to a standard
- * error in each half that is half again as large. */
+ * error in each half that is 2.5 times as large. */
 struct error *candidates_refine(struct candidates *c, const struct candidates_job *job,
                                 size_t count, const uint32_t *probe);
 

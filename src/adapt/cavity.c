@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "adapt/cavity.h"
 #include "adapt/quick_square.h"
+#include "leak/stars.h"
 #include "libprobe-query/sight.h"
 #include "math/vec.h"
 
@@ -56,13 +57,12 @@ static void find_ring(struct cavity *cavity, const struct choice *choice)
         }
 }
 
-bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
+/* Adds to the cells that there are those around whose spheres hold a candidate. */
+static bool dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
 {
     memcpy(cavity->point, choice->world.candidates->position + 3 * (size_t)candidate,
            sizeof cavity->point);
     const struct vec3 p = vec3_load(cavity->point);
-    cavity->cells = 0;
-    cavity->cell[cavity->cells++] = choice->blend[candidate].cell;
     for (size_t i = 0; i < cavity->cells; i++)
         for (int k = 0; k < 4; k++) {
             const int32_t next = choice->cells.neighbour[4 * (size_t)cavity->cell[i] + (size_t)k];
@@ -78,6 +78,30 @@ bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t can
     return true;
 }
 
+bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate)
+{
+    cavity->without = CAVITY_NONE;
+    cavity->cell[0] = choice->blend[candidate].cell;
+    cavity->cells = 1;
+    return dig(cavity, choice, candidate);
+}
+
+bool cavity_dig_without(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                        const struct stars *stars, uint32_t probe)
+{
+    const size_t first = stars->first[probe], count = stars->first[probe + 1] - first;
+    const int32_t own = choice->blend[candidate].cell;
+    cavity->without = choice->probe[probe];
+    if (count >= CAVITY_CELLS)
+        return false;
+    for (size_t i = 0; i < count; i++)
+        cavity->cell[i] = (int32_t)(stars->slot[first + i] / 4);
+    cavity->cells = count;
+    if (!holds(count, cavity->cell, own))
+        cavity->cell[cavity->cells++] = own;
+    return dig(cavity, choice, candidate);
+}
+
 uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool refined)
 {
     uint64_t sum = refined;
@@ -89,6 +113,16 @@ uint64_t cavity_around(const struct cavity *cavity, const uint64_t *cell, bool r
 }
 
 /* -- faces ------------------------------------------------------------------------------------ */
+
+/* Whether the probe that goes is a corner of the face opposite a corner of a cell. */
+static bool goes(const struct cavity *cavity, const struct choice *choice, int32_t cell, int k)
+{
+    for (int i = 0; i < 4 && cavity->without != CAVITY_NONE; i++)
+        if (i != k &&
+            choice->probe[choice->mesh.vertex[4 * (size_t)cell + (size_t)i]] == cavity->without)
+            return true;
+    return false;
+}
 
 /* Joins the point to the face opposite a corner of a cell, on this side of which it is (1: the
  * cell's; -1: the other), unless it is not. */
@@ -128,7 +162,8 @@ static void find_faces(struct cavity *cavity, const struct choice *choice)
         for (int k = 0; k < 4; k++) {
             const int32_t cell = cavity->cell[i],
                           next = choice->cells.neighbour[4 * (size_t)cell + (size_t)k];
-            if (next < 0 || !holds(cavity->cells, cavity->cell, next))
+            if ((next < 0 || !holds(cavity->cells, cavity->cell, next)) &&
+                !goes(cavity, choice, cell, k))
                 join(cavity, choice, cell, k, 1);
         }
     for (size_t i = cavity->cells; i < cavity->ringed; i++)
@@ -144,13 +179,14 @@ static inline float least(float a, float b)
     return a < b ? a : b;
 }
 
-/* Of all faces that around which the weights of x are most positive; -1: it is in none. */
-static int find_face(const struct cavity *cavity, const double x[3], float weight[4])
+/* Of all faces that around which the weights of x are most positive; -1: it is in none, by more
+ * than `off`. */
+static int find_face(const struct cavity *cavity, const double x[3], float off, float weight[4])
 {
     const float(*const row)[CAVITY_FACES] = cavity->row;
     const float a = (float)(x[0] - cavity->point[0]), b = (float)(x[1] - cavity->point[1]),
                 c = (float)(x[2] - cavity->point[2]);
-    float lowest[CAVITY_FACES], most = -1e-5F, rest = 1;
+    float lowest[CAVITY_FACES], most = -off, rest = 1;
     int face = -1;
     for (size_t i = 0; i < cavity->faces; i++) {
         const float u = row[0][i] * a + row[1][i] * b + row[2][i] * c,
@@ -207,14 +243,16 @@ static double square_of_stand_in(const struct choice *choice, uint32_t candidate
     return quick_square(&c->light[x], &blend, c->floor);
 }
 
-/* What the error at x comes to: its square, as it counts. */
+/* What the error at x comes to: its square, as it counts. stays: its cell does. */
 static double square_at(const struct cavity *cavity, const struct choice *choice,
-                        uint32_t candidate, bool walled, uint32_t x)
+                        uint32_t candidate, bool walled, bool stays, uint32_t x)
 {
+    /* where a probe of the hull goes there may be points beyond, for which a face stands in */
+    const float off = stays || cavity->without == CAVITY_NONE ? 1e-5F : 1e3F;
     const struct candidates *c = choice->world.candidates;
     const double before = choice_square((double)choice->error[x]);
     float weight[4], sum = 0;
-    const int face = find_face(cavity, c->position + 3 * (size_t)x, weight);
+    const int face = find_face(cavity, c->position + 3 * (size_t)x, off, weight);
     if (face < 0)
         return choice->blend[x].stood_in ? square_of_stand_in(choice, candidate, x) : before;
     const uint32_t *corner = cavity->corner[face];
@@ -254,7 +292,7 @@ static void add_cell(const struct cavity *cavity, const struct choice *choice, u
             continue;
         const double weight = (double)choice->weight[x],
                      before = weight * choice_square((double)choice->error[x]),
-                     after = weight * square_at(cavity, choice, candidate, walled, x);
+                     after = weight * square_at(cavity, choice, candidate, walled, stays, x);
         sums->before += before;
         sums->after += after;
         sums->squares += (before - after) * (before - after);

@@ -18,6 +18,10 @@
 
 #include "adapt/choice.h"
 
+#define CAVITY_NONE UINT32_MAX
+
+struct stars;
+
 enum { CAVITY_CELLS = 192, CAVITY_RING = 256, CAVITY_FACES = 4 * CAVITY_RING };
 
 /* Room for one thread's work. */
@@ -33,11 +37,16 @@ struct cavity {
     float row[9][CAVITY_FACES];
     size_t faces;
     double point[3];
+    uint32_t without; /* a candidate that would be no probe any more; or CAVITY_NONE */
 };
 
 /* Finds the cells of a candidate's cavity, and those around it where the point is beyond the hull;
  * false where the cavity is larger than it may be. */
 bool cavity_dig(struct cavity *cavity, const struct choice *choice, uint32_t candidate);
+
+/* The same without one of the choice's probes, whose cells are all part of it. */
+bool cavity_dig_without(struct cavity *cavity, const struct choice *choice, uint32_t candidate,
+                        const struct stars *stars, uint32_t probe);
 
 /* What stands for all that its gain is made of, not 0. cell: gains_cells; refined: whether the
  * candidate is. */

@@ -104,6 +104,13 @@ static inline bool choice_counts(const struct choice *choice, uint32_t x)
     return choice->world.candidates->kind[x] == CANDIDATE_SPACE && !choice->chosen[x];
 }
 
+/* Whether a candidate could be a probe, and is none. */
+static inline bool choice_can_add(const struct choice *choice, uint32_t x)
+{
+    const unsigned char kind = choice->world.candidates->kind[x];
+    return (kind == CANDIDATE_SPACE || kind == CANDIDATE_SURFACE) && !choice->chosen[x];
+}
+
 /* Bytes of the packed file (probe-query --pack float) of probes with SH of this order; 0: memory is
  * short. */
 size_t choice_bytes(const struct choice *choice, int order);

@@ -26,12 +26,6 @@ static const double NOISE = 2;
 /* What gains count that may be by chance. */
 static const double DOUBTFUL = 1e-3;
 
-static bool can_be_chosen(const struct choice *choice, uint32_t x)
-{
-    const enum candidate_kind kind = choice->world.candidates->kind[x];
-    return (kind == CANDIDATE_SPACE || kind == CANDIDATE_SURFACE) && !choice->chosen[x];
-}
-
 /* The cells by their errors, less what may well be noise: else those would come first that are
  * large, without any error to speak of. */
 static struct error *rank_cells(const struct choice *choice, struct rank **cell)
@@ -64,7 +58,7 @@ static size_t pick(const struct choice *choice, uint32_t cell, struct rank *all,
 {
     size_t count = 0;
     for (uint32_t k = choice->first[cell]; k < choice->first[cell + 1]; k++)
-        if (can_be_chosen(choice, choice->at[k]))
+        if (choice_can_add(choice, choice->at[k]))
             all[count++] = (struct rank){(double)choice->error[choice->at[k]], choice->at[k]};
     qsort(all, count, sizeof *all, rank_compare);
     const size_t take = count < OF_A_CELL ? count : OF_A_CELL;

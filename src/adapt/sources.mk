@@ -11,6 +11,7 @@ adapt_sources = \
 	%D%/gains.c %D%/gains.h \
 	%D%/insert.c %D%/insert.h \
 	%D%/mean_error.c %D%/mean_error.h \
+	%D%/move.c %D%/move.h \
 	%D%/place_ascent.c \
 	%D%/place_light.c %D%/place_light.h \
 	%D%/place_methods.c \
