@@ -626,6 +626,19 @@ probe-place grid -q --count 200 --ground 1 --text up.obj >up.probe
 check "a hill whose Z is up is stood on, by the count" each up.probe \
     'near($3, 4.5 * exp(-($1 * $1 + $2 * $2) / 30), .6)' and holds up.probe 196
 
+# Grounds that look down, flat or steep, are taken for what they are meant to be.
+ground '2.5 * sin(x) * cos(.8 * z)' >steep.obj
+for scene in flat steep; do
+    awk '/^f/ { print $1, $2, $5, $4, $3; next } { print }' $scene.obj >down.obj
+    for file in $scene down; do
+        probe-place grid --count 100 --text $file.obj 2>$file.err | numbers >$file.rows
+    done
+    paste -d ' ' $scene.rows down.rows >both
+    check "a $scene ground that looks down has the probes of one that looks up, and a warning" \
+        every 'NF == 6 && near($1, $4, 1e-9) && near($2, $5, 1e-4) && near($3, $6, 1e-9)' both \
+        and test -s both and says down.err 'taken as turned inside out' and lacks $scene.err turned
+done
+
 # -- turned and several boxes -------------------------------------------------------------------
 probe-place grid --spacing 1 --clearance 0 --bounds 0,0,0,4,0,2 --turn 90 --text >quarter.probe
 check "a box is turned about its middle" holds quarter.probe 15 and says rows '^1 0 3$' '^3 0 -1$'

@@ -33,21 +33,26 @@ bool place_ground_look(struct place_ground *ground)
     vec3_store(high, scene->box_max);
     for (int i = 0; i < SIDE * SIDE; i++) {
         double p[3], d[3] = {0};
-        p[axis] = (low[axis] + high[axis]) / 2;
+        p[axis] = way > 0 ? high[axis] + step : low[axis] - step;
         p[u] = low[u] + (i % SIDE + .5) / SIDE * (high[u] - low[u]);
         p[v] = low[v] + (i / SIDE + .5) / SIDE * (high[v] - low[v]);
-        d[axis] = way;
+        d[axis] = -way;
         struct trace_hit hit = trace_nearest(ground->tracer, p, d, INFINITY);
+        fronts += hit.hit && hit.front;
+        backs += hit.hit && !hit.front;
+        p[axis] -= way * (hit.distance + step);
+        if (!hit.hit || !trace_nearest(ground->tracer, p, d, INFINITY).hit) {
+            escaped++; /* what stands alone is no ceiling, whichever way it looks */
+            continue;
+        }
+        p[axis] = (low[axis] + high[axis]) / 2;
+        d[axis] = way;
+        hit = trace_nearest(ground->tracer, p, d, INFINITY);
         for (int steps = 0; steps < 64 && hit.hit && !hit.front; steps++) {
             p[axis] += way * (hit.distance + step);
             hit = trace_nearest(ground->tracer, p, d, INFINITY);
         }
         escaped += !hit.hit;
-        p[axis] = way > 0 ? high[axis] + step : low[axis] - step;
-        d[axis] = -way;
-        hit = trace_nearest(ground->tracer, p, d, INFINITY);
-        fronts += hit.hit && hit.front;
-        backs += hit.hit && !hit.front;
     }
     const bool open = 2 * escaped > SIDE * SIDE;
     ground->way = way;
@@ -77,7 +82,9 @@ struct error *place_ground_column(struct place *place, const struct place_ground
         memcpy(foot, at, sizeof foot);
         foot[up] = at[up] - way * hit.distance;
         const double room = way * (above - foot[up]);
-        if (hit.front != ground->turned && fabs(normal[up]) >= FLOOR_LEAST && room >= step / 2)
+        /* of what looks down for the most part the topmost may be a box that looks up */
+        const bool floor = hit.front != ground->turned || (ground->turned && !i);
+        if (floor && fabs(normal[up]) >= FLOOR_LEAST && room >= step / 2)
             for (int k = 0; k < ground->layers && !err; k++) {
                 double node[3];
                 memcpy(node, foot, sizeof node);

@@ -26,7 +26,8 @@ struct place_ground {
 };
 
 /* Whether most rays from within the scene's box along its shortest axis escape, through backs but
- * no front: there is no ceiling. Of a ground whose tracer and up are known; sets way and turned. */
+ * no front, or there is but one surface along them: there is no ceiling. Of a ground whose tracer
+ * and up are known; sets way and turned. */
 bool place_ground_look(struct place_ground *ground);
 
 /* Appends the column through p: `first` above each floor that is between these ends, coordinates

@@ -85,6 +85,7 @@ struct extent {
     struct box box;
     double area;
     struct vec3 sum;               /* of the area times the normal: 0 of what is closed */
+    struct vec3 shadow;            /* of the same along each axis, whichever way a face looks */
     double volume;                 /* that it encloses when it is closed but for slits */
     double centre[3];              /* from where the volume is seen */
     struct sample sample[SAMPLES]; /* largest first; no area: none */
@@ -168,6 +169,7 @@ static void measure_pieces(const struct place_pieces *pieces, struct extent *ext
             const struct vec3 a = vec3_scale(
                 0.5, vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0])));
             e->sum = vec3_add(e->sum, a);
+            e->shadow = vec3_add(e->shadow, (struct vec3){fabs(a.x), fabs(a.y), fabs(a.z)});
             e->volume += vec3_dot(a, vec3_sub(corner[0], centre)) / 3;
             if (emits && !e->emits)
                 memset(e->sample, 0, sizeof e->sample);
@@ -688,8 +690,21 @@ static void find_targets(struct place_pieces *pieces, const struct extent *exten
     }
 }
 
+/* The area by which a sheet looks one way: all of it where it does so on the whole; of a ground,
+ * however steep, that looks up or down all over, its shadow's; 0 where it looks to all sides. */
+static double one_way_area(const struct extent *e)
+{
+    const double length = vec3_length(e->sum);
+    if (length >= .7 * e->area)
+        return e->area;
+    return (fabs(e->sum.y) >= .5 * e->area && fabs(e->sum.y) >= .95 * e->shadow.y) ||
+                   (fabs(e->sum.z) >= .5 * e->area && fabs(e->sum.z) >= .95 * e->shadow.z)
+               ? length
+               : 0;
+}
+
 /* Where up is, and whether sheets look down: a ground with a front that nobody stands on. Large
- * sheets that look one way on the whole say so; trees and fences do not. */
+ * sheets that look one way say so; trees and fences do not. */
 static void find_up(struct place_pieces *pieces, const struct extent *extent)
 {
     double largest = 0, area = 0;
@@ -698,10 +713,10 @@ static void find_up(struct place_pieces *pieces, const struct extent *extent)
         if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area > largest)
             largest = extent[i].area;
     for (size_t i = 0; i < pieces->solids.count; i++)
-        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area >= .05 * largest &&
-            vec3_length(extent[i].sum) >= .7 * extent[i].area) {
-            area += extent[i].area;
-            sum = vec3_add(sum, extent[i].sum);
+        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area >= .05 * largest) {
+            const double one_way = one_way_area(&extent[i]);
+            area += one_way;
+            sum = one_way > 0 ? vec3_add(sum, extent[i].sum) : sum;
         }
     const bool one_way = vec3_length(sum) > .5 * area;
     pieces->upside_down = one_way && (sum.y < -.5 * area || sum.z < -.5 * area);
