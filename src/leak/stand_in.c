@@ -15,9 +15,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* POINTS of a cell; candidates stand within RINGS cells of it, LISTED at most, and the ASKED
- * nearest are looked for from TRIED of the points, the best BEST of them from all. */
-enum { POINTS = 64, PRIME = 7919, RINGS = 3, LISTED = 1024, ASKED = 48, TRIED = 12, BEST = 6 };
+/* POINTS of a cell, the first of LOOKED evenly spread ones that lack a probe, so that few are not
+ * judged by fewer; candidates stand within RINGS cells of it, LISTED at most, and the ASKED nearest
+ * are looked for from TRIED of the points, the best BEST of them from all. */
+enum {
+    POINTS = 64,
+    LOOKED = 8 * POINTS,
+    PRIME = 7919,
+    RINGS = 3,
+    LISTED = 1024,
+    ASKED = 48,
+    TRIED = 12,
+    BEST = 6
+};
 
 /* A stand-in is seen from more points than what is left of the corners, by more than one: from
  * both sides of a wall a few points see little, and one may be on either. */
@@ -79,7 +89,7 @@ static int find_points(const struct job *job, size_t cell, struct vec3 point[POI
         sight[i] = half_of(job->sight[width * cell + i]);
         walled = walled || job->sight[width * cell + i] > 1;
     }
-    for (int k = 0; k < POINTS && walled; k++) {
+    for (int k = 0; k < LOOKED && count < POINTS && walled; k++) {
         double u[4], weight[4];
         struct vec3 p = {0};
         point_of_cell(corners, k, u);
