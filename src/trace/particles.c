@@ -132,15 +132,16 @@ static struct error *set_sources(struct job *job)
         add_source(job, (struct source){.kind = TREE,
                                         .power = ANGLE_PI * sides * lights_strength(job->lights)});
     }
-    double all = 0, before = 0;
+    double all = 0, before = 0; /* shares of the sources until there */
     for (size_t i = 0; i < job->sources; i++)
         all += job->source[i].power;
     for (size_t i = 0; i < job->sources; i++) {
         struct source *s = &job->source[i];
         const double count = (double)job->settings->count;
-        s->first = (uint32_t)(before / all * count);
-        before += s->power;
-        s->count = (uint32_t)(i + 1 < job->sources ? before / all * count : count) - s->first;
+        const double even = job->settings->even;
+        s->first = (uint32_t)(before * count);
+        before += (1 - even) * (s->power / all) + even / (double)job->sources;
+        s->count = (uint32_t)(i + 1 < job->sources ? before * count : count) - s->first;
     }
     return err;
 }

@@ -25,6 +25,9 @@ struct particles_settings {
     size_t count;   /* of particles; below 2^30 */
     int bounces;    /* hits that a particle has at most; at least 1 */
     bool suns_only; /* no other light sends any */
+    /* Share of them that goes alike to each sun, the sky and all other lights together, so that a
+     * lamp in a closed room gets its own beside the sun; the others go by power */
+    double even;
     uint64_t seed;
     int threads;
 };
