@@ -332,11 +332,12 @@ int main(int argc, char **argv)
         .usage = usage,
         .summary =
             "Puts probes into SCENE: on a grid, at the positions in FILE (x y z a line, or x y z "
-            "nx ny nz), along the\npath through them, at its vertices, around its lights, as an "
-            "octree, wherever a body gets (reach); or by\nits light: adaptive, where they lower "
-            "the error most that a player sees; spawn-merge, where light\ndiffers; ascent, where "
-            "it comes from; unlit, a few for the dark. Probes inside solids, under the ground\n"
-            "or outside of a closed level are dropped.",
+            "nx ny nz), along the\npath through them, at its vertices, on surfaces that light gets "
+            "to (poisson), around its lights, as an\noctree, wherever a body gets (reach); or by "
+            "its light: adaptive, where they lower the error most that\na player sees; "
+            "spawn-merge, where light differs; ascent, where it comes from; unlit, a few for the\n"
+            "dark. Probes inside solids, under the ground or outside of a closed level are "
+            "dropped.",
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};

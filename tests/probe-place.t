@@ -663,6 +663,32 @@ check "a lone triangle far away is named" grep -q \
 probe-place grid --count 100 --bounds -9,1,-9,9,5,9 near.obj 2>near.err >/dev/null
 check "but not one that floats reach" sh -c '! grep -q "units away" near.err'
 
+# -- points on surfaces ----------------------------------------------------------------------------
+poisson="probe-place poisson --point 4,2,2.5,9,9,9 --text"
+$poisson --count 150 "$rooms" >poisson.probe 2>err
+check "poisson: normals, radii, occlusion, and what it took is told" says poisson.probe \
+    '^table probe position:f64:3 normal:f32:3 origin:i32:1 radius:f32:1 ao:f32:1$' \
+    and says err 'probe-place: 1[45].* points, radii .* darts' and each poisson.probe \
+    'near($4 ^ 2 + $5 ^ 2 + $6 ^ 2, 1, 1e-5) && $7 == 12 && $8 > 0 && $9 >= 0 && $9 <= 1'
+$poisson -q --radii .3,1 "$rooms" >poisson.probe
+$poisson -q --radii .3,1 --lift .2 --threads 1 "$rooms" >lifted.probe
+check "--lift: the same in space, without normals" says lifted.probe \
+    '^table probe position:f64:3 origin:i32:1 radius:f32:1 ao:f32:1$' \
+    and [ "$(row_count probe lifted.probe)" -eq "$(row_count probe poisson.probe)" ]
+check "and probe-capture gives those with normals irradiance" into lit.probe \
+    probe-capture -q --rays 16 --point 4,2,2.5,9,9,9 --text "$rooms" poisson.probe \
+    and says lit.probe 'radius:f32:1 ao:f32:1.* irradiance:f32:3'
+refused 1 "no light gets to any surface: --sky" probe-place poisson --count 9 --light-scale 0 \
+    "$rooms"
+refused 2 "expected either --radii or --count" probe-place poisson "$rooms"
+for radii in 0 0,1 2,1 -1,1; do
+    refused 2 "expected MAX, or MIN,MAX" probe-place poisson --radii $radii "$rooms"
+done
+refused 1 "at most the scene's diagonal" $poisson --radii 1,100 "$rooms"
+refused 1 "at least 1e-06 of the scene's diagonal" $poisson --radii 1e-9,1 "$rooms"
+refused 1 "make more than --max-probes 20" $poisson -q --radii .1 --max-probes 20 "$rooms"
+refused 2 "--radii goes with the method poisson" probe-place grid --radii 1 --count 9 "$rooms"
+
 # -- octrees ---------------------------------------------------------------------------------------
 printf '%s\n' 'newmtl glow' 'Kd 0 0 0' 'Ke 1 1 1' 'newmtl dark' 'Kd 0 0 0' >octree.mtl
 {

@@ -35,6 +35,7 @@ MODULE_TESTS = \
 	tests/sky \
 	tests/enter \
 	tests/particles \
+	tests/poisson \
 	tests/path \
 	tests/capture \
 	tests/capture_error \

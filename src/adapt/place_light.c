@@ -31,9 +31,10 @@ struct option_row *place_light_rows(struct place_options *options, struct option
          .given = &options->light.rays_given,
          .least = 16,
          .most = CAPTURE_RAYS_MOST,
-         .shown = "256; adaptive 512",
+         .shown = "256; adaptive 512; poisson 64",
          .help = "by light: rays at each position that is looked at; adaptive: rays a\n"
-                 "probe, at the least (noise): points that could be one get half"},
+                 "probe, at the least (noise): points that could be one get half;\n"
+                 "poisson: rays of occlusion"},
         {.name = "bounces",
          .argument = "N",
          .kind = OPTION_INT,

@@ -346,7 +346,7 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
          .most = 1e15,
          .given = &o->count_given,
          .help = "grid, and those that start from one: the finest spacing that makes at\n"
-                 "most N probes, before those in no air go"},
+                 "most N probes, before those in no air go; poisson: the least radii"},
         {.name = "bounds",
          .argument = "X0,Y0,Z0,X1,Y1,Z1",
          .kind = OPTION_CALL,

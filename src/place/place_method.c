@@ -28,7 +28,8 @@ struct place_options place_options_default(void)
                                             .merge_contrast = NAN,
                                             .spawn_distance = 1.8,
                                             .spawn_contrast = NAN},
-                                  .adaptive = {.noise = 0.3}};
+                                  .adaptive = {.noise = 0.3},
+                                  .poisson = {.particles = 20000, .misses = 32}};
 }
 
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows)

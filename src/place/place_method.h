@@ -81,6 +81,13 @@ struct place_options {
     /* unlit, and ascent; 0: as many as there are areas */
     int unlit;
     bool unlit_given;
+    /* poisson; lengths in units of the scene */
+    struct {
+        double radii[2], distance, lift;
+        int steer; /* enum poisson_steer */
+        int particles, misses;
+        bool radii_given, distance_given, lift_given, steer_given, particles_given, misses_given;
+    } poisson;
     /* octree and spawn-merge: from where to where cells are cut; the latter has no least */
     int levels[2];
     bool levels_given, least_level_given;
@@ -140,12 +147,13 @@ struct place_method {
 
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
     place_method_vertices, place_method_lights, place_method_adaptive, place_method_spawn_merge,
-    place_method_ascent, place_method_unlit, place_method_octree, place_method_reach;
+    place_method_ascent, place_method_unlit, place_method_octree, place_method_poisson,
+    place_method_reach;
 /* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];
 
-enum { PLACE_OPTION_ROWS = 96 }; /* room for those of all methods and the end */
+enum { PLACE_OPTION_ROWS = 104 }; /* room for those of all methods and the end */
 
 /* Fills rows with the options of all methods, and returns them. */
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows);

@@ -11,8 +11,11 @@ place_sources = \
 	%D%/place_method.c %D%/place_method.h \
 	%D%/place_path.c \
 	%D%/place_points.c \
+	%D%/place_poisson.c \
 	%D%/place_reach.c \
 	%D%/place_vertices.c \
+	%D%/point_grid.c %D%/point_grid.h \
+	%D%/poisson.c %D%/poisson.h \
 	%D%/reach.c %D%/reach.h \
 	%D%/space.c %D%/space.h \
 	%D%/up.c %D%/up.h \
