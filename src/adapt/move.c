@@ -89,7 +89,8 @@ static struct error *find_move(void *context, size_t i, int thread)
         for (size_t k = 0; k < count; k++) {
             if (!cavity_dig_without(cavity, m->choice, near[k].number, &m->stars, (uint32_t)i))
                 continue;
-            const double gain = cavity_gain(cavity, m->choice, near[k].number);
+            bool by_chance; /* what was moved is looked at again, and taken back if so */
+            const double gain = cavity_gain(cavity, m->choice, near[k].number, &by_chance);
             if (gain > known->gain) {
                 known->gain = gain;
                 known->candidate = near[k].number;
