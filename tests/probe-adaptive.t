@@ -194,6 +194,13 @@ check "of all but two" has_lines 28 rows
 # -- light that is kept ----------------------------------------------------------------------------
 # light STREAM: position and light of each probe, into the file of that name
 light() { rows_of position,sh,sh_error,validity,depth,sky "$1.probe" >"$1"; }
+# a sun alone, with nothing near: at each point max(c, 0), c the cosine of the angle to it, of which
+# SH of order 3 hold 1/4 + c/2 + 5/32 (3 c^2 - 1); held against that along the ruler's
+# directions, with its floor of a tenth of 1/4 / 0.7, they are 56.21 % off
+printf '%s\n' 'v 500 500 500' 'v 501 500 500' 'v 500 501 500' 'f 1 2 3' >far.obj
+probes far.obj --probes 8 --bounds 0,0,0,1,1,1 --sun 0,0,-1,1,1,1
+check "the error held out is that of light as it is, not of what SH of a higher order hold" \
+    says said ' (held out 56.21, 56.21 to 56.21)'
 noise=100%
 probes lamp.obj --probes 12 --rays 64
 noise=0

@@ -23,7 +23,7 @@
 enum { TRIES = 64 }; /* points of the box for each free one that is wanted, at the most */
 enum { JUDGES = 500, JUDGES_MOST = 2000, JUDGE_EVERY = 20 }; /* of space for each judge */
 enum { SURFACE_EVERY = 3 };                                  /* of space for each near a surface */
-enum { TRUTH_ORDER = 5 };               /* of SH that hold irradiance but for a thousandth */
+enum { TRUTH_ORDER = 5 };               /* of SH: but for 7 % of that of one distant lamp */
 enum { FOR_JUDGE = 0x61, FOR_SURFACE }; /* what random numbers are for: part of their name */
 
 /* Rays of both halves, as shares of those that a probe will be captured with. What noise chosen
@@ -290,6 +290,11 @@ static bool is_probe(const struct tracing *t, size_t i)
     return t->c->kind[i] != CANDIDATE_JUDGE && (t->list || t->c->kind[i] == CANDIDATE_GIVEN);
 }
 
+static struct error *too_bright(void)
+{
+    return error_new("light is beyond what 32 bits can hold: --light-scale brings it down");
+}
+
 /* Of a half. */
 static int rays_of(const struct tracing *t, size_t i, int half)
 {
@@ -299,6 +304,25 @@ static int rays_of(const struct tracing *t, size_t i, int half)
     const double both = judge && !t->job->by_noise ? JUDGE_RAYS : CHOICE_RAYS;
     const double share = !is_probe(t, i) ? both / 2 : half ? PROBE_RAYS - 1 : 1;
     return (int)fmin(fmax(ceil(share * rays), least), CAPTURE_RAYS_MOST);
+}
+
+/* Luminance of a judge's irradiance along the directions, and what SH of the order hold of it: of
+ * the highest nothing is known, so all. */
+static struct error *look_at_judge(const struct tracing *t, const struct capture_probe *light,
+                                   float *probe, float *truth)
+{
+    double value[SPHERE_COUNT], left[SPHERE_COUNT];
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        value[d] = left[d] = luminance_f32(light->sh + 3 * d);
+        if (!isfinite(value[d]))
+            return too_bright();
+    }
+    sphere_cut_off(t->probe.order, left);
+    for (int d = 0; d < SPHERE_COUNT; d++) {
+        truth[d] = (float)value[d];
+        probe[d] = (float)(t->probe.order > SPHERE_ORDER ? value[d] : value[d] - left[d]);
+    }
+    return NULL;
 }
 
 /* Luminance of irradiance along the directions. */
@@ -312,7 +336,7 @@ static struct error *look(const struct sphere_basis *basis, const struct capture
     for (int d = 0; d < SPHERE_COUNT; d++) {
         value[d] = (float)e[d];
         if (!isfinite(value[d]))
-            return error_new("light is beyond what 32 bits can hold: --light-scale brings it down");
+            return too_bright();
     }
     return NULL;
 }
@@ -358,6 +382,10 @@ static struct error *trace_half(const struct tracing *t, size_t i, int half,
             return err;
     }
     settings.error *= JUDGE_NOISE;
+    if (t->c->kind[i] == CANDIDATE_JUDGE) {
+        settings.normal = sphere_direction[0];
+        settings.normal_count = SPHERE_COUNT;
+    }
     /* no --seed of a capture is as large, nor those of truths (truth.c) */
     settings.seed |= (uint64_t)(half + 2) << 60;
     settings.rays = rays;
@@ -384,11 +412,15 @@ static struct error *trace_halves(const struct tracing *t, size_t i)
     struct error *err = NULL;
     for (int half = 0; half < 2 && !err; half++) {
         struct capture_probe light;
+        float *probe = t->c->light[i].probe[half], *truth = t->c->light[i].truth[half];
         err = trace_half(t, i, half, &light);
-        if (!err)
-            err = look(&t->probe, &light, t->c->light[i].probe[half]);
-        if (!err)
-            err = look(&t->truth, &light, t->c->light[i].truth[half]);
+        if (!err && t->c->kind[i] == CANDIDATE_JUDGE)
+            err = look_at_judge(t, &light, probe, truth);
+        else if (!err) {
+            err = look(&t->probe, &light, probe);
+            if (!err)
+                err = look(&t->truth, &light, truth);
+        }
     }
     return err;
 }

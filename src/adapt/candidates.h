@@ -11,7 +11,8 @@
  *
  * Of each is kept, in luminance along the directions of sphere.h, the irradiance that a probe there
  * gives by SH of the order that is asked for, and the true one, by SH of order 5 or more, which
- * lose next to nothing of it (A_3 = 0 and A_5 = 0: sh.h). Both are of the same rays, and are kept
+ * lose little of it (A_3 = 0 and A_5 = 0: sh.h); that of judges is the irradiance itself, for
+ * beside a small lamp what SH lose is some percent of it. Both are of the same rays, and are kept
  * in two halves, of half the rays each, that share no random number: with s1, s2 the halves of what
  * probes give at a candidate and T1, T2 those of its truth, (s1 - T1)(s2 - T2) has the expectation
  * of the squared error, whatever the noise. So noise is neither taken for an error nor chased, and
