@@ -189,6 +189,10 @@ refused 2 "reach needs a SCENE" \
     probe-place grid --reach starts.txt --spacing 1 --bounds 0,0,0,1,1,1
 refused 2 "standard input: it is read more than once" probe-error --reach - two.obj starts.txt
 
+probe-place reach --progress --cell .5 starts.txt two.obj 2>said | probe-cat --text | numbers >rows
+check "the flood shows how far it is" says said 'probe-place: [1-9][0-9]* places, ' \
+    and test -s rows
+
 # -- what takes it ---------------------------------------------------------------------------------
 echo '3 1 3' >start.txt
 probe-place grid -q --spacing .8 --reach start.txt two.obj >grid.probe

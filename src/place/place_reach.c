@@ -40,6 +40,7 @@ struct error *place_reach_open(struct reach **reach, const struct place_options 
 {
     struct reach_settings settings = o->reach;
     settings.threads = world->inside.threads;
+    settings.program = world->progress ? world->program : NULL;
     *reach = NULL;
     return o->reach_given ? reach_create(reach, o->reach_file, tracer, &settings, world->warnings)
                           : NULL;
@@ -98,6 +99,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     struct tracer *tracer = NULL;
     struct reach *reach = NULL;
     settings.threads = world->inside.threads;
+    settings.program = world->progress ? world->program : NULL;
     struct error *err = trace_create(&tracer, world->scene);
     if (!err)
         err = reach_create(&reach, world->file, tracer, &settings, world->warnings);

@@ -3,6 +3,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/options.h"
+#include "base/progress.h"
 #include "base/warning.h"
 #include "math/box.h"
 #include "math/hash.h"
@@ -59,6 +60,7 @@ struct reach {
     size_t comings; /* to states, again too */
     int32_t *root;  /* of each start's part: another of the same, or itself */
     size_t parts, parts_room;
+    struct progress *progress; /* of the flood */
     struct span *span;
     struct reach_column *column;
     size_t columns, spans;
@@ -137,6 +139,7 @@ static struct error *add(struct reach *r, struct state state, int64_t *number)
     *number = (int64_t)r->count;
     r->state[r->count] = state;
     put(r, (uint32_t)r->count++);
+    progress_add(r->progress, 1);
     return NULL;
 }
 
@@ -633,8 +636,10 @@ struct error *reach_create(struct reach **reach, const char *file, const struct 
     if (!err)
         err = judge_scene(&judge, r, warnings);
     struct starting starting = {.reach = r, .judge = judge};
+    r->progress = progress_start(!err && settings->program, settings->program, "places", 0);
     if (!err)
         err = points_read_all(file, POINTS_PLACES, take, &starting, warnings);
+    progress_end(r->progress);
     if (!err)
         err = make_columns(r);
     size_t parts = 0;

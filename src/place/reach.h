@@ -34,6 +34,7 @@ struct reach_settings {
     bool fly;
     int most; /* cells that are tried */
     int threads;
+    const char *program; /* in whose name the flood's progress is shown; NULL: it is not */
     bool most_given, radius_given, height_given, climb_given, drop_given, headroom_given,
         cell_given, fly_given;
 };
