@@ -124,6 +124,8 @@ check "--gain" probes lamp.obj --gain 60% --rays $rays and says said 'gained les
 probes lamp.obj --max-error .1% --max-probes 30 --rays $rays
 check "--max-probes" [ "$(placed)" -eq 30 ] \
     and says said 'warning: the error is .* %.*, not 0.10 % or less: the best'
+check "and that SH leave more than is asked for, at once" sh -c 'head -n 2 said |
+    grep -q "SH of order 3 leave .* wherever probes are, more than the 0.10 % asked for"'
 check "--curve has a line a round" probes lamp.obj --probes 60 --rays $rays --curve curve.tsv \
     and says curve.tsv '^4	' '^60	' \
     '^probes.bytes.error.held_out.held_out_low.held_out_high.seconds$'

@@ -236,6 +236,20 @@ static struct error *look_quietly(struct run *run, struct choice_errors *told, f
     return err;
 }
 
+/* Says at once that SH of this order leave more than the error that is asked for. */
+static struct error *tell_least(const struct run *run)
+{
+    const double asked = run->job->limits.error;
+    double least = 0;
+    struct error *err = asked > 0 ? choice_least_error(&run->now, &least) : NULL;
+    if (!err && least > asked && run->job->program)
+        fprintf(stderr,
+                "%s: SH of order %d leave %.2f %% of error wherever probes are, more than the "
+                "%.2f %% asked for: a higher --order leaves less\n",
+                run->job->program, run->job->candidates.settings->order, 100 * least, 100 * asked);
+    return err;
+}
+
 /* Looks, and tells it. */
 static struct error *look(struct run *run)
 {
@@ -267,7 +281,7 @@ static struct error *look(struct run *run)
                            .doubt = looked.told.doubt,
                            .seconds = clock_seconds() - run->began};
     tell(run);
-    return NULL;
+    return r->rows == 1 ? tell_least(run) : NULL;
 }
 
 /* Goes back to what was looked at. */
