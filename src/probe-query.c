@@ -137,6 +137,12 @@ static struct error *answer(struct interpolate *in, const struct arguments *a, c
                      query_outside(query),
                      settings.outside == QUERY_ZERO ? "they have no light"
                                                     : "their light is that end's");
+    else if (!err && query_outside(query) && interpolate_of_surfaces(in))
+        warnings_add(warnings, "outside", "%zu points are covered by no disc: %s",
+                     query_outside(query),
+                     settings.outside == QUERY_ZERO
+                         ? "they have no light"
+                         : "their light is that of the disc whose rim is nearest for its size");
     else if (!err && query_outside(query))
         warnings_add(warnings, "outside", "%zu points are outside the hull of the probes: %s",
                      query_outside(query), light_outside(in, settings.outside));

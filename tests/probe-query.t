@@ -363,8 +363,36 @@ done
 echo "1 0 0 0 7 0" | probe-query --to stream --column irradiance corner.probe >asked.probe
 check "as a stream of surface probes" says asked.probe \
     '^table probe position:f64:3 normal:f32:3 irradiance:f32:3$'
-refused 1 "surface probes are asked with a normal by --interpolate barycentric alone" \
+refused 1 "surface probes are asked with a normal by --interpolate discs or barycentric alone" \
     given "1 0 0 0 1 0" probe-query --interpolate nearest --column irradiance corner.probe
+printf '%s\n' '#?probe 1' 'table probe position:f64:3 irradiance:f32:3' '0 0 0 1 1 1' end \
+    >bare.probe
+# A sheet: light 1 above, 0 below, at the same places.
+{
+    printf '%s\n' '#?probe 1' \
+        'table probe position:f64:3 normal:f32:3 radius:f32:1 irradiance:f32:3'
+    for x in 0 1 2 3; do
+        echo "$x 0 0  0 1 0  .6  1 1 1"
+        echo "$x 0 0  0 -1 0  .6  0 0 0"
+    done
+    echo end
+} >sheet.probe
+for falloff in linear quadratic cubic; do
+    printf '%s\n' '.7 0 .1 0 2 0' '.7 0 .1 0 -1 0' '9 0 0 0 1 0' |
+        probe-query --interpolate discs --falloff $falloff sheet.probe >light 2>err
+    check "discs, $falloff: a sheet has its own light on each side" \
+        every 'near($1, NR != 2, 1e-6)' light and says err '1 points are covered by no disc'
+done
+echo '9 0 0 0 1 0' | probe-query -q --interpolate discs --outside zero sheet.probe >light
+check "discs: --outside zero is of what none covers" says light '^0 0 0$'
+refused 1 "no disc of a surface probe covers the point" \
+    given '9 0 0 0 1 0' probe-query --interpolate discs --outside error sheet.probe
+refused 1 "stdin:1: none of the surface probes faces" \
+    given '0 0 0 1 0 0' probe-query --interpolate discs sheet.probe
+refused 1 "discs expects points with a normal" \
+    given '0 0 0' probe-query --interpolate discs sheet.probe
+refused 1 "have no column normal" \
+    given '0 0 0 0 1 0' probe-query --interpolate discs --column irradiance bare.probe
 for points in "1 2 3" "1 2 3 0 1 0"; do
     refused 1 "each has the irradiance of its own normal (--column irradiance)" \
         given "$points" probe-query surfaces.probe

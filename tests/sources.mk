@@ -19,6 +19,7 @@ MODULE_TESTS = \
 	tests/basis \
 	tests/query \
 	tests/scatter \
+	tests/discs \
 	tests/interpolate \
 	tests/octree \
 	tests/library \

@@ -20,11 +20,17 @@
 #include <unistd.h>
 
 const struct interpolate_kind *const interpolate_kinds[] = {
-    &interpolate_barycentric, &interpolate_gradient,
-    &interpolate_cubic,       &interpolate_nearest,
-    &interpolate_shepard,     &interpolate_trilinear,
-    &interpolate_tricubic,    &interpolate_trilinear_gradient,
-    &interpolate_inverse,     NULL, /* a row a line */
+    &interpolate_barycentric,
+    &interpolate_gradient,
+    &interpolate_cubic,
+    &interpolate_nearest,
+    &interpolate_shepard,
+    &interpolate_trilinear,
+    &interpolate_tricubic,
+    &interpolate_trilinear_gradient,
+    &interpolate_inverse,
+    &interpolate_discs,
+    NULL, /* a row a line */
 };
 
 const struct interpolate_kind *interpolate_kind_find(const char *name)
@@ -330,6 +336,17 @@ struct error *interpolate_missing(const struct interpolate *in, const struct pro
             return error_new("probe %d has no gradient: run probe-capture", place->probe[i]);
     }
     return NULL;
+}
+
+bool interpolate_of_surfaces(const struct interpolate *in)
+{
+    return in->settings.kind->surface;
+}
+
+struct error *interpolate_surface(const struct interpolate *in, const double point[3],
+                                  const double n[3], float *out, bool *covered)
+{
+    return in->settings.kind->surface(in, point, n, out, covered);
 }
 
 struct error *interpolate_at(const struct interpolate *in, const double point[3],

@@ -36,6 +36,9 @@ extern const struct interpolate_kind
     interpolate_nearest,
     /* weights that fall to 0 at a radius (Bikker and Reijerse 2009). Without cells */
     interpolate_shepard,
+    /* of surface probes, each of which answers for a disc (discs.h): asked with a normal,
+     * interpolate_surface. Without cells */
+    interpolate_discs,
     /* of the nodes of a grid (nodes.h): reproduces products of linear fields along the axes; or of
      * an octree (octree.h): linear fields, continuous. Without cells */
     interpolate_trilinear,
@@ -56,8 +59,10 @@ enum interpolate_falloff {
 
 struct interpolate_settings {
     const struct interpolate_kind *kind; /* NULL: barycentric; once it is open, the kind it is */
-    enum interpolate_falloff falloff;    /* Shepard: weights are (radius - distance)^1, 2 or 3 */
-    double radius;                       /* Shepard; 0: scatter_spacing */
+    /* Shepard, discs: weights are (radius - distance)^1, 2 or 3 */
+    enum interpolate_falloff falloff;
+    /* Shepard; 0: scatter_spacing. Discs; 0: twice the column radius, or scatter_spacing */
+    double radius;
     /* an f32 column of table probe; gradients are in the column of that name and _gradient */
     const char *column;
     /* a column by which points are asked for, in place of where they are: their first number is
@@ -127,6 +132,15 @@ void interpolate_find_many(const struct interpolate *interpolate, size_t count, 
 
 /* Brings what interpolate_at will read nearer. */
 void interpolate_fetch(const struct interpolate *interpolate, const struct probe_place *place);
+
+/* Whether it is surfaces alone that are asked for, by interpolate_surface. */
+bool interpolate_of_surfaces(const struct interpolate *interpolate);
+
+/* The column's values at a point of a surface with the unit normal n. *covered: false where it is
+ * none of those that a disc covers, and one answers for it. Error: nothing faces as n does. Needs
+ * interpolate_of_surfaces. */
+struct error *interpolate_surface(const struct interpolate *interpolate, const double point[3],
+                                  const double n[3], float *out, bool *covered);
 
 /* The column's values at a point, whose place was found. Error: a probe's value is not known. */
 struct error *interpolate_at(const struct interpolate *interpolate, const double point[3],

@@ -29,6 +29,9 @@ struct interpolate_kind {
     /* Without cells: whether a point is inside of what the probes span. NULL: there is no outside.
      */
     void (*find)(const struct interpolate *in, const double point[3], struct probe_place *place);
+    /* Of surfaces: values at a point with a unit normal (interpolate_surface). NULL: of points. */
+    struct error *(*surface)(const struct interpolate *in, const double point[3], const double n[3],
+                             float *out, bool *covered);
     /* The values at a point. NULL: the probes of the place blended with its weights. */
     struct error *(*at)(const struct interpolate *in, const double point[3],
                         const struct probe_place *place, float *out);

@@ -38,9 +38,9 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
          .value = &o->kind,
          .shown = o->kind->name,
          .help = "from the cells: barycentric; with gradients too, gradient or cubic.\n"
-                 "From the probes alone: nearest or shepard. From the nodes of a grid or\n"
-                 "octree: trilinear, tricubic, inverse, or with gradients\n"
-                 "trilinear-gradient"},
+                 "From the probes alone: nearest or shepard; of surfaces: discs. From the\n"
+                 "nodes of a grid or octree: trilinear, tricubic, inverse, or with\n"
+                 "gradients trilinear-gradient"},
         {.name = "radius",
          .argument = "LENGTH",
          .kind = OPTION_REAL,
@@ -48,14 +48,14 @@ const struct option_row *interpolate_options_rows(struct interpolate_options *o,
          .least = 0,
          .least_open = true,
          .most = (double)INFINITY,
-         .shown = "twice the mean distance of neighbours",
-         .help = "shepard: of what is blended"},
+         .shown = "twice the mean distance of neighbours; discs: of column radius",
+         .help = "shepard, discs: of what is blended"},
         {.name = "falloff",
          .argument = "SHAPE",
          .kind = OPTION_CHOICE,
          .choices = falloffs,
          .value = OPTION_ENUM(o->falloff),
-         .help = "shepard: of the weights, towards the radius"},
+         .help = "shepard, discs: of the weights, towards the radius"},
         {.name = "outside",
          .argument = "WHAT",
          .kind = OPTION_CHOICE,
@@ -94,7 +94,7 @@ unsigned interpolate_visible_flags(enum interpolate_visible visible)
 struct error *interpolate_options_check(const struct interpolate_options *o)
 {
     if (!o->kind->has_radius && (o->radius > 0 || o->falloff))
-        return error_usage("--radius and --falloff need --interpolate shepard");
+        return error_usage("--radius and --falloff need --interpolate shepard or discs");
     return NULL;
 }
 
@@ -108,6 +108,9 @@ static unsigned outside_flags(int outside)
 struct interpolate_settings interpolate_options_settings(const struct interpolate_options *o,
                                                          const char *column)
 {
+    /* what surface probes have in the place of sh */
+    if (o->kind->surface && !strcmp(column, "sh"))
+        column = "irradiance";
     return (struct interpolate_settings){.kind = o->kind,
                                          .falloff = o->falloff,
                                          .radius = o->radius,

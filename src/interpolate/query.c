@@ -6,6 +6,7 @@
 #include "base/number.h"
 #include "base/threads.h"
 #include "interpolate/interpolate.h"
+#include "math/vec.h"
 #include "stream/points.h"
 #include "stream/stream.h"
 
@@ -167,9 +168,9 @@ static struct error *check_normals(struct query *q)
         return error_new(
             "points with a normal ask for irradiance, which is made of the column sh, not of %s",
             q->in->settings.column);
-    if (q->in->settings.kind != &interpolate_barycentric)
-        return error_new("surface probes are asked with a normal by --interpolate barycentric "
-                         "alone; x y z alone takes every way");
+    if (q->in->settings.kind != &interpolate_barycentric && !interpolate_of_surfaces(q->in))
+        return error_new("surface probes are asked with a normal by --interpolate discs or "
+                         "barycentric alone; x y z alone takes every other way");
     q->normal = column_f32(normal);
     return NULL;
 }
@@ -324,11 +325,35 @@ static struct error *blend_surfaces(const struct query *q, const double n[3],
     return NULL;
 }
 
+/* Irradiance from the discs of surface probes (interpolate.h). What none covers is outside. */
+static struct error *blend_discs(struct worker *w, const double *point, float rgb[3])
+{
+    const struct query *q = w->query;
+    const struct vec3 n = vec3_normalize(vec3_load(point + q->normal_at));
+    const double *given = point + q->normal_at;
+    bool covered = true;
+    if (!(fabs(vec3_length(n) - 1) < 1e-6))
+        return error_new("expected a normal with a length, got %g %g %g", given[0], given[1],
+                         given[2]);
+    struct error *err =
+        interpolate_surface(q->in, point, (const double[3]){n.x, n.y, n.z}, rgb, &covered);
+    if (err || covered)
+        return err;
+    w->job->outside++;
+    if (q->settings.outside == QUERY_ERROR)
+        return error_new("no disc of a surface probe covers the point");
+    if (q->settings.outside == QUERY_ZERO)
+        memset(rgb, 0, 3 * sizeof *rgb);
+    return NULL;
+}
+
 /* The column's values at a point whose place is known. */
 static struct error *light_point(struct worker *w, const double *point,
                                  const struct probe_place *place, float *light)
 {
     const struct query *q = w->query;
+    if (q->normal && interpolate_of_surfaces(q->in))
+        return blend_discs(w, point, light);
     if (!place->inside) {
         w->job->outside++;
         if (q->settings.outside == QUERY_ERROR)

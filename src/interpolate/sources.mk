@@ -4,9 +4,11 @@ interpolate_sources = \
 	%D%/baked.c %D%/baked.h \
 	%D%/bound.c %D%/bound.h \
 	%D%/cells_volume.c %D%/cells_volume.h \
+	%D%/discs.c %D%/discs.h \
 	%D%/interpolate.c %D%/interpolate.h \
 	%D%/interpolate_along.c \
 	%D%/interpolate_cells.c \
+	%D%/interpolate_discs.c \
 	%D%/interpolate_kind.h \
 	%D%/interpolate_nodes.c \
 	%D%/interpolate_options.c %D%/interpolate_options.h \
