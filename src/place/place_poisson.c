@@ -99,7 +99,7 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
          .least = 1,
          .most = 1 << 20,
          .given = &o->poisson.misses_given,
-         .help = "poisson: end where fewer than one of N darts finds room"}};
+         .help = "poisson: end where fewer than one of N darts of particles finds room"}};
     memcpy(row, all, sizeof all);
     return row + sizeof all / sizeof *all;
 }

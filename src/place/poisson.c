@@ -20,7 +20,7 @@
 #include <string.h>
 
 enum {
-    THROWS = 4,             /* darts that points throw for each that a particle leaves */
+    THROWS = 12,            /* darts that each point throws */
     BATCH_LEAST = 256,      /* darts that are judged at a time: half as many as there are points, */
     BATCH_MOST = 8192,      /* so that few of them are in each other's way */
     BLOCK = PATH_WAVE,      /* darts that a thread takes */
@@ -61,7 +61,8 @@ struct throwing {
     struct verdict *verdict;
     float far;                          /* local: at most as far as a particle came to a surface */
     size_t stride, round, first, count; /* of the batch */
-    size_t turn;                        /* the point that throws the round's first dart */
+    bool by_points;                     /* it is of those that points throw: */
+    size_t thrown;                      /* of them, until there */
 };
 
 /* Steps of about the golden section of `count` that come to each number below it once. */
@@ -376,7 +377,7 @@ static struct dart dart_of_particle(const struct throwing *t, size_t i)
     return dart_at(tracer, hit->position, t->far, hit->normal, scatters(tracer, hit));
 }
 
-/* Darts that points throw, which take turns, by the cosine. */
+/* Darts that points throw, one after the other, by the cosine. */
 struct throw
 {
     size_t count;
@@ -388,12 +389,12 @@ struct throw
 static void add_throw(const struct throwing *t, size_t i, size_t dart, struct throw *w)
 {
     const struct tracer *tracer = t->path->tracer;
-    const size_t from = (t->turn + i) % t->grid.count;
+    const size_t from = i / THROWS;
     const struct grid_point *point = &t->grid.point[from];
     if (!t->told[from].scatters)
         return;
-    struct random r =
-        random_start(t->settings->seed, UINT64_C(0x6461727400000000) + t->round, (uint32_t)i);
+    struct random r = random_start(t->settings->seed, UINT64_C(0x6461727400000000) + from,
+                                   (uint32_t)(i % THROWS));
     double p[3];
     vec3_store(p, point->position);
     const float u = random_float(&r), turn = random_float(&r);
@@ -416,18 +417,17 @@ static void land(const struct throwing *t, struct throw *w)
                 vec3f_most(trace_albedo(tracer, &w->points, k)) > 0);
 }
 
-/* Makes darts of the batch, `count` from its i-th on: of the round's arrivals, then thrown ones. */
+/* Makes darts of the batch, `count` from its i-th on: of the round's arrivals or thrown ones. */
 static void make_darts(const struct throwing *t, size_t first, size_t count)
 {
     struct throw w;
     w.count = 0;
     for (size_t k = first; k < first + count; k++) {
-        const size_t i = t->first + k;
         t->dart[k] = (struct dart){0};
-        if (i < t->particles.count)
-            t->dart[k] = dart_of_particle(t, i);
-        else if (t->grid.count)
-            add_throw(t, i - t->particles.count, k, &w);
+        if (t->by_points)
+            add_throw(t, t->thrown + k, k, &w);
+        else
+            t->dart[k] = dart_of_particle(t, t->first + k);
     }
     if (w.count)
         land(t, &w);
@@ -471,31 +471,38 @@ static struct error *throw_batch(struct throwing *t, struct poisson *set, size_t
 
 /* -- rounds ----------------------------------------------------------------------------------- */
 
-/* How the last darts fared, since there were that many points. */
+/* How the last darts fared that particles left, as many as there are points. */
 struct window {
     size_t darts, kept;
 };
 
-/* Throws the darts of a round of particles, until they find no room. */
-static struct error *throw_round(struct throwing *t, struct poisson *set, struct window *last,
-                                 bool *done)
+/* As many darts as go together. */
+static size_t batch_of(const struct throwing *t, size_t left)
 {
-    const size_t all = (1 + THROWS) * t->particles.count;
+    const size_t half = t->grid.count / 2, least = half < BATCH_LEAST ? BATCH_LEAST : half,
+                 batch = least < BATCH_MOST ? least : BATCH_MOST;
+    return batch < left ? batch : left;
+}
+
+/* Throws the darts that a round of particles left, and all that points throw, those of points that
+ * this brings as well: wherever there is room, it is filled at once, however little of it is seen
+ * from elsewhere. */
+static struct error *throw_round(struct throwing *t, struct poisson *set, struct window *last)
+{
     struct error *err = NULL;
+    t->by_points = false;
     t->stride = t->particles.count ? stride_of(t->particles.count) : 1;
-    for (t->first = 0; t->first < all && !err && !set->full && !*done; t->first += t->count) {
-        const size_t half = t->grid.count / 2, left = all - t->first,
-                     batch = half < BATCH_LEAST  ? BATCH_LEAST
-                             : half > BATCH_MOST ? BATCH_MOST
-                                                 : half,
-                     before = set->darts;
-        t->count = batch < left ? batch : left;
+    for (t->first = 0; t->first < t->particles.count && !err && !set->full; t->first += t->count) {
+        const size_t before = set->darts;
+        t->count = batch_of(t, t->particles.count - t->first);
         err = throw_batch(t, set, &last->kept);
         last->darts += set->darts - before;
-        if (last->darts < 1000 || last->darts < t->grid.count)
-            continue;
-        *done = last->kept * (size_t)t->settings->misses <= last->darts;
-        *last = (struct window){0};
+    }
+    t->by_points = true;
+    for (; t->thrown < THROWS * t->grid.count && !err && !set->full; t->thrown += t->count) {
+        size_t kept = 0;
+        t->count = batch_of(t, THROWS * t->grid.count - t->thrown);
+        err = throw_batch(t, set, &kept);
     }
     return err;
 }
@@ -550,11 +557,14 @@ struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
         particles_clear(&t.particles);
         err = particles_trace(tracer, &path->lights, &path->sky, &of, &t.particles);
         if (!err)
-            err = throw_round(&t, set, &last, &done);
+            err = throw_round(&t, set, &last);
         if (!err && !set->darts && t.round == 3)
             err = error_new(
                 "no light gets to any surface: --sky, --sun, --point and --spot add light");
-        t.turn += THROWS * t.particles.count;
+        if (last.darts >= 1000 && last.darts >= t.grid.count) {
+            done = last.kept * (size_t)settings->misses <= last.darts;
+            last = (struct window){0};
+        }
         particles *= particles < settings->particles ? 2 : 1;
     }
     if (!err)
@@ -586,39 +596,65 @@ static double area_of(const struct scene *scene)
     return sum;
 }
 
+/* What is known of how many points a greatest radius makes. */
+struct search {
+    double wanted;
+    double few, many;     /* radii that make at most as many, and more; 0: not known */
+    double few_n, many_n; /* how many; many_n 0: more than were counted */
+};
+
+/* The next radius to try: by the power of radii that numbers go with, between those that are known;
+ * at first on the side of few, where it costs little. */
+static double next_radius(const struct search *s, bool pilot)
+{
+    const double to = pilot ? s->wanted / 2 : 0.985 * s->wanted;
+    if (!(s->few > 0))
+        return 1.3 * s->many;
+    double power = 0.5;
+    if (s->few > 0 && s->many > 0 && s->many_n > 0)
+        power = power_log(s->few / s->many) / power_log(s->many_n / s->few_n);
+    const double next = s->few * power_of(s->few_n / to, power);
+    const double between = sqrt(s->few * s->many);
+    return s->many > 0 && (next <= 1.005 * s->many || !(s->many_n > 0)) ? between : next;
+}
+
 struct error *poisson_make_count(struct poisson *set, const struct path_tracer *path,
                                  const struct poisson_settings *settings, size_t count)
 {
-    enum { TRIES = 8 };
+    enum { TRIES = 10, PILOT = 400 };
     const double ratio = settings->most / settings->least;
     struct poisson best = {0};
     struct error *err = NULL;
-    /* at first so few that it costs little; then as their number goes with the radius */
-    double wanted = count > 400 ? (double)count / 16 : (double)count,
-           most = sqrt(2 * area_of(path->tracer->scene) / wanted), slope = 2, before = 0,
-           before_most = 0;
+    struct search search = {.wanted = (double)count};
+    bool pilot = count > PILOT;
+    double most =
+        sqrt(2 * area_of(path->tracer->scene) / (pilot ? search.wanted / 16 : search.wanted));
     for (int i = 0; i < TRIES && !err; i++) {
         struct poisson_settings s = *settings;
         s.most = most;
         s.least = most / ratio;
-        s.points_most = count + count / 8 + 1;
+        s.points_most = count + count / 32 + 1;
         err = poisson_make(set, path, &s);
         if (err)
             break;
-        const double n = set->full ? 1.15 * (double)count : (double)set->count;
-        if (!set->full && set->count <= count && set->count > best.count) {
+        const double n = (double)set->count;
+        if (set->count > count) {
+            search.many = most;
+            search.many_n = set->full ? 0 : n;
+        } else {
+            search.few = most;
+            search.few_n = n;
+        }
+        if (set->count <= count && set->count > best.count) {
             const struct poisson other = best;
             best = *set;
             *set = (struct poisson){.point = other.point, .tries = best.tries};
         }
-        if (n <= (double)count && n >= 0.97 * (double)count)
+        if (n <= search.wanted &&
+            (n >= 0.97 * search.wanted || (search.many > 0 && search.few < 1.01 * search.many)))
             break;
-        if (before > 0 && n != before && !set->full)
-            slope = fmin(fmax(power_log(n / before) / power_log(before_most / most), 1), 3);
-        before = n;
-        before_most = most;
-        wanted = n < (double)count / 4 && count > 400 ? (double)count / 2 : 0.985 * (double)count;
-        most *= power_of(n / wanted, 1 / slope);
+        pilot = n < search.wanted / 3 && count > PILOT && !(search.many > 0);
+        most = next_radius(&search, pilot);
     }
     if (!err && !best.count)
         err = error_new("no radius makes %zu points or fewer", count);

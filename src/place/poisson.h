@@ -53,7 +53,7 @@ struct poisson_settings {
     int rays;      /* of occlusion, from each place; POISSON_RAYS_MOST at the most */
     int particles; /* of light, at the most at a time */
     int bounces;   /* of theirs */
-    int misses;    /* darts for each that is kept, of as many as there are points: the end */
+    int misses;    /* the end: darts of particles for one that is kept, of as many as points */
     size_t points_most;
     uint64_t seed;
     int threads;
