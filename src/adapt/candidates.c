@@ -39,7 +39,7 @@ static const double JUDGE_NOISE = 2.5;
 enum { HALF_LEAST = 64, JUDGE_HALF_LEAST = 128 };
 
 /* Of memory for each, with what two choices keep of it: measured. */
-static const double BYTES = 1300;
+static const double BYTES = 1430;
 
 /* Those near surfaces are this far off, as shares of the box's mean side. */
 static const double OFF_LEAST = 0.004, OFF_MOST = 0.06;

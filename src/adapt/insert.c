@@ -17,8 +17,8 @@ enum { OF_A_CELL = 4 }; /* candidates of one that are looked at: more would shar
 enum { SHARED = 25 };   /* % of a cavity's cells that others may change as well */
 enum { FEW = 3 };       /* of those wanted: so many come if they gain anything */
 enum { DOUBTED = 50 };  /* of all that there are: so many more, if they may gain something */
-enum { FOR_EACH = 8, AND = 256 }; /* gains that are estimated for each one wanted, and more */
-enum { WIDER = 3 };               /* times, each twice as many, to find those few */
+enum { FOR_EACH = 4, AND = 512 }; /* gains that are estimated for each one wanted, and more */
+enum { WIDER = 3 };               /* times, each twice as many, to find half of those few */
 
 /* Standard errors of the noise of a cell's errors that are not counted. */
 static const double NOISE = 2;
@@ -221,8 +221,8 @@ struct error *insert_find(const struct choice *choice, size_t most, double share
     struct gaining g;
     *found = 0;
     struct error *err = gaining_init(&g, choice);
-    for (int i = 0;
-         !err && g.cells < choice->mesh.cell_count && (!*found || (i <= WIDER && *found < n.few));
+    for (int i = 0; !err && g.cells < choice->mesh.cell_count &&
+                    (!*found || (i <= WIDER && 2 * *found < n.few));
          i++, room *= 2) {
         err = find_gains(&g, room);
         if (!err)

@@ -16,7 +16,7 @@
 struct error;
 struct tracer;
 
-enum { SEEN_KNOWN = 8 }; /* a power of two */
+enum { SEEN_KNOWN = 16 }; /* a power of two */
 
 /* Which probes candidates are known to see: of each candidate the last few that were asked for, as
  * the probe + 1 and the bits of a float, 32 each. Any thread may write: what it keeps is what any
