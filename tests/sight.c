@@ -468,6 +468,33 @@ static void test_threads(const struct halls *h)
        h->sights.walled);
 }
 
+static void test_some(const struct halls *h)
+{
+    enum { EVERY = 90 };
+    struct leak_mesh mesh = mesh_of(&h->grid);
+    struct sights all, some;
+    static bool cell[CELLS];
+    int off = 0, walled = 0, left = 0;
+    mesh.neighbour = NULL; /* those of the hull are always looked at */
+    must(sight_find(&all, h->bench.tracer, &mesh, 1));
+    for (int i = 0; i < CELLS; i += EVERY)
+        cell[i] = true;
+    must(sight_find_some(&some, h->bench.tracer, &mesh, cell, 1));
+    for (int i = 0; i < CELLS; i++) {
+        const size_t width = 12 * sizeof *all.sight;
+        const bool same = !memcmp(all.sight + 12 * i, some.sight + 12 * i, width) &&
+                          all.stand_in[i] == some.stand_in[i];
+        off += cell[i] && !same;
+        left += !same;
+        for (int k = 0; k < 12 && cell[i]; k++)
+            walled += all.sight[12 * i + k] > 1;
+    }
+    ok(!off && walled && left, "some cells get what they get with all, %d of the others do not",
+       left);
+    sights_clear(&all);
+    sights_clear(&some);
+}
+
 static void test_nothing(void)
 {
     static struct grid g;
@@ -864,6 +891,7 @@ int main(void)
     test_faces(&halls);
     test_halls(&halls);
     test_threads(&halls);
+    test_some(&halls);
     test_packed(&halls);
     test_any_sight(&halls);
     test_kinds();

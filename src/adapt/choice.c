@@ -353,6 +353,7 @@ void choice_clear(struct choice *choice)
 
 struct looking {
     const struct choice *choice;
+    bool *cell;            /* judges are in it: its sight is known */
     float *square, *noise; /* of each candidate */
 };
 
@@ -365,6 +366,11 @@ static struct error *look_at_block(void *context, size_t block, int thread)
                  end = (block + 1) * BLOCK < count ? (block + 1) * BLOCK : count;
     for (size_t x = block * BLOCK; x < end; x++) {
         double light[2][SPHERE_COUNT];
+        if (!l->cell[l->choice->blend[x].cell]) {
+            l->square[x] = (float)choice_square((double)l->choice->error[x]);
+            l->noise[x] = l->choice->noise[x];
+            continue;
+        }
         const struct blend blend = locate(l->choice, x);
         choice_blend(c, 4, blend.from, blend.weight, light);
         l->square[x] = (float)choice_square(choice_error_of(c, x, light, &l->noise[x]));
@@ -375,12 +381,18 @@ static struct error *look_at_block(void *context, size_t block, int thread)
 struct error *choice_look(const struct choice *choice, struct choice_errors *errors, float *square)
 {
     struct sights sights = {0};
-    struct looking l = {choice, square, NULL};
+    struct looking l = {.choice = choice, .square = square};
     float *smooth = NULL;
     size_t row = 0;
     struct error *err = array_create(&l.noise, choice->candidates, sizeof *l.noise);
     if (!err)
-        err = sight_find(&sights, choice->tracer, &choice->mesh, choice->world.job->threads);
+        err = array_create(&l.cell, choice->mesh.cell_count, sizeof *l.cell);
+    for (size_t x = 0; x < choice->candidates && !err; x++)
+        if (choice->world.candidates->kind[x] == CANDIDATE_JUDGE)
+            l.cell[choice->blend[x].cell] = true;
+    if (!err)
+        err = sight_find_some(&sights, choice->tracer, &choice->mesh, l.cell,
+                              choice->world.job->threads);
     if (!err) {
         enum probe_status status =
             probe_volume_set_sight(choice->volume, sights.sight, sights.stand_in, &row);
@@ -397,6 +409,7 @@ struct error *choice_look(const struct choice *choice, struct choice_errors *err
     if (!err)
         err = find_means(choice, square, l.noise, smooth, errors);
     sights_clear(&sights);
+    free(l.cell);
     free(l.noise);
     free(smooth);
     return err;

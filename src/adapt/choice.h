@@ -72,8 +72,9 @@ void choice_clear(struct choice *choice);
  * lose, which no more probes bring back. */
 struct error *choice_least_error(const struct choice *choice, double *error);
 
-/* What the errors are by the sight that the cells will keep. square: of the error of each candidate
- * by that, with its sign; the caller's. Error: a signal came. */
+/* What the errors are by the sight that the cells will keep: of those cells that judges are in,
+ * which are few of many; in the others by what each point sees. square: of the error of each
+ * candidate by that, with its sign; the caller's. Error: a signal came. */
 struct error *choice_look(const struct choice *choice, struct choice_errors *errors, float *square);
 
 /* The light of `count` candidates with weights that sum to 1: its halves, along the directions. */

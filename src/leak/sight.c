@@ -41,6 +41,7 @@ struct job {
     struct stars stars;
     double spot[SPOTS_MOST][3]; /* barycentric, of the facet opposite a corner */
     int spots;
+    bool *wanted;  /* of each probe; NULL: all are */
     bool *entered; /* by cell: a surface comes into it */
     float *sight;
     struct outside outside;
@@ -55,6 +56,11 @@ static struct error *look_for_surfaces(void *context, size_t cell, int thread)
     const struct job *job = context;
     const int corners = job->mesh->corners;
     const double *point[4];
+    bool wanted = !job->wanted;
+    for (int i = 0; i < corners && !wanted; i++)
+        wanted = job->wanted[job->mesh->vertex[(size_t)corners * cell + (size_t)i]];
+    if (!wanted)
+        return interrupt_error();
     for (int i = 0; i < corners; i++)
         point[i] = job->mesh->position +
                    3 * (size_t)job->mesh->vertex[(size_t)corners * cell + (size_t)i];
@@ -432,9 +438,12 @@ static void limit(struct view *v)
 static struct error *look_around(void *context, size_t probe, int thread)
 {
     (void)thread;
+    const struct job *job = context;
     struct view v;
     bool blocked = false;
-    struct error *err = view_init(&v, context, probe);
+    if (job->wanted && !job->wanted[probe])
+        return interrupt_error();
+    struct error *err = view_init(&v, job, probe);
     const bool beyond = !err && v.job->outside.count && is_beside(&v);
     if (!err && (beyond || has_surfaces(&v))) {
         for (size_t i = 0; i < v.about && !err; i++)
@@ -512,14 +521,40 @@ static struct error *store_outside(struct sights *sights, const struct job *job,
     return err;
 }
 
+/* Finds the probes of some cells, and those of the hull, which may lend each other stand-ins. */
+static struct error *find_wanted(struct job *job, const bool *cell)
+{
+    const struct leak_mesh *mesh = job->mesh;
+    const size_t corners = (size_t)mesh->corners;
+    if (!cell)
+        return NULL;
+    struct error *err = array_create(&job->wanted, mesh->probe_count, sizeof *job->wanted);
+    for (size_t i = 0; i < mesh->cell_count && !err; i++) {
+        bool wanted = cell[i];
+        for (size_t k = 0; k < corners; k++)
+            wanted = wanted || (mesh->neighbour && mesh->neighbour[corners * i + k] < 0);
+        for (size_t k = 0; k < corners && wanted; k++)
+            job->wanted[mesh->vertex[corners * i + k]] = true;
+    }
+    return err;
+}
+
 struct error *sight_find(struct sights *sights, const struct tracer *tracer,
                          const struct leak_mesh *mesh, int threads)
+{
+    return sight_find_some(sights, tracer, mesh, NULL, threads);
+}
+
+struct error *sight_find_some(struct sights *sights, const struct tracer *tracer,
+                              const struct leak_mesh *mesh, const bool *cell, int threads)
 {
     struct job job = {.tracer = tracer, .mesh = mesh};
     const size_t width = (size_t)sight_width(mesh->corners);
     *sights = (struct sights){0};
     choose_spots(&job);
-    struct error *err = stars_init(&job.stars, mesh);
+    struct error *err = find_wanted(&job, cell);
+    if (!err)
+        err = stars_init(&job.stars, mesh);
     if (!err)
         err = array_create(&sights->sight, width * mesh->cell_count, sizeof *sights->sight);
     job.sight = sights->sight;
@@ -539,13 +574,14 @@ struct error *sight_find(struct sights *sights, const struct tracer *tracer,
         err = stand_in_find(sights->stand_in, sights->sight, tracer, mesh, &job.stars, threads);
     if (!err)
         err = store_outside(sights, &job, threads);
-    for (size_t cell = 0; cell < mesh->cell_count && !err; cell++) {
+    for (size_t n = 0; n < mesh->cell_count && !err; n++) {
         bool walled = false;
         for (size_t i = 0; i < width; i++)
-            walled = walled || sights->sight[width * cell + i] > 1;
+            walled = walled || sights->sight[width * n + i] > 1;
         sights->walled += walled;
-        sights->stood_in += sights->stand_in[cell] >= 0;
+        sights->stood_in += sights->stand_in[n] >= 0;
     }
+    free(job.wanted);
     free(job.entered);
     free(job.slope);
     outside_clear(&job.outside);

@@ -32,6 +32,7 @@
 #ifndef SIGHT_H
 #define SIGHT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -54,6 +55,10 @@ struct sights {
 /* Looks around. The result does not depend on the threads. Error: a signal came (interrupt.h). */
 struct error *sight_find(struct sights *sights, const struct tracer *tracer,
                          const struct leak_mesh *mesh, int threads);
+
+/* The same of some cells alone: what the others get is worth nothing. */
+struct error *sight_find_some(struct sights *sights, const struct tracer *tracer,
+                              const struct leak_mesh *mesh, const bool *cell, int threads);
 void sights_clear(struct sights *sights);
 
 #endif
