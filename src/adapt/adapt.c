@@ -22,8 +22,10 @@
 #include <string.h>
 
 enum { FIRST = 4, START = 20 }; /* probes that are far apart: of the first choice, of the second */
-enum { SPACE_OF_PROBE = 10 };   /* candidates of space for each probe that is wanted */
-enum { WANTED_LEAST = 150 };    /* probes that there are candidates for, at the least */
+enum { SPACE_OF_PROBE = 10 };   /* candidates of space for each probe that is wanted, */
+enum { SPACE_OF_FEW = 20 };     /* and for each of the first, */
+enum { FEW = 2000 };            /* of which there are so many */
+enum { WANTED_LEAST = 75 };     /* probes that there are candidates for, at the least */
 enum { WANTED_FIRST = 1000 };   /* and at first, at the most: so that there is soon what to keep */
 enum { TURNS = 3 };
 enum { MOVES = 40, IDLE = 3 }; /* times that probes are moved; that this pays little */
@@ -354,17 +356,25 @@ static bool gains_little(const struct run *run)
     return false;
 }
 
+/* How many candidates of space there are for so many probes: few are chosen too well for the errors
+ * of as few points as they are to be those of others. */
+static size_t space_for(size_t probes)
+{
+    const size_t few = probes < FEW ? probes : FEW;
+    return SPACE_OF_FEW * few + SPACE_OF_PROBE * (probes - few);
+}
+
 /* Whether the candidates for so many probes are more than the machine's memory holds. */
 static bool is_too_many(size_t wanted)
 {
-    return candidates_memory(SPACE_OF_PROBE * wanted) > memory_bytes();
+    return candidates_memory(space_for(wanted)) > memory_bytes();
 }
 
 /* Refuses to choose more than there is memory for, and tells of how much it takes if it is much. */
 static struct error *check_memory(const struct run *run, size_t probes)
 {
     enum { MUCH = 1000000000, GB = 1000000000 };
-    const double bytes = candidates_memory(SPACE_OF_PROBE * probes);
+    const double bytes = candidates_memory(space_for(probes));
     if (is_too_many(probes))
         return error_new("%zu probes are chosen of points that take %.1f GB of memory, and there "
                          "are %.1f: expected fewer --probes",
@@ -383,7 +393,7 @@ static struct error *grow(struct run *run, size_t wanted)
     struct candidates *c = &run->candidates;
     const struct candidates_job *job = &run->job->candidates;
     struct candidates_job traced = *job;
-    if (wanted * SPACE_OF_PROBE <= c->space)
+    if (space_for(wanted) <= c->space)
         return NULL;
     if (c->count && is_too_many(wanted)) {
         warnings_add(job->warnings, "memory",
@@ -392,7 +402,7 @@ static struct error *grow(struct run *run, size_t wanted)
                      c->count);
         return NULL;
     }
-    struct error *err = candidates_spread(c, job, wanted * SPACE_OF_PROBE);
+    struct error *err = candidates_spread(c, job, space_for(wanted));
     hide(run);
     traced.progress =
         progress_start(run->job->progress, run->job->program, "candidates", c->count - c->captured);
@@ -464,7 +474,7 @@ static struct error *grow_with(struct run *run)
     const size_t before = run->candidates.count, n = run->now.count, most = run->job->limits.probes;
     struct choice next = {0};
     struct error *err = NULL;
-    if (SPACE_OF_PROBE * n > run->candidates.space)
+    if (space_for(n) > run->candidates.space)
         err = grow(run, most && most < 2 * n ? most : 2 * n);
     if (err || run->candidates.count == before)
         return err;
