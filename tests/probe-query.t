@@ -385,6 +385,19 @@ for falloff in linear quadratic cubic; do
 done
 echo '9 0 0 0 1 0' | probe-query -q --interpolate discs --outside zero sheet.probe >light
 check "discs: --outside zero is of what none covers" says light '^0 0 0$'
+sed 's/ 0 1 0 / 0 9 0 /; s/ 0 -1 0 / 0 -.3 0 /' sheet.probe >long.probe
+printf '%s\n' '.7 .1 .1 0 2 0' '.7 -.1 .1 0 -1 0' |
+    probe-query --interpolate discs long.probe >light 2>err
+check "discs: probes' normals may have any length" \
+    every 'near($1, NR == 1, 1e-6)' light and [ ! -s err ]
+refused 1 "expected discs with a radius from 1.17549e-38 to 3.40282e+38, got 1e+300" \
+    given '0 0 0 0 1 0' probe-query --interpolate discs --radius 1e300 sheet.probe
+sed 's/ \.6 / 3e38 /' sheet.probe >large.probe
+refused 1 "probe 0: expected a radius from 5.87747e-39 to 1.70141e+38, got 3e+38" \
+    given '0 0 0 0 1 0' probe-query --interpolate discs large.probe
+sed 's/^3 /1e308 /; s/^0 /-1e308 /' sheet.probe >far.probe
+refused 1 "too far from one another for discs" \
+    given '0 0 0 0 1 0' probe-query --interpolate discs far.probe
 refused 1 "no disc of a surface probe covers the point" \
     given '9 0 0 0 1 0' probe-query --interpolate discs --outside error sheet.probe
 refused 1 "stdin:1: none of the surface probes faces" \

@@ -62,6 +62,9 @@ static struct error *set_grid(struct discs *d, const struct disc_points *points)
     }
     if (!d->count)
         return error_new("no surface probe has irradiance: run probe-capture");
+    for (int k = 0; k < 3; k++)
+        if (!(box.high[k] - box.low[k] < (double)INFINITY))
+            return error_new("surface probes are too far from one another for discs");
     double cell = CELL_SHARE * sum / (double)d->count, cells = INFINITY;
     for (;; cell *= 1.1) {
         cells = 1;
@@ -107,6 +110,15 @@ static void to_cells(const struct discs *d, const double p[3], float in_cells[3]
         in_cells[k] = (float)((p[k] - d->origin[k]) * d->scale);
 }
 
+/* Streams of other programs may have normals of any length. One without faces nowhere. */
+static void set_normal(struct disc *disc, const float normal[3])
+{
+    const double x = (double)normal[0], y = (double)normal[1], z = (double)normal[2],
+                 length = sqrt(x * x + y * y + z * z);
+    for (int k = 0; k < 3; k++)
+        disc->normal[k] = length > 0 ? (float)((double)normal[k] / length) : 0;
+}
+
 /* Lengths of discs are in cells. */
 static struct error *sort_discs(struct discs *d, const struct disc_points *points)
 {
@@ -130,7 +142,7 @@ static struct error *sort_discs(struct discs *d, const struct disc_points *point
         const uint32_t point = order[i].point;
         struct disc *disc = &d->disc[i];
         to_cells(d, points->position + 3 * (size_t)point, disc->position);
-        memcpy(disc->normal, points->normal + 3 * (size_t)point, sizeof disc->normal);
+        set_normal(disc, points->normal + 3 * (size_t)point);
         disc->radius = (float)((double)points->radius[point] * d->scale);
         disc->point = point;
         d->most = disc->radius > d->most ? disc->radius : d->most;

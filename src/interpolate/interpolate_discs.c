@@ -8,6 +8,7 @@
 #include "interpolate/scatter.h"
 #include "stream/stream.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -39,10 +40,17 @@ static struct error *set_radii(const struct interpolate *in, const struct table 
     if (!err && !own && !(all > 0))
         err = error_new("all surface probes are at one place: --radius tells how far it goes");
     for (size_t i = 0; i < probes && !err; i++) {
-        const double r = in->settings.radius > 0 || !own ? all : 2 * (double)column_f32(own)[i];
+        const bool by_column = own && !(in->settings.radius > 0);
+        const double r = by_column ? 2 * (double)column_f32(own)[i] : all;
         radius[i] = interpolate_has(in, i) ? (float)r : NAN;
-        if (!(r > 0 && r < (double)INFINITY))
-            err = error_new("probe %zu: expected a radius above 0, got %g", i, r / 2);
+        if (r >= (double)FLT_MIN && r <= (double)FLT_MAX)
+            continue;
+        if (by_column)
+            err = error_new("probe %zu: expected a radius from %g to %g, got %g", i,
+                            (double)FLT_MIN / 2, (double)FLT_MAX / 2, r / 2);
+        else
+            err = error_new("expected discs with a radius from %g to %g, got %g", (double)FLT_MIN,
+                            (double)FLT_MAX, r);
     }
     return err;
 }
