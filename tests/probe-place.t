@@ -680,6 +680,10 @@ check "and probe-capture gives those with normals irradiance" into lit.probe \
     and says lit.probe 'radius:f32:1 ao:f32:1.* irradiance:f32:3'
 refused 1 "no light gets to any surface: --sky" probe-place poisson --count 9 --light-scale 0 \
     "$rooms"
+printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 900 0 0' 'v 901 0 0' 'v 900 0 1' \
+    'f 1 2 3' 'f 4 5 6' >islands.obj
+refused 1 "none of 15360 particles of light gets to a surface" \
+    probe-place poisson --count 9 --sky 1,1,1 islands.obj
 refused 2 "expected either --radii or --count" probe-place poisson "$rooms"
 for radii in 0 0,1 2,1 -1,1; do
     refused 2 "expected MAX, or MIN,MAX" probe-place poisson --radii $radii "$rooms"

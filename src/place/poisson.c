@@ -529,6 +529,16 @@ static struct error *take_points(struct throwing *t, struct poisson *set)
     return err;
 }
 
+static struct error *nothing_lit(size_t sent)
+{
+    if (!sent)
+        return error_new("no light gets to any surface: --sky, --sun, --point and --spot add "
+                         "light");
+    return error_new("none of %zu particles of light gets to a surface: all of it is in the dark, "
+                     "or fills too little of the scene's box",
+                     sent);
+}
+
 struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
                            const struct poisson_settings *settings)
 {
@@ -537,6 +547,7 @@ struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
     struct window last = {0};
     bool done = false;
     int particles = PARTICLES_LEAST;
+    size_t sent = 0;
     struct error *err = point_grid_init(&t.grid, settings->least, settings->most);
     if (!err)
         err = array_create(&t.dart, BATCH_MOST, sizeof *t.dart);
@@ -558,9 +569,9 @@ struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
         err = particles_trace(tracer, &path->lights, &path->sky, &of, &t.particles);
         if (!err)
             err = throw_round(&t, set, &last);
+        sent += t.particles.sent;
         if (!err && !set->darts && t.round == 3)
-            err = error_new(
-                "no light gets to any surface: --sky, --sun, --point and --spot add light");
+            err = nothing_lit(sent);
         if (last.darts >= 1000 && last.darts >= t.grid.count) {
             done = last.kept * (size_t)settings->misses <= last.darts;
             last = (struct window){0};

@@ -391,6 +391,7 @@ struct error *particles_trace(const struct tracer *tracer, const struct lights *
         err = threads_for(settings->threads, blocks, trace_block, &job);
     if (!err && job.sources)
         err = gather(&job, blocks, particles);
+    particles->sent = job.sources ? settings->count : 0;
     for (size_t i = 0; i < blocks && job.block; i++)
         free(job.block[i].hit);
     free(job.block);

@@ -45,6 +45,7 @@ struct particle_hit {
 struct particles {
     struct particle_hit *hit; /* owned; in order of particle / 64, bounce, particle */
     size_t count;
+    size_t sent; /* particles; 0: nothing shines */
 };
 
 /* Nothing shines: no hits. */
