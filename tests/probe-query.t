@@ -390,6 +390,9 @@ printf '%s\n' '.7 .1 .1 0 2 0' '.7 -.1 .1 0 -1 0' |
     probe-query --interpolate discs long.probe >light 2>err
 check "discs: probes' normals may have any length" \
     every 'near($1, NR == 1, 1e-6)' light and [ ! -s err ]
+sed 's/^3 0 0 .*/3 0 0 nan nan nan nan nan nan nan/' sheet.probe >mixed.probe
+echo '.7 0 .1 0 1 0' | probe-query --interpolate discs mixed.probe >light
+check "discs: probes in space, without a radius, may stand between" says light '^1 1 1$'
 refused 1 "expected discs with a radius from 1.17549e-38 to 3.40282e+38, got 1e+300" \
     given '0 0 0 0 1 0' probe-query --interpolate discs --radius 1e300 sheet.probe
 sed 's/ \.6 / 3e38 /' sheet.probe >large.probe

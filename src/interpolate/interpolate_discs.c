@@ -43,7 +43,7 @@ static struct error *set_radii(const struct interpolate *in, const struct table 
         const bool by_column = own && !(in->settings.radius > 0);
         const double r = by_column ? 2 * (double)column_f32(own)[i] : all;
         radius[i] = interpolate_has(in, i) ? (float)r : NAN;
-        if (r >= (double)FLT_MIN && r <= (double)FLT_MAX)
+        if (!interpolate_has(in, i) || (r >= (double)FLT_MIN && r <= (double)FLT_MAX))
             continue;
         if (by_column)
             err = error_new("probe %zu: expected a radius from %g to %g, got %g", i,
