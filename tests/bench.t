@@ -3,7 +3,6 @@
 # Every part of scripts/bench still works: each prints its tables when it runs on next to nothing.
 . "${SRC:?}/tests/support/setup.sh"
 command -v python3 >/dev/null || { skip "python3 is not installed: no bench"; tap_done; }
-sanitized && { skip "speed is not measured under sanitizers"; tap_done; }
 bench="$SRC/scripts/bench --build $BUILD"
 
 refused 2 "unknown part nonsense: expected stream, " $bench --short nonsense

@@ -40,12 +40,11 @@ check "the cells are sound" probe-tet --verify baked.probe
 check "every probe has light" all_lit baked.probe
 probe-cat --text baked.probe >baked.text
 check "the cells' edges are marked" says baked.text '^table tet .*occlusion:i32:6'
-for threads in 1 2 4; do
+for threads in 1 3; do
     probe-leakfix --rounds 4 -q --threads $threads "$rooms" cells.probe >threads$threads.probe
 done
-check "1, 2 and 4 threads give the same bytes" \
-    cmp threads1.probe threads2.probe and cmp threads1.probe threads4.probe \
-    and test -s threads1.probe
+check "1 and 3 threads give the same bytes" \
+    cmp threads1.probe threads3.probe and test -s threads1.probe
 
 # captured_anew OPTION...: light that probe-capture gives at the places of baked.probe
 captured_anew() {
@@ -84,12 +83,11 @@ probe-leakfix "$rooms" cells.probe >seen.probe 2>said
 check "how many cells have walls in them is said" says said 'of [0-9]* cells have walls in them'
 probe-cat --text seen.probe >seen.text
 check "cells keep what their points see" says seen.text '^table tet .*sight:f32:12 stand_in:i32:1'
-for threads in 1 2 4; do
+for threads in 1 3; do
     probe-leakfix -q --threads $threads "$rooms" cells.probe >threads$threads.probe
 done
-check "1, 2 and 4 threads give the same bytes" \
-    cmp threads1.probe threads2.probe and cmp threads1.probe threads4.probe \
-    and test -s threads1.probe
+check "1 and 3 threads give the same bytes" \
+    cmp threads1.probe threads3.probe and test -s threads1.probe
 { light_behind cells.probe; light_behind seen.probe; } | paste -s -d ' ' - >leaky_and_seen
 check "less light comes through the wall" every 'NF == 2 && $2 < 0.7 * $1' leaky_and_seen
 probe-tet -q seen.probe | probe-cat --text >anew.text
@@ -254,18 +252,20 @@ certified() {
     probe-leakfix --points 100000 curtain.obj "$1" 2>said >/dev/null
     figure said 'unseen weight' 2
 }
-before=$(certified curtain.probe)
-for points in 500 1000; do
-    probe-leakfix -q --points $points --probes 1 curtain.obj curtain.probe >more.probe
+if plain_build "what rounds leave of leaks"; then
+    before=$(certified curtain.probe)
+    for points in 500 1000; do
+        probe-leakfix -q --points $points --probes 1 curtain.obj curtain.probe >more.probe
+        after=$(certified more.probe)
+        check "no round counts that leaves more: $before % unseen before, $after % after" \
+            holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 1.02 * b }')"
+    done
+    probe-leakfix --points 1000 --probes 60 curtain.obj curtain.probe >more.probe 2>err
     after=$(certified more.probe)
-    check "no round counts that leaves more: $before % unseen before, $after % after" \
-        holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 1.02 * b }')"
-done
-probe-leakfix --points 1000 --probes 60 curtain.obj curtain.probe >more.probe 2>err
-after=$(certified more.probe)
-check "after a round that was undone others are tried: $before % unseen before, $after % after" \
-    says err 'was undone' and \
-    holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 0.6 * b }')"
+    check "after a round that was undone others are tried: $before % unseen, $after % after" \
+        says err 'was undone' and \
+        holds_number "$after" 1e-9 "$(awk -v b="$before" 'BEGIN { print 0.6 * b }')"
+fi
 
 # a sight that makes no sense is made anew
 probe-cat --text seen.probe | awk '/^table/ { tet = /^table tet/ } tet && /^[0-9]/ {
@@ -278,16 +278,21 @@ check "a sight of NaN is looked for anew" cmp anew.text was.text and differ nan.
     and says was.text 'sight:f32:12'
 
 # a round that leaves no less is undone
-undone=0
-for round in 1 2 3 4 5 6 7 8; do
-    probe-leakfix --no-sight --rounds $round --margin 0.01 --graze 0.01 --offset 0.001 "$rooms" \
-        cells.probe >round$round.probe 2>err
-    grep -q 'a round of [0-9]* probes was undone, since no less leaks' err && undone=$round && break
-done
-check "a round after which no less leaks is undone: the $undone., and that is said" \
-    [ $undone -gt 1 ]
-check "what comes is as it was before" same_stream round$undone.probe round$((undone - 1)).probe \
-    and probe-tet --verify round$undone.probe and all_lit round$undone.probe
+if plain_build "a round that is undone"; then
+    undone=0
+    for round in 1 2 3 4 5 6 7 8; do
+        probe-leakfix --no-sight --rounds $round --margin 0.01 --graze 0.01 --offset 0.001 \
+            "$rooms" cells.probe >round$round.probe 2>err
+        grep -q 'a round of [0-9]* probes was undone, since no less leaks' err || continue
+        undone=$round
+        break
+    done
+    check "a round after which no less leaks is undone: the $undone., and that is said" \
+        [ $undone -gt 1 ]
+    check "what comes is as it was before" \
+        same_stream round$undone.probe round$((undone - 1)).probe \
+        and probe-tet --verify round$undone.probe and all_lit round$undone.probe
+fi
 
 # -- what is refused -------------------------------------------------------------------------------
 probe-place grid -q --count 20 "$rooms" >loose.probe

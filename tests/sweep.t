@@ -6,7 +6,6 @@
 for tool in python3 parallel setpriv time; do
     command -v $tool >/dev/null || { skip "$tool is not installed: no sweeps"; tap_done; }
 done
-sanitized && { skip "sweeps run programs that other tests run under sanitizers"; tap_done; }
 sweep="$SRC/scripts/sweep -j 2 --programs $BUILD/src"
 
 # The sweep: 4 runs of two rooms; one stage may hold on until the test lets it go.

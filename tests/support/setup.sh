@@ -219,6 +219,13 @@ wait_for() {
 }
 
 # sanitized: this is a build with sanitizers
+# plain_build NAME: whether this is not the sanitizers' build; else NAME is skipped. For what runs
+# the code of other checks again and is here for its results.
+plain_build() {
+    sanitized || return 0
+    skip "$1 is seen in the plain build"
+    return 1
+}
 sanitized() {
     case "${CFLAGS-} ${LDFLAGS-}" in *-fsanitize*) return 0 ;; *) return 1 ;; esac
 }
