@@ -418,6 +418,20 @@ check "which is told" grep -q 'taken for a room' told.err
 check "and outside of it is none" told room.obj \
     "x < 0 || y < 0 || z < 0 || x > 6 || y > 3 || z > 5 || $furniture" \
     --bounds -.97,-.83,-.91,6.71,4.11,6.13
+# Things that are turned inside out are matter in the air around them.
+thing='x > 2.03 && x < 3.53 && y > .53 && y < 1.97 && z > 2.03 && z < 3.23'
+{ box 0 0 0 8 3 6 in; box 2.03 .53 2.03 3.53 1.97 3.23 in; } >thing.obj
+check "a thing in a room that is inside out" told thing.obj "$thing"
+check "which is told" grep -q 'faces inward, but stands in the air that others are in' told.err
+{ cat thing.obj; box 5.03 0 1.03 6.03 1.03 2.03; box 4.53 0 4.03 7.03 2.03 4.83 in; } >things.obj
+check "several, beside one that is not" told things.obj "$thing ||
+    x > 5.03 && x < 6.03 && y < 1.03 && z > 1.03 && z < 2.03 ||
+    x > 4.53 && x < 7.03 && y < 2.03 && z > 4.03 && z < 4.83"
+{ box -6 -1 -7 14 0 13; tail -n +15 thing.obj; } >outdoors.obj
+check "and on a slab" told outdoors.obj "y < 0 || $thing" --bounds -5.97,-.93,-6.91,13.97,4.1,12.9
+{ ground 0; box 2.03 0 2.03 5.03 2.03 5.03 in; box 3 .4 3 3.6 1 3.6; } >hut.obj
+check "nothing is known of one that holds another" told hut.obj \
+    'y < 0 || x > 3 && x < 3.6 && y > .4 && y < 1 && z > 3 && z < 3.6' --bounds -9,-1,-9,9,4,9
 { box -5 -5 -5 5 5 5; box -2 -2 -2 2 1 3 in; box -1 -2 -1 0 -1 0; } >cave.obj
 check "a cave in a rock" told cave.obj \
     '!(x > -2 && x < 2 && y > -2 && y < 1 && z > -2 && z < 3) ||
@@ -625,6 +639,11 @@ awk '/^v/ { print $1, $2, -$4, .9 * $3; next } { print }' hill.obj >up.obj
 probe-place grid -q --count 200 --ground 1 --text up.obj >up.probe
 check "a hill whose Z is up is stood on, by the count" each up.probe \
     'near($3, 4.5 * exp(-($1 * $1 + $2 * $2) / 30), .6)' and holds up.probe 196
+
+{ ground 0; box -2.1 0 -2.1 2.1 2 2.1 in; } >stand.obj
+probe-place grid -q --spacing 4 --ground 1 --clearance .5 stand.obj >stand.probe
+check "a box that is inside out is stood on" each stand.probe \
+    'near($2, $1 * $1 < 4 && $3 * $3 < 4 ? 2.5 : .5, 1e-4)' and holds stand.probe 36
 
 # Grounds that look down, flat or steep, are taken for what they are meant to be.
 ground '2.5 * sin(x) * cos(.8 * z)' >steep.obj

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "place/place_ground.h"
 #include "base/error.h"
+#include "math/direction.h"
 #include "math/vec.h"
 #include "place/up.h"
 #include "scene/scene.h"
@@ -60,40 +61,87 @@ bool place_ground_look(struct place_ground *ground)
     return open;
 }
 
+/* What a column goes through, from above. */
+struct crossing {
+    double at; /* along the up axis */
+    bool front, level;
+};
+
+static int cross(const struct place_ground *ground, const double p[3], double top, double bottom,
+                 struct crossing crossing[DEEP])
+{
+    const int up = ground->up;
+    const double way = ground->way, on = step_of(trace_scene(ground->tracer));
+    double from[3], down[3] = {0}, normal[3];
+    int count = 0;
+    memcpy(from, p, sizeof from);
+    from[up] = top + way * on;
+    down[up] = -way;
+    while (count < DEEP) {
+        const struct trace_hit hit =
+            trace_nearest(ground->tracer, from, down, fmax(way * (from[up] - bottom), 0) + on);
+        if (!hit.hit)
+            break;
+        vec3_store(normal, hit.normal);
+        const double at = from[up] - way * hit.distance;
+        crossing[count++] = (struct crossing){at, hit.front, fabs(normal[up]) >= FLOOR_LEAST};
+        from[up] = at - way * on;
+    }
+    return count;
+}
+
+/* Whether the crossing at i, a back, is of a thing that is turned inside out: from below it fronts
+ * alone are seen, on all sides. */
+static bool is_of_thing(const struct place_ground *ground, const double p[3],
+                        const struct crossing *crossing, int i, int count)
+{
+    enum { WAYS = 16 };
+    double from[3], d[3];
+    if (i + 1 == count || !crossing[i + 1].front)
+        return false;
+    memcpy(from, p, sizeof from);
+    from[ground->up] = (crossing[i].at + crossing[i + 1].at) / 2;
+    for (int k = 0; k < WAYS; k++) {
+        vec3_store(d, direction_even(k, WAYS));
+        const struct trace_hit hit = trace_nearest(ground->tracer, from, d, INFINITY);
+        if (!hit.hit || !hit.front)
+            return false;
+    }
+    return true;
+}
+
+/* Whether somebody can stand on the crossing at i. The topmost is a floor where most look down, as
+ * it may be a box that looks up. */
+static bool is_floor(const struct place_ground *ground, const double p[3],
+                     const struct crossing *crossing, int i, int count)
+{
+    const struct crossing *c = &crossing[i];
+    return c->level && (c->front != ground->turned ||
+                        (ground->turned ? i == 0 : is_of_thing(ground, p, crossing, i, count)));
+}
+
 struct error *place_ground_column(struct place *place, const struct place_ground *ground,
                                   const double p[3], double first, double step,
                                   const double ends[2], bool within)
 {
     const int up = ground->up;
-    const double way = ground->way, on = step_of(trace_scene(ground->tracer));
+    const double way = ground->way;
     const double top = way > 0 ? ends[1] : ends[0], bottom = way > 0 ? ends[0] : ends[1];
-    double at[3], down[3] = {0}, above = within ? top : way * (double)INFINITY;
+    double above = within ? top : way * (double)INFINITY;
+    struct crossing crossing[DEEP];
     struct error *err = NULL;
-    memcpy(at, p, sizeof at);
-    at[up] = top + way * on;
-    down[up] = -way;
-    for (int i = 0; i < DEEP && !err; i++) {
-        const struct trace_hit hit =
-            trace_nearest(ground->tracer, at, down, fmax(way * (at[up] - bottom), 0) + on);
-        double normal[3], foot[3];
-        if (!hit.hit)
-            return NULL;
-        vec3_store(normal, hit.normal);
-        memcpy(foot, at, sizeof foot);
-        foot[up] = at[up] - way * hit.distance;
-        const double room = way * (above - foot[up]);
-        /* of what looks down for the most part the topmost may be a box that looks up */
-        const bool floor = hit.front != ground->turned || (ground->turned && !i);
-        if (floor && fabs(normal[up]) >= FLOOR_LEAST && room >= step / 2)
+    const int count = cross(ground, p, top, bottom, crossing);
+    for (int i = 0; i < count && !err; i++) {
+        const double foot = crossing[i].at, room = way * (above - foot);
+        if (is_floor(ground, p, crossing, i, count) && room >= step / 2)
             for (int k = 0; k < ground->layers && !err; k++) {
                 double node[3];
-                memcpy(node, foot, sizeof node);
-                node[up] += way * (first + k * step);
+                memcpy(node, p, sizeof node);
+                node[up] = foot + way * (first + k * step);
                 if (first + k * step + (within || i ? first : 0) <= room)
                     err = place_append(place, node);
             }
-        above = foot[up];
-        at[up] = foot[up] - way * on;
+        above = foot;
     }
     return err;
 }

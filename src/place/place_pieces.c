@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/warning.h"
 #include "math/affine.h"
+#include "math/angle.h"
 #include "math/box.h"
 #include "math/direction.h"
 #include "math/random.h"
@@ -89,8 +90,9 @@ struct extent {
     double volume;                 /* that it encloses when it is closed but for slits */
     double centre[3];              /* from where the volume is seen */
     struct sample sample[SAMPLES]; /* largest first; no area: none */
-    double spread[SPREAD][3];      /* as before[], of triangles by chance, as their areas are */
+    struct sample spread[SPREAD];  /* of triangles by chance, as their areas are */
     bool emits;                    /* if any does, the samples are of those that do */
+    bool clear;                    /* light gets through some of it */
 };
 
 static void add_sample(struct extent *e, struct sample s)
@@ -109,7 +111,7 @@ static void add_spread(struct extent *e, const struct sample *s, size_t triangle
     struct random r = random_start(0, triangle, 0);
     for (int i = 0; i < SPREAD; i++)
         if (random_float(&r) * e->area < s->area)
-            memcpy(e->spread[i], s->before, sizeof e->spread[i]);
+            e->spread[i] = *s;
 }
 
 /* The sample of a triangle, whose corners are given in the order of its front. */
@@ -155,8 +157,10 @@ static void measure_pieces(const struct place_pieces *pieces, struct extent *ext
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         for (size_t t = 0; t < mesh->triangle_count; t++) {
             struct extent *e = &extent[solids->piece_of[solids->offset[i] + t]];
-            const bool emits = scene_emits(&scene->materials[mesh->material[t]]);
+            const struct scene_material *material = &scene->materials[mesh->material[t]];
+            const bool emits = scene_emits(material);
             struct vec3 corner[3];
+            e->clear = e->clear || material->alpha != SCENE_OPAQUE;
             front_corners(pieces, i, t, corner);
             for (size_t c = 0; c < 3; c++) {
                 double placed[3];
@@ -266,7 +270,7 @@ static size_t matter_of_piece(const struct place_pieces *pieces, const struct ex
     size_t said = ask_samples(pieces, e, SAMPLES / 2, matter_around);
     int within = 0;
     for (int i = 0; i < SPREAD && said != NOBODY; i++)
-        within += matter_around(pieces, e->spread[i]) == said;
+        within += matter_around(pieces, e->spread[i].before) == said;
     return 2 * within >= SPREAD ? said : NOBODY;
 }
 
@@ -509,6 +513,29 @@ static bool is_sky(const struct extent *shell, const struct box *content)
            volume_about(shell, content) < -.03 * pow(shell->area, 1.5);
 }
 
+/* Whether nobody in the content could see the shell as a sky: there are closed pieces alone, some
+ * of which look inward, and the shell does not shine, and is no rounder than a box. It is a room,
+ * then, and those in it are turned inside out. */
+static bool is_room_of_closed(const struct place_pieces *pieces, const struct extent *extent,
+                              size_t shell, const struct box *content)
+{
+    const struct extent *e = &extent[shell];
+    const double volume = volume_about(e, content),
+                 area = e->area + vec3_length(e->sum),          /* with what closes it */
+        round = 36 * ANGLE_PI * volume * volume / pow(area, 3); /* 1 of a ball, 0.52 of a cube */
+    size_t inward = 0;
+    if (e->emits || round > .53)
+        return false;
+    for (size_t i = 0; i < pieces->solids.count; i++) {
+        if (i == shell || pieces->sky[i] || extent[i].area <= 0)
+            continue;
+        if (!pieces->solids.closed[i])
+            return false;
+        inward += pieces->turned[i] || pieces->kind[i] == PIECE_ROOM;
+    }
+    return inward > 0;
+}
+
 /* Shells around all else that look inward. */
 static void find_skies(struct place_pieces *pieces, const struct extent *extent)
 {
@@ -527,7 +554,7 @@ static void find_skies(struct place_pieces *pieces, const struct extent *extent)
             }
         if (shell == NOBODY || content.low[0] > content.high[0] ||
             pieces->kind[shell] == PIECE_SOLID || pieces->kind[shell] == PIECE_UNKNOWN ||
-            !is_sky(&extent[shell], &content))
+            !is_sky(&extent[shell], &content) || is_room_of_closed(pieces, extent, shell, &content))
             return;
         pieces->sky[shell] = true;
     }
@@ -535,23 +562,21 @@ static void find_skies(struct place_pieces *pieces, const struct extent *extent)
 
 /* -- files that are turned inside out --------------------------------------------------------- */
 
-/* Whether a closed piece that looks inward stands in another that does, as furniture in a house:
- * what is seen from behind it are fronts of such, or backs on nearly all sides. */
-static bool stands_in_room(const struct place_pieces *pieces, const struct extent *e)
+/* Whether a closed piece that looks inward stands between walls that do, as furniture in a house:
+ * what is seen from behind it are their backs on nearly all sides. */
+static bool stands_in_walls(const struct place_pieces *pieces, const struct extent *e)
 {
     int stands = 0, samples = 0;
     for (; samples < SAMPLES && e->sample[samples].area > 0; samples++) {
-        int fronts = 0, backs = 0, own = 0;
+        int backs = 0, own = 0;
         for (int i = 0; i < LOOKS; i++) {
             const struct place_sight s =
                 place_sight(pieces, e->sample[samples].behind, direction_even(i, LOOKS));
-            const bool of_room = s.hit.hit && pieces->solids.closed[s.piece];
             own += s.hit.hit && s.piece == e->piece;
-            fronts += of_room && s.piece != e->piece && s.what == SIGHT_FRONT;
-            backs += of_room && s.piece != e->piece && s.what == SIGHT_VOID;
+            backs += s.hit.hit && s.piece != e->piece && s.what == SIGHT_VOID &&
+                     pieces->solids.closed[s.piece];
         }
-        stands += (4 * fronts >= LOOKS && backs <= LOOKS / 16) ||
-                  (4 * backs >= 3 * (LOOKS - own) && 4 * backs >= LOOKS);
+        stands += 4 * backs >= 3 * (LOOKS - own) && 4 * backs >= LOOKS;
     }
     return stands > 0 && 2 * stands >= samples;
 }
@@ -651,7 +676,7 @@ static bool is_file_turned(const struct place_pieces *pieces, const struct exten
             sheets += e->area;
             within += held ? e->area : 0;
         } else if (held && pieces->solids.closed[i] && e->area >= FURNITURE_LEAST * room->area &&
-                   asked++ < ASKED && stands_in_room(pieces, e))
+                   asked++ < ASKED && stands_in_walls(pieces, e))
             turned += e->area;
     }
     return turned > right || (right == 0 && are_walls(pieces)) ||
@@ -670,6 +695,115 @@ static void turn_file(struct place_pieces *pieces, struct extent *extent, struct
     warnings_add(warnings, "turned",
                  "closed pieces look inward, and so do those within them or the ground below them, "
                  "or they are walls around rooms: the whole surface is taken as turned inside out");
+}
+
+/* -- things that are turned inside out -------------------------------------------------------- */
+
+enum { ASKED_OF_THING = SAMPLES + SPREAD };
+
+static const struct sample *asked_of(const struct extent *e, int i)
+{
+    const struct sample *s = i < SAMPLES ? &e->sample[i] : &e->spread[i - SAMPLES];
+    return s->area > 0 ? s : NULL;
+}
+
+/* Whether air is behind a face: from half way to what is there, at most half the piece's size off,
+ * fronts of others are seen, and not solids alone, as in a slit between a room and a wall. */
+static bool has_air_behind(const struct place_pieces *pieces, const struct extent *e,
+                           const struct sample *sample)
+{
+    const struct vec3 from = vec3_load(sample->behind),
+                      out = vec3_normalize(vec3_sub(from, vec3_load(sample->before)));
+    const struct place_sight ahead = place_sight(pieces, sample->behind, out);
+    const double most = diagonal(&e->box),
+                 way = ahead.hit.hit ? fmin(ahead.hit.distance, most) : most;
+    int fronts = 0, hulls = 0, escaped = 0;
+    double p[3];
+    vec3_store(p, vec3_fma(from, way / 2, out));
+    for (int i = 0; i < LOOKS; i++) {
+        const struct place_sight s = place_sight(pieces, p, direction_even(i, LOOKS));
+        if (s.hit.hit && s.piece == e->piece)
+            continue;
+        fronts += s.what == SIGHT_FRONT || s.what == SIGHT_LAMP;
+        hulls += s.what == SIGHT_HULL;
+        escaped += s.what == SIGHT_ESCAPED;
+    }
+    return 16 * (fronts + hulls) >= LOOKS && (fronts + escaped > 0 || 16 * way >= most);
+}
+
+/* Whether a closed piece that looks inward stands in air, as things do. */
+static bool stands_in_air(const struct place_pieces *pieces, const struct extent *e)
+{
+    int air = 0;
+    for (int i = 0; i < ASKED_OF_THING && air < 2; i++) {
+        const struct sample *s = asked_of(e, i);
+        air += s && has_air_behind(pieces, e, s);
+    }
+    return air == 2;
+}
+
+/* Whether somebody might be in a piece that looks inward: it shines or light gets into it, it has
+ * lamps, or holds other pieces. */
+static bool is_used(const struct place_pieces *pieces, const struct extent *extent,
+                    const struct extent *e)
+{
+    enum { LAMPS_ASKED = 4096 };
+    const struct scene *scene = trace_scene(pieces->tracer);
+    if (e->emits || e->clear)
+        return true;
+    for (int i = 0; i < ASKED_OF_THING; i++) {
+        const struct sample *s = asked_of(e, i);
+        for (int k = 0; k < LOOKS && s; k++) {
+            const struct place_sight seen =
+                place_sight(pieces, s->before, direction_even(k, LOOKS));
+            if (seen.hit.hit && seen.piece != e->piece && holds(&e->box, &extent[seen.piece].box))
+                return true;
+        }
+    }
+    for (size_t i = 0; i < scene->light_count && i < LAMPS_ASKED; i++) {
+        double p[3];
+        int own = 0;
+        vec3_store(p, scene->lights[i].position);
+        for (int k = 0; k < LOOKS && scene->lights[i].kind != SCENE_SUN; k++) {
+            const struct place_sight s = place_sight(pieces, p, direction_even(k, LOOKS));
+            own += s.hit.hit && s.piece == e->piece && s.what == SIGHT_FRONT;
+        }
+        if (2 * own >= LOOKS)
+            return true;
+    }
+    return false;
+}
+
+/* A closed piece that looks inward, with air behind it, has matter before it, which it is turned
+ * for. Of one that is used as well nothing is known: there is air on both sides. What is turned
+ * shows the others fronts, in a heap: they are asked again. */
+static void turn_things(struct place_pieces *pieces, struct extent *extent,
+                        struct warnings *warnings)
+{
+    enum { ASKED = 4096 };
+    size_t asked = 0, turned = 0;
+    for (bool any = true; any && asked < ASKED;) {
+        any = false;
+        for (size_t i = 0; i < pieces->solids.count && asked < ASKED; i++) {
+            if (pieces->kind[i] != PIECE_ROOM || !pieces->solids.closed[i] || pieces->sky[i])
+                continue;
+            asked++;
+            if (!stands_in_air(pieces, &extent[i]))
+                continue;
+            const bool used = is_used(pieces, extent, &extent[i]);
+            pieces->turned[i] = pieces->turned[i] != !used;
+            pieces->kind[i] = used ? PIECE_UNKNOWN : PIECE_SOLID;
+            turned += !used;
+            any = true;
+        }
+    }
+    if (turned) {
+        measure_pieces(pieces, extent);
+        warnings_add(warnings, "things",
+                     "%zu closed piece%s inward, but stand%s in the air that others are in: taken "
+                     "as turned inside out",
+                     turned, turned > 1 ? "s face" : " faces", turned > 1 ? "" : "s");
+    }
 }
 
 static void find_targets(struct place_pieces *pieces, const struct extent *extent)
@@ -740,8 +874,9 @@ static bool is_water(const struct place_pieces *pieces, const struct extent *ext
     int over_bed = 0, in_hill = 0;
     for (int i = 0; i < SPREAD; i++) {
         double p[3];
-        const struct place_sight above = place_sight(pieces, e->spread[i], up),
-                                 self = place_sight(pieces, e->spread[i], vec3_scale(-1, up));
+        const struct place_sight above = place_sight(pieces, e->spread[i].before, up),
+                                 self =
+                                     place_sight(pieces, e->spread[i].before, vec3_scale(-1, up));
         if (!self.hit.hit || self.piece != piece)
             continue;
         vec3_store(p, vec3_fma(self.hit.position, -self.hit.distance, up));
@@ -833,6 +968,7 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
             find_skies(pieces, extent);
             find_up(pieces, extent);
         }
+        turn_things(pieces, extent, warnings);
         find_levels(pieces, extent);
         find_targets(pieces, extent);
         find_lit(pieces, extent, wrong);

@@ -6,13 +6,14 @@
  * looks at its backs, when other pieces within fill it as furniture does, or when there is any such
  * and nearly all probes are within. A closed piece whose faces look inward is a room, and whoever
  * sees its back is outside of it, in the void; but when a lamp looks at its backs it was turned
- * inside out. Open pieces are sheets, which have air before them and the ground, or the void,
- * behind.
+ * inside out, and so was an empty one that fronts of others look at: it is a thing in their air.
+ * Open pieces are sheets, which have air before them and the ground, or the void, behind.
  *
  * A shell that keeps its distance around all else is a sky, and looking at it is looking at
- * nothing. Where closed pieces that stand in others look inward as those do, or a ground looks away
- * from closed pieces that look inward, or these are walls, with rooms behind them that are much
- * larger than the space before them along all three axes, the whole file is turned inside out.
+ * nothing. Where closed pieces between the backs of others look inward as those do, or a ground
+ * looks away from closed pieces that look inward, or these are walls, with rooms behind them that
+ * are much larger than the space before them along all three axes, the whole file is turned inside
+ * out.
  *
  * Nothing is known from the sides of open pieces whose faces look to both sides, of closed ones
  * that enclose nothing, of waters (flat sheets that hills rise through), of surfaces with holes
