@@ -449,6 +449,16 @@ check "and under houses on it" told built.obj "$under ||
     x > -2 && x < 2 && y > 3 && z > -2 && z < 2 || x > 6 && x < 8 && y < 4 && z > 6 && z < 8"
 ground "$hill" 1 >down.obj
 check "a ground that looks down is turned" told down.obj "$under"
+waves='2.5 * sin(x) * cos(.8 * z)' valley='-5 * exp(-(x * x + z * z) / 30)'
+for ground in "$waves" "$valley" '.5 * x'; do
+    ground "$ground" 1 >down.obj
+    check "and so is one with as much air below it as above" told down.obj \
+        "y < $ground - .6 || y < $ground + .6 && \$1"
+done
+bowl='.06 * (x * x + z * z)'
+{ ground "$bowl"; box 2 .08 2 4 3.08 4; } >bowl.obj
+check "a valley is no sky" told bowl.obj "y < $bowl - .15 || y < $bowl + .15 && \$1 ||
+    x > 2 && x < 4 && z > 2 && z < 4 && y < 3.08" --count 800 --clearance 10%
 
 # Houses that are sunk into their ground, of which nothing but foundations is seen from below.
 ground 0 >sunk.obj

@@ -323,7 +323,7 @@ static enum sheets judge_sheets(const struct look_job *job, struct warnings *war
         return SHEETS_UNKNOWN;
     }
     if ((double)enclosed <= NEARLY_ALL * (double)all &&
-        (2 * none <= all || !behind || !job->pieces->upside_down))
+        (!behind || !job->pieces->upside_down || (2 * none <= all && !job->pieces->no_ceiling)))
         return SHEETS_RIGHT;
     warnings_add(warnings, "orientation",
                  "%zu of %zu probes see backs on nearly all sides: open surfaces are taken as "

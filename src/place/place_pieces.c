@@ -503,13 +503,14 @@ static double diagonal(const struct box *b)
     return vec3_length(vec3_sub(vec3_load(b->high), vec3_load(b->low)));
 }
 
-/* Whether a piece bends around all that is within, sees it, is a single shell, and keeps its
- * distance: it is at least twice as large, which a room's walls, where furniture stands, are not.
- */
+/* Whether a piece bends around all that is within, sees it, is a single shell, does not look up as
+ * a valley does, and keeps its distance: it is at least twice as large, which a room's walls, where
+ * furniture stands, are not. */
 static bool is_sky(const struct extent *shell, const struct box *content)
 {
     return 2 * diagonal(content) <= diagonal(&shell->box) && holds(&shell->box, content) &&
-           vec3_length(shell->sum) <= .75 * shell->area &&
+           vec3_length(shell->sum) <= .75 * shell->area && shell->sum.y <= .1 * shell->area &&
+           shell->sum.z <= .1 * shell->area &&
            volume_about(shell, content) < -.03 * pow(shell->area, 1.5);
 }
 
@@ -831,17 +832,43 @@ static double one_way_area(const struct extent *e)
     const double length = vec3_length(e->sum);
     if (length >= .7 * e->area)
         return e->area;
-    return (fabs(e->sum.y) >= .5 * e->area && fabs(e->sum.y) >= .95 * e->shadow.y) ||
-                   (fabs(e->sum.z) >= .5 * e->area && fabs(e->sum.z) >= .95 * e->shadow.z)
+    return (fabs(e->sum.y) >= .2 * e->area && fabs(e->sum.y) >= .95 * e->shadow.y) ||
+                   (fabs(e->sum.z) >= .2 * e->area && fabs(e->sum.z) >= .95 * e->shadow.z)
                ? length
                : 0;
+}
+
+/* Whether nothing is where a sheet looks, so that it is no ceiling, and it is no dome, either: all
+ * that it would enclose is far less than what a ball does. */
+static bool looks_at_nothing(const struct place_pieces *pieces, const struct extent *e,
+                             struct vec3 way)
+{
+    const double volume = volume_about(e, &e->box), area = e->area + vec3_length(e->sum);
+    int nothing = 0, asked = 0;
+    for (int i = 0; i < SPREAD; i++) {
+        asked += e->spread[i].area > 0;
+        nothing += e->spread[i].area > 0 && !place_sight(pieces, e->spread[i].before, way).hit.hit;
+    }
+    return !e->emits && 4 * nothing >= 3 * asked &&
+           36 * ANGLE_PI * volume * volume < .25 * pow(area, 3);
+}
+
+/* The axis Y or Z that is near, or the direction itself. */
+static struct vec3 upward(struct vec3 sum)
+{
+    const struct vec3 up = vec3_normalize(sum);
+    if (fabs(up.y) >= .8)
+        return (struct vec3){0, up.y < 0 ? -1 : 1, 0};
+    if (fabs(up.z) >= .8)
+        return (struct vec3){0, 0, up.z < 0 ? -1 : 1};
+    return up;
 }
 
 /* Where up is, and whether sheets look down: a ground with a front that nobody stands on. Large
  * sheets that look one way say so; trees and fences do not. */
 static void find_up(struct place_pieces *pieces, const struct extent *extent)
 {
-    double largest = 0, area = 0;
+    double largest = 0, area = 0, bare = 0;
     struct vec3 sum = {0};
     for (size_t i = 0; i < pieces->solids.count; i++)
         if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area > largest)
@@ -853,8 +880,15 @@ static void find_up(struct place_pieces *pieces, const struct extent *extent)
             sum = one_way > 0 ? vec3_add(sum, extent[i].sum) : sum;
         }
     const bool one_way = vec3_length(sum) > .5 * area;
+    const struct vec3 down = {0, sum.y < -.5 * area ? -1 : 0, sum.y < -.5 * area ? 0 : -1};
     pieces->upside_down = one_way && (sum.y < -.5 * area || sum.z < -.5 * area);
-    pieces->up = one_way ? vec3_normalize(sum) : (struct vec3){0, 1, 0};
+    pieces->up = one_way ? upward(sum) : (struct vec3){0, 1, 0};
+    for (size_t i = 0; i < pieces->solids.count && pieces->upside_down; i++)
+        if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] &&
+            vec3_dot(extent[i].sum, down) > 0 && extent[i].area >= .05 * largest &&
+            looks_at_nothing(pieces, &extent[i], down))
+            bare += one_way_area(&extent[i]);
+    pieces->no_ceiling = bare >= .75 * area;
 }
 
 /* -- waters ----------------------------------------------------------------------------------- */

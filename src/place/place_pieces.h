@@ -48,7 +48,8 @@ struct place_pieces {
     bool *sky;    /* by piece: a shell far around all else, like nothing when seen from within */
     bool two_sided_means; /* not all sheets are called two-sided */
     struct vec3 up;       /* where sheets look for the most part, Y where they look everywhere */
-    bool upside_down;     /* sheets look down along Y or Z for the most part */
+    bool upside_down;     /* sheets look down along Y or Z for the most part, */
+    bool no_ceiling;      /* and nothing is below them */
     double (*target)[3];  /* points on the surface, PLACE_TARGETS, evenly by area */
     struct vec3 way[PLACE_WAYS]; /* unit */
 };
