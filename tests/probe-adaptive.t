@@ -262,6 +262,14 @@ refused 1 '--sky, --sun, --point and --spot add light' \
 check "a sky is one" probes dark.obj --probes 9 --rays 16 --point 1,1,1,1,1,1
 refused 1 'are in free space: --bounds' \
     probe-place adaptive --probes 9 --noise 0 --bounds 8,8,8,9,9,9 lamp.obj
+printf 'v -4 2 -4\nv -4 2 4\nv 4 2 4\nv 4 2 -4\nf 1 2 3 4\n' >quad.obj
+probes quad.obj --probes 9 --rays 16 --sky 1,1,1
+rows_of position placed.probe >rows
+check "a floor has air above it" every '$2 > 2 && $2 < 3' rows \
+    and says said 'flat along Y: probes go into what is up to 1 above it'
+probe-place octree -q --sky 1,1,1 --levels 0 quad.obj >octree.probe
+rows_of position octree.probe >rows
+check "for an octree as well" every '$2 > 2 && $2 < 3' rows
 refused 1 'flat' probe-place adaptive --probes 9 --noise 0 --bounds 0,1,0,3,1,2 lamp.obj
 probe-place vertices lamp.obj >surface.probe
 refused 1 'probes with normals' probe-place adaptive --probes 90 --keep surface.probe lamp.obj

@@ -201,7 +201,7 @@ static struct error *place_with_curve(struct place *place, const struct place_op
                             .progress = world->progress,
                             .given = light.kept_count,
                             .position = light.kept};
-    place_options_space(o, world->scene, reach, &job.candidates.space);
+    place_options_space(o, world, reach, &job.candidates.space);
     if (!err)
         err = adapt(&result, &job);
     if (!err)

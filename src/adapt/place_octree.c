@@ -603,7 +603,7 @@ static struct error *start(struct making *m)
     double low[3], high[3];
     double inset = o->octree.inset;
     struct place_space space;
-    place_options_space(o, m->light.world->scene, m->reach, &space);
+    place_options_space(o, m->light.world, m->reach, &space);
     memcpy(low, space.low, sizeof low);
     memcpy(high, space.high, sizeof high);
     for (int k = 0; k < 3; k++)

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
+#include "base/warning.h"
 #include "math/box.h"
 #include "math/vec.h"
 #include "scene/scene.h"
@@ -63,9 +64,31 @@ void place_usage(char *text, size_t size)
     snprintf(text + used, size - used, " [OPTION]... [SCENE]");
 }
 
-void place_options_space(const struct place_options *o, const struct scene *scene,
+/* A floor, or a single wall, has air before it: an eighth of its longest side. */
+static void add_air(struct place_space *space, const struct place_world *world)
+{
+    static const double FLAT = 0.01, AIR = 0.125;
+    static const char *const axes[] = {"X", "Y", "Z"};
+    double most = 0;
+    for (int k = 0; k < 3; k++)
+        most = fmax(most, space->high[k] - space->low[k]);
+    if (space->high[space->up] - space->low[space->up] >= FLAT * most)
+        return;
+    const double way = up_way(world->scene, space->up);
+    if (way > 0)
+        space->high[space->up] += AIR * most;
+    else
+        space->low[space->up] -= AIR * most;
+    warnings_add(world->warnings, "flat",
+                 "the scene is flat along %s: probes go into what is up to %g %s it (--bounds says "
+                 "otherwise)",
+                 axes[space->up], AIR * most, way > 0 ? "above" : "below");
+}
+
+void place_options_space(const struct place_options *o, const struct place_world *world,
                          const struct reach *reach, struct place_space *space)
 {
+    const struct scene *scene = world->scene;
     *space = (struct place_space){
         .box = o->box, .count = o->boxes, .up = up_axis(scene), .reach = reach};
     struct box all = box_empty();
@@ -80,6 +103,8 @@ void place_options_space(const struct place_options *o, const struct scene *scen
     if (!o->boxes) {
         vec3_store(space->low, scene->box_min);
         vec3_store(space->high, scene->box_max);
+        if (!reach)
+            add_air(space, world);
     }
     if (!reach)
         return;

@@ -182,9 +182,10 @@ struct error *place_reach_open(struct reach **reach, const struct place_options 
 struct error *place_reach_keep(struct place *place, const struct place_options *options,
                                const struct place_world *world);
 
-/* The boxes that --bounds says, or the scene's, and the region in them, which may be NULL: no
- * larger than what holds it. options and reach must outlive the space. */
-void place_options_space(const struct place_options *options, const struct scene *scene,
+/* The boxes that --bounds says, or the scene's, with air before it where it is flat, as a warning
+ * says; and the region in them, which may be NULL: no larger than what holds it. options and reach
+ * must outlive the space. */
+void place_options_space(const struct place_options *options, const struct place_world *world,
                          const struct reach *reach, struct place_space *space);
 
 /* "grid|points FILE|... [OPTION]... [SCENE]" */
