@@ -113,6 +113,8 @@ int main(int argc, char **argv)
         err = capture_stream(&run);
         progress_end(run.progress);
     }
+    if (!err && *run.cache_told && !o->common.quiet)
+        fprintf(stderr, "%s: %s\n", program.name, run.cache_told);
     if (!isnan(run.order_lost) && !o->common.quiet)
         fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", program.name,
                 o->capture.order, run.order_lost);

@@ -38,6 +38,7 @@ MODULE_TESTS = \
 	tests/particles \
 	tests/poisson \
 	tests/path \
+	tests/cache \
 	tests/capture \
 	tests/capture_error \
 	tests/capture_emission \
@@ -82,6 +83,7 @@ PROGRAM_TESTS = \
 	tests/probe-adaptive.t \
 	tests/place-by-light.t \
 	tests/probe-capture.t \
+	tests/capture-cache.t \
 	tests/libprobe-query.t \
 	tests/manual.t \
 	tests/probe-bake.t \

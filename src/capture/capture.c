@@ -5,6 +5,7 @@
 #include "base/interrupt.h"
 #include "base/progress.h"
 #include "base/threads.h"
+#include "capture/cache_options.h"
 #include "light/basis.h"
 #include "light/content.h"
 #include "scene/scene.h"
@@ -130,6 +131,9 @@ struct error *capture_check_same(const struct stream_header *before,
                                        "capture-decimate",
                                        "capture-bounces",
                                        "capture-seed",
+                                       "capture-cache",
+                                       "capture-cache-after",
+                                       "capture-cache-error",
                                        "sky-key",
                                        "sky-map",
                                        "scene-key"};
@@ -158,6 +162,8 @@ struct error *capture_make_header(struct stream_header *header, const struct str
         err = header_add_provenance(header, record->command_line);
     if (!err)
         err = capture_settings_to_header(record->settings, header);
+    if (!err)
+        err = cache_options_to_header(record->cache, header);
     if (!err)
         err = scene_settings_to_header(record->light, header);
     if (!err)

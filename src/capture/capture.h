@@ -33,6 +33,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+struct cache_options;
 struct error;
 struct progress;
 struct scene;
@@ -142,6 +143,7 @@ bool capture_header_has_settings(const struct stream_header *header);
 /* What a captured stream's header tells of how it was made. */
 struct capture_record {
     const struct capture_settings *settings;
+    const struct cache_options *cache;
     const struct scene_settings *light;
     const char *scene_key;    /* as the header is to have it; borrowed */
     bool again;               /* all probes are captured anew */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "capture/capture_options.h"
+#include "base/array.h"
 #include "base/error.h"
 #include "base/number.h"
 #include "base/options.h"
@@ -8,6 +9,7 @@
 #include "stream/stream.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct capture_options capture_options_default(void)
@@ -15,6 +17,7 @@ struct capture_options capture_options_default(void)
     struct capture_options o = {.capture = capture_settings_default(),
                                 .order_loss = 0.01,
                                 .slice = {.parts = 1},
+                                .cache = cache_options_default(),
                                 .scene = scene_settings_default(),
                                 .common = common_default()};
     o.capture.rays = 0;
@@ -24,6 +27,8 @@ struct capture_options capture_options_default(void)
 void capture_options_clear(struct capture_options *o)
 {
     scene_settings_clear(&o->scene);
+    free(o->cache_held);
+    o->cache_held = NULL;
 }
 
 /* What --columns may name. */
@@ -185,6 +190,34 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
                  "which is convolved with the cosine"},
         {0}};
     const struct option_row more[] = {
+        {.name = "cache",
+         .argument = "auto|FILE",
+         .kind = OPTION_TEXT,
+         .value = &o->cache.name,
+         .shown = "off",
+         .help = "end paths in a cache of the surfaces' indirect light, which\n"
+                 "is made, or read from FILE; off: none"},
+        {.name = "cache-error",
+         .argument = "SHARE",
+         .kind = OPTION_CALL,
+         .value = &o->cache.error,
+         .parse = options_share,
+         .shown = "2%",
+         .help = "share of a probe's light that the cache may change"},
+        {.name = "cache-after",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &o->cache.after,
+         .least = 1,
+         .most = CAPTURE_BOUNCES_MOST,
+         .help = "paths end in it where they have scattered so often"},
+        {.name = "cache-out",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &o->cache_out,
+         .written = true,
+         .unrecorded = true,
+         .help = "write the cache for other captures of the scene"},
         {.name = "columns",
          .argument = "LIST",
          .kind = OPTION_CALL,
@@ -239,6 +272,14 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
     if (!err && o->order_auto && o->slice.parts > 1)
         err = error_usage(
             "--slice needs a fixed --order: with auto every slice would choose its own");
+    if (!err && o->cache.name && !strcmp(o->cache.name, "off"))
+        o->cache.name = NULL;
+    if (!err && !(o->cache.error > 0))
+        err = error_usage("--cache-error: expected a share above 0, got %g", o->cache.error);
+    if (!err && o->cache.name && o->order_auto)
+        err = error_usage("--cache needs a fixed --order");
+    if (!err && o->cache_out && !o->cache.name)
+        err = error_usage("--cache-out needs --cache");
     if (!err)
         err = light_dering_check(&o->capture.dering);
     if (!err && o->order_auto && o->capture.convolved &&
@@ -248,19 +289,32 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
     return err;
 }
 
+static struct error *take_cache(struct capture_options *o, const struct stream_header *header)
+{
+    struct error *err = cache_options_from_header(&o->cache, header);
+    if (err || !o->cache.name)
+        return err;
+    err = array_create(&o->cache_held, strlen(o->cache.name) + 1, 1);
+    if (!err)
+        o->cache.name = strcpy(o->cache_held, o->cache.name);
+    return err;
+}
+
 /* Reads the command line over the header's settings. */
 static struct error *read_over(struct capture_options *o, struct program *program,
                                const struct stream_header *header, bool again, int argc,
                                char **argv)
 {
     const bool other_rays = again && (o->rays_given || o->error_given);
-    scene_settings_clear(&o->scene);
+    capture_options_clear(o);
     program_clear(program);
     *o = capture_options_default();
     const struct capture_settings usual = o->capture;
     struct error *err = scene_settings_from_header(&o->scene, header);
     if (!err)
         err = capture_settings_from_header(&o->capture, header);
+    if (!err)
+        err = take_cache(o, header);
     if (other_rays) {
         o->capture.rays = usual.rays;
         o->capture.rays_most = usual.rays_most;
@@ -277,6 +331,8 @@ static bool asks_otherwise(const struct capture_options *o, const struct stream_
     struct error *err = header_copy(&now, header);
     if (!err)
         err = capture_settings_to_header(&o->capture, &now);
+    if (!err)
+        err = cache_options_to_header(&o->cache, &now);
     if (!err)
         err = capture_check_same(header, &now);
     const bool other = err || o->order_auto || o->capture.columns & ~(unsigned)CAPTURE_DEFAULT;

@@ -10,6 +10,7 @@
 #ifndef CAPTURE_OPTIONS_H
 #define CAPTURE_OPTIONS_H
 
+#include "capture/cache_options.h"
 #include "capture/capture.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
@@ -24,6 +25,9 @@ struct capture_options {
     bool again;
     bool rays_given, error_given; /* on the command line */
     struct capture_slice slice;   /* its number: rows that came before */
+    struct cache_options cache;
+    char *cache_held;      /* its name, where it is a header's; owned */
+    const char *cache_out; /* NULL: it is not written */
     struct scene_settings scene;
     struct common common; /* but for the seed */
 };

@@ -9,17 +9,21 @@
 #include "math/luminance.h"
 #include "scene/scene.h"
 #include "scene/scene_shade.h"
+#include "trace/lit.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 /* Which of a probe's samples a random number belongs to: the upper two bits of its index. */
-enum kind { OWN, LIGHTS, SKY };
+enum kind { OWN, LIGHTS, SKY, LIT };
 
 /* For each ray of its own that a probe traces, it asks so many times for emissive surfaces and for
  * an uneven sky. Cells make these smooth questions converge faster than the paths behind the rays,
  * so fewer are as good. */
 #define ASK_SHARE 0.5
+
+/* And so many times for sunlit points. */
+#define LIT_SHARE 0.125
 
 /* Where no question found light, the share of questions that could is at most 3 in their number at
  * 95 % (the rule of three: Hanley and Lippman-Hand, JAMA 1983), which 1.96 standard errors are to
@@ -76,7 +80,9 @@ struct work {
     /* Where no light was found although something emits: what a question would have found in the
      * mean if nothing stood between, as strata's channels; else 0 */
     double unseen[STRATA_CHANNELS];
-    bool sparse; /* that is of pictures which are bright at few points, and none was found */
+    double *lit;        /* lit_weigh of the cache's sunlit points; owned; NULL: none */
+    uint32_t asked_lit; /* of them */
+    bool sparse;        /* that is of pictures which are bright at few points, and none was found */
 };
 
 /* -- samples ----------------------------------------------------------------------------------- */
@@ -200,6 +206,34 @@ static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata
     strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
 }
 
+/* Questions to the sunlit points, `count` of them: corner k of four f is at their place 4 f + k. */
+static void ask_lit(struct work *w, int count, float share)
+{
+    struct strata_wave wave;
+    for (int first = 0; first < count; first += PATH_WAVE) {
+        const int now = count - first < PATH_WAVE ? count - first : PATH_WAVE;
+        const size_t fours = (size_t)now / 4;
+        struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
+        struct path_found found[PATH_WAVE];
+        struct random random[PATH_WAVE];
+        double x[PATH_WAVE];
+        for (size_t k = 0, i = 0; k < 4; k++)
+            for (size_t f = 0; f < fours; f++, i++) {
+                const uint32_t number = (uint32_t)first + (uint32_t)(4 * f + k);
+                random[i] = random_start(w->settings->seed, w->name,
+                                         (uint32_t)LIT << 30 | (w->asked_lit + number));
+                x[i] = (number + random_double(&random[i])) / count;
+            }
+        path_lit(w->path, &w->receiver, w->lit, 4 * fours, x, random, found);
+        for (size_t i = 0; i < 4 * fours; i++) {
+            direction[i] = found[i].direction;
+            light[i] = vec3f_scale(1 / share, found[i].light);
+        }
+        strata_add(&w->light, &wave, fours, direction, light, w->receiver.at.normal);
+    }
+    w->asked_lit += (uint32_t)count;
+}
+
 /* -- rounds ------------------------------------------------------------------------------------ */
 
 /* A sample in every cell of a grid, by fours, as many fours at once as make a wave. */
@@ -228,7 +262,8 @@ static void ask_cells(struct work *w, enum kind kind, const struct grid *grid)
 /* A round of `rays` rays and of the questions that go with them. */
 static struct error *take_round(struct work *w, int rays)
 {
-    const struct grid own = own_grid(rays), asks = grid_for((int)(ASK_SHARE * rays), 1);
+    const struct grid own = own_grid(rays), asks = grid_for((int)(ASK_SHARE * rays), 1),
+                      lit = grid_for((int)(LIT_SHARE * rays), 1);
     const bool direct = w->settings->light != CAPTURE_INDIRECT;
     const bool ask_lights = direct && w->path->emissive, ask_sky = direct && w->path->sky.rows;
     const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
@@ -243,6 +278,8 @@ static struct error *take_round(struct work *w, int rays)
             ask_cells(w, LIGHTS, &asks);
         if (ask_sky)
             ask_cells(w, SKY, &asks);
+        if (w->lit)
+            ask_lit(w, grid_samples(&lit), (float)grid_samples(&lit) / (float)grid_samples(&own));
     }
     if (!err && cells.cell) /* distances are local: a world unit is `scale` of them */
         gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale,
@@ -426,6 +463,26 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->rays = w->rays;
 }
 
+/* Makes sunlit points ready to be asked, where a cache has some. A gradient is of rays alone. */
+static struct error *weigh_lit(struct work *w)
+{
+    const struct path_cache *cache = w->path->cache;
+    if (!cache || !cache->lit || cache->check || w->settings->light == CAPTURE_DIRECT ||
+        w->settings->columns & CAPTURE_GRADIENT || !lit_is_of(cache->lit, w->path->tracer))
+        return NULL;
+    const size_t blocks = lit_blocks(cache->lit);
+    struct error *err = array_create(&w->lit, blocks, sizeof *w->lit);
+    if (err)
+        return err;
+    lit_weigh(cache->lit, &w->receiver.at, w->lit);
+    if (!(w->lit[blocks - 1] > 0)) {
+        free(w->lit);
+        w->lit = NULL;
+    }
+    w->receiver.lit = w->lit;
+    return NULL;
+}
+
 /* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares
  * of distances. */
 static const float farthest = 1e15f;
@@ -455,6 +512,7 @@ struct error *capture_probe(const struct path_tracer *paths,
     w.room = trace_start_room(path->tracer, p);
     if (settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
+    err = weigh_lit(&w);
     for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {
         err = take_round(&w, rays);
         if (!err)
@@ -462,5 +520,6 @@ struct error *capture_probe(const struct path_tracer *paths,
     }
     if (!err)
         finish(&w, result);
+    free(w.lit);
     return err;
 }

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "capture/capture_stream.h"
 #include "base/error.h"
+#include "base/interrupt.h"
+#include "capture/capture_cache.h"
 #include "light/convert.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
@@ -20,6 +22,7 @@ static struct error *open_writer(struct capture_run *run)
     char key[SCENE_KEY_ROOM];
     scene_key_text(run->scene, header_key(before, "scene-key"), key);
     const struct capture_record record = {.settings = &o->capture,
+                                          .cache = &o->cache,
                                           .light = &o->scene,
                                           .scene_key = key,
                                           .again = o->again,
@@ -112,6 +115,50 @@ static struct error *capture_blocks(struct capture_run *run, const struct table 
     return err;
 }
 
+/* Captures all probes with a cache for their rays. */
+static struct error *capture_cached(struct capture_run *run, const struct table *schema,
+                                    struct table *out)
+{
+    struct capture_options *o = &run->options;
+    struct capture_job job = make_job(run);
+    struct capture_cache cache = {0};
+    struct table in = {0};
+    size_t got = 1;
+    struct error *err = table_copy_schema(&in, schema);
+    while (!err && got)
+        err = stream_reader_rows(run->reader, &in, BLOCK, &got);
+    if (!err)
+        err = take_rows(run, &in, out);
+    struct column *position = NULL, *normal = NULL;
+    if (!err)
+        err = table_require(out, "position", COLUMN_F64, 3, &position);
+    if (!err && table_column(out, "normal"))
+        err = table_require(out, "normal", COLUMN_F32, 3, &normal);
+    if (!err) {
+        const struct cache_probes probes = {.position = column_f64(position),
+                                            .normal = normal ? column_f32(normal) : NULL,
+                                            .count = out->rows};
+        err = capture_cache_open(&cache, run->path, &o->capture, &o->cache, run->scene, &probes,
+                                 o->common.threads);
+    }
+    if (!err)
+        memcpy(run->cache_told, cache.told, sizeof run->cache_told);
+    if (!err && o->cache_out && !interrupt_came())
+        err = capture_cache_write(&cache, o->cache_out, &o->capture, &run->header);
+    if (!err)
+        err = capture_rows(&job, out, 0, out->rows);
+    path_use_cache(run->path, NULL);
+    if (!err)
+        err = stream_writer_table(run->writer, out);
+    if (!err)
+        note(run, out, &job);
+    if (!err)
+        err = stream_writer_rows(run->writer, out, 0, out->rows);
+    capture_cache_clear(&cache);
+    table_clear(&in);
+    return err;
+}
+
 /* Captures all probes to the highest order, and keeps the least that loses no more than it may. */
 static struct error *capture_to_least_order(struct capture_run *run, const struct table *schema,
                                             struct table *out)
@@ -153,8 +200,9 @@ static struct error *capture_table(struct capture_run *run, const struct table *
     if (!err && !choose && !run->writer)
         err = open_writer(run);
     if (!err)
-        err = choose ? capture_to_least_order(run, schema, &out)
-                     : capture_blocks(run, schema, &out);
+        err = choose                    ? capture_to_least_order(run, schema, &out)
+              : run->options.cache.name ? capture_cached(run, schema, &out)
+                                        : capture_blocks(run, schema, &out);
     table_clear(&out);
     return err;
 }

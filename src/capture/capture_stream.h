@@ -2,12 +2,14 @@
 /* capture_stream: the probes of a stream captured, from a reader to a writer.
  *
  * Block by block, so that they go on while others are still to come; where the least order is to be
- * found, all at once. Other tables pass. The writer is opened when the header is known.
+ * found, or there is a cache, all at once. Other tables pass. The writer is opened when the header
+ * is known.
  */
 #ifndef CAPTURE_STREAM_H
 #define CAPTURE_STREAM_H
 
 #include "capture/capture_black.h"
+#include "capture/capture_cache.h"
 #include "capture/capture_options.h"
 #include "light/dering.h"
 #include "stream/stream.h"
@@ -21,7 +23,7 @@ struct capture_run {
     struct stream_writer *writer; /* NULL before it is opened; the caller's to finish */
     struct stream_header header;  /* that is written; owned */
     const struct scene *scene;
-    const struct path_tracer *path;
+    struct path_tracer *path;
     bool other_sight;          /* what the stream keeps of sight is of other surfaces */
     struct progress *progress; /* may be NULL */
     /* Seen: */
@@ -31,6 +33,8 @@ struct capture_run {
     struct dering_count dering;
     struct capture_black black;
     double sky; /* sum of the captured probes' share of rays that escaped, where it is kept */
+    char cache_told[sizeof((struct capture_cache *)0)
+                        ->told]; /* what was made of --cache; "": none */
     double order_lost; /* what the order that was found loses of the irradiance; NaN: none was */
 };
 

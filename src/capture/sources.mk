@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # the light that reaches a probe
 capture_sources = \
+	%D%/cache_options.c %D%/cache_options.h \
+	%D%/cache_points.c %D%/cache_points.h \
 	%D%/capture.c %D%/capture.h \
 	%D%/capture_auto.c \
+	%D%/capture_cache.c %D%/capture_cache.h \
 	%D%/capture_black.c %D%/capture_black.h \
 	%D%/capture_options.c %D%/capture_options.h \
 	%D%/capture_probe.c \

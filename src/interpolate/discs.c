@@ -380,3 +380,79 @@ enum discs_answer discs_blend(const struct discs *d, const double p[3], const do
     memcpy(out, value + width * d->disc[best.disc].point, width * sizeof *out);
     return DISCS_NEAREST;
 }
+
+/* The discs of the cell that a place is in, and the place as they have it. */
+static const uint32_t *cell_at(const struct discs *d, const double p[3], const double n[3],
+                               struct place *at, size_t *count)
+{
+    int32_t cell[3];
+    to_cells(d, p, at->p);
+    for (int k = 0; k < 3; k++)
+        at->n[k] = (float)n[k];
+    cell_of(d, at->p, cell);
+    const size_t number = cell_number(d, cell);
+    *count = d->start[number + 1] - d->start[number];
+    return d->list + d->start[number];
+}
+
+static float fine_weight(const struct disc *disc, const struct place *at)
+{
+    return weight_of(disc, at, 1) / (disc->radius * disc->radius);
+}
+
+bool discs_cover(const struct discs *d, const double p[3], const double n[3], const float *value,
+                 float out[3])
+{
+    struct place at;
+    size_t count;
+    float sum = 0;
+    const uint32_t *list = cell_at(d, p, n, &at, &count);
+    out[0] = out[1] = out[2] = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct disc *disc = &d->disc[list[i]];
+        const float weight = fine_weight(disc, &at), *v = value + 3 * (size_t)disc->point;
+        if (!(weight > 0))
+            continue;
+        sum += weight;
+        for (int k = 0; k < 3; k++)
+            out[k] += weight * v[k];
+    }
+    for (int k = 0; k < 3 && sum > 0; k++)
+        out[k] /= sum;
+    return sum > 0;
+}
+
+bool discs_covers(const struct discs *d, const double p[3], const double n[3])
+{
+    struct place at;
+    size_t count;
+    const uint32_t *list = cell_at(d, p, n, &at, &count);
+    for (size_t i = 0; i < count; i++)
+        if (weight_of(&d->disc[list[i]], &at, 1) > 0)
+            return true;
+    return false;
+}
+
+uint32_t discs_draw(const struct discs *d, const double p[3], const double n[3], float u)
+{
+    struct place at;
+    size_t count;
+    float sum = 0;
+    uint32_t drawn = UINT32_MAX;
+    const uint32_t *list = cell_at(d, p, n, &at, &count);
+    for (size_t i = 0; i < count; i++) { /* from those so far, and what is left of u */
+        const struct disc *disc = &d->disc[list[i]];
+        const float weight = fine_weight(disc, &at);
+        if (!(weight > 0))
+            continue;
+        sum += weight;
+        const float share = weight / sum;
+        if (u < share) {
+            u /= share;
+            drawn = disc->point;
+        } else {
+            u = (u - share) / (1 - share);
+        }
+    }
+    return drawn;
+}

@@ -8,8 +8,10 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/once.h"
+#include "interpolate/discs.h"
 #include "math/angle.h"
 #include "scene/scene_shade.h"
+#include "trace/lit.h"
 
 #include <float.h>
 #include <math.h>
@@ -40,6 +42,9 @@ static struct error *add_suns(struct path_tracer *path)
 static struct error *start(void *context)
 {
     struct path_tracer *path = context;
+    const struct scene_sky *sky = &path->tracer->scene->sky;
+    path->sky_shines = sky->picture || sky->radiance[0] > 0 || sky->radiance[1] > 0 ||
+                       sky->radiance[2] > 0;
     struct error *err = lights_init(&path->lights, path->tracer);
     for (size_t i = 0; i < path->lights.instance_count && !err; i++)
         path->emissive = path->emissive || path->lights.number[i];
@@ -79,6 +84,12 @@ struct error *path_near(const struct path_tracer *paths, const double p[3],
         path = path->next;
     *near = path;
     return once_do(path->started, start, path);
+}
+
+void path_use_cache(struct path_tracer *path, const struct path_cache *cache)
+{
+    for (; path; path = path->next)
+        path->cache = cache;
 }
 
 void path_clear(struct path_tracer *path)
@@ -363,6 +374,8 @@ struct wave {
     struct wave_vec throughput, sum; /* what light it meets counts, and what it has met so far */
     struct wave_vec light;           /* irradiance over pi from what was asked */
     struct questions questions;
+    struct wave_vec sunlight; /* what of light is the suns'; set where there are sunlit points */
+    bool known[PATH_WAVE];    /* the cache says what is scattered on; set where there is a cache */
 };
 
 /* Turns to the side of the surface that the path came to, and starts from there. */
@@ -429,10 +442,14 @@ static void light_surfaces(struct wave *w)
         ask_sky(path, &from, x, y, &w->questions);
         answer(w);
     }
+    if (path->cache && path->cache->lit)
+        w->sunlight = w->light;
     for (size_t s = 0; s < path->sun_count; s++) {
         ask_sun(&path->suns[s], &from, &w->questions);
         answer(w);
     }
+    for (size_t i = 0; i < w->count && path->cache && path->cache->lit; i++)
+        wave_put(&w->sunlight, i, vec3f_sub(wave_get(&w->light, i), wave_get(&w->sunlight, i)));
 }
 
 /* Takes in what is lit, and draws the way on. Texels are sent for before, and read after, the
@@ -537,15 +554,153 @@ static void end_paths(struct wave *w, bool roulette, struct path_sample *sample)
     w->count = left;
 }
 
-/* The radiance that the surfaces met by a wave scatter back along its rays: one path each. */
-static void scatter(struct wave *w, struct path_sample *sample)
+/* -- the cache --------------------------------------------------------------------------------- */
+
+/* Whether the cache knows where a path is that faces a surface, and then the irradiance that it
+ * says, or, where it has no light yet, the disc. */
+static bool ask_cache(struct wave *w, size_t i, struct path_sample *sample, float e[3])
 {
+    const struct path_cache *cache = w->path->cache;
+    const struct vec3 p = trace_to_world(w->path->tracer, wave_get(&w->ray.origin, i));
+    const struct vec3f n = wave_get(&w->facing, i);
+    const double at[3] = {p.x, p.y, p.z}, normal[3] = {(double)n.x, (double)n.y, (double)n.z};
+    if (cache->value)
+        return discs_cover(cache->discs, at, normal, cache->value, e);
+    const float u = (float)(draw(&w->random, i) >> 8) * 0x1p-24f;
+    sample->link.disc = discs_draw(cache->discs, at, normal, u);
+    e[0] = e[1] = e[2] = 0;
+    return sample->link.disc != CACHE_NONE;
+}
+
+/* Takes in what the cache knows. True: some path is known, and is to end. */
+static bool read_cache(struct wave *w, struct path_sample *sample)
+{
+    bool some = false;
+    for (size_t i = 0; i < w->count; i++) {
+        float e[3];
+        w->known[i] = ask_cache(w, i, &sample[w->sample[i]], e);
+        if (!w->known[i])
+            continue;
+        some = true;
+        wave_put(&w->light, i,
+                 vec3f_fma(wave_get(&w->light, i), 1 / (float)ANGLE_PI,
+                           (struct vec3f){e[0], e[1], e[2]}));
+    }
+    return some;
+}
+
+/* Leaves their share of sunlight to the sunlit points. */
+static void leave_lit(struct wave *w)
+{
+    const struct lit *lit = w->path->cache->lit;
+    for (size_t i = 0; i < w->count; i++) {
+        const struct vec3f sunlight = wave_get(&w->sunlight, i);
+        if (!(vec3f_most(sunlight) > 0))
+            continue;
+        const float share =
+            lit_share(lit, wave_get(&w->ray.origin, i), wave_get(&w->facing, i), w->at.distance[i]);
+        wave_put(&w->light, i, vec3f_fma(wave_get(&w->light, i), -share, sunlight));
+    }
+}
+
+/* Says what the discs' light would count of known paths that have turned. */
+static void set_links(const struct wave *w, struct path_sample *sample)
+{
+    for (size_t i = 0; i < w->count; i++) {
+        if (!w->known[i])
+            continue;
+        const struct vec3f t = wave_get(&w->throughput, i);
+        struct cache_link *link = &sample[w->sample[i]].link;
+        link->share[0] = t.x, link->share[1] = t.y, link->share[2] = t.z;
+    }
+}
+
+/* The sky that known paths meet, where nothing else shines: whether anything is in the way is all
+ * that matters. */
+static void meet_sky(struct wave *w)
+{
+    const struct path_tracer *path = w->path;
+    int32_t seen[PATH_WAVE];
+    for (size_t i = 0; i < w->count; i++)
+        seen[i] = w->known[i];
+    trace_rays_occluded(path->tracer, w->count, &w->ray, seen);
+    for (size_t i = 0; i < w->count; i++) {
+        if (!seen[i])
+            continue;
+        const struct vec3f direction = wave_get(&w->ray.direction, i);
+        const struct path_receiver from = {
+            .at = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i)}, .sky_share = 1};
+        const float weight = sky_weight(path, &from, direction,
+                                        cosine_density(vec3f_dot(direction, from.at.normal)));
+        wave_put(&w->sum, i,
+                 vec3f_fma(wave_get(&w->sum, i), weight,
+                           vec3f_mul(wave_get(&w->throughput, i),
+                                     scene_sky_radiance(path->tracer->scene, direction))));
+    }
+}
+
+/* Ends known paths before their way on is traced. */
+static void end_known(struct wave *w, struct path_sample *sample)
+{
+    size_t left = 0;
+    for (size_t i = 0; i < w->count; i++) {
+        if (w->known[i]) {
+            sample[w->sample[i]].scattered = wave_get(&w->sum, i);
+        } else if (left++ != i) {
+            move_path(w, left - 1, i);
+            wave_put(&w->ray.origin, left - 1, wave_get(&w->ray.origin, i));
+            wave_put(&w->ray.direction, left - 1, wave_get(&w->ray.direction, i));
+            wave_put(&w->facing, left - 1, wave_get(&w->facing, i));
+            w->ray.most[left - 1] = w->ray.most[i];
+            w->ray.salt[left - 1] = w->ray.salt[i];
+        }
+    }
+    w->count = left;
+}
+
+/* Of paths that are known for the first time, leaves what the cache says of them, negative; what
+ * they find from here on is compared with that. */
+static void compare(struct wave *w, struct path_sample *sample)
+{
+    for (size_t i = 0; i < w->count; i++) {
+        struct path_sample *s = &sample[w->sample[i]];
+        float e[3];
+        if (s->compared || !ask_cache(w, i, s, e))
+            continue;
+        s->compared = true;
+        wave_put(&w->sum, i,
+                 vec3f_scale(-1 / (float)ANGLE_PI, vec3f_mul(wave_get(&w->throughput, i),
+                                                             (struct vec3f){e[0], e[1], e[2]})));
+    }
+}
+
+/* The radiance that the surfaces met by a wave scatter back along its rays: one path each. */
+static void scatter(struct wave *w, bool lit, struct path_sample *sample)
+{
+    const struct path_cache *cache = w->path->cache;
     for (int bounce = 1; bounce <= w->path->bounces && w->count; bounce++) {
+        const bool reads = cache && bounce >= cache->after && bounce < w->path->bounces;
         face(w);
         light_surfaces(w);
+        if (lit && bounce == 1)
+            leave_lit(w);
+        bool known = reads && !cache->check && read_cache(w, sample);
         turn(w);
+        if (known && !cache->value)
+            set_links(w, sample);
+        if (known && !w->path->emissive) {
+            if (w->path->sky_shines)
+                meet_sky(w);
+            end_known(w, sample);
+            known = false;
+        }
         trace_rays_nearest(w->path->tracer, w->count, &w->ray, &w->at);
         meet(w);
+        for (size_t i = 0; i < w->count && known; i++)
+            if (w->known[i])
+                wave_put(&w->throughput, i, (struct vec3f){0});
+        if (reads && cache->check)
+            compare(w, sample);
         end_paths(w, bounce >= 2, sample);
     }
     for (size_t i = 0; i < w->count; i++)
@@ -567,7 +722,8 @@ static struct path_sample seen(const struct path_receiver *receiver, const struc
     const float own = on_surface(&receiver->at)
                           ? cosine_density(vec3f_dot(direction, receiver->at.normal))
                           : sphere_density;
-    struct path_sample sample = {.weight = 1, .distance = w->at.distance[i]};
+    struct path_sample sample = {
+        .weight = 1, .distance = w->at.distance[i], .link = {.disc = CACHE_NONE}};
     if (!w->at.hit[i]) {
         sample.straight = scene_sky_radiance(path->tracer->scene, direction);
         sample.weight = sky_weight(path, receiver, direction, own);
@@ -604,7 +760,10 @@ void path_samples(const struct path_tracer *path, const struct path_receiver *re
     if (rays->straight_alone)
         return;
     end_paths(&w, false, sample);
-    scatter(&w, sample);
+    scatter(&w, receiver->lit, sample);
+    for (size_t i = 0; i < count && path->cache && path->cache->check; i++)
+        if (!sample[i].compared)
+            sample[i].scattered = (struct vec3f){0};
 }
 
 /* What a receiver asks, once a draw. */
@@ -656,6 +815,35 @@ void path_skies(const struct path_tracer *path, const struct path_receiver *rece
                 const struct path_draws *draws, struct path_found *found)
 {
     ask_from(path, receiver, true, draws, found);
+}
+
+void path_lit(const struct path_tracer *path, const struct path_receiver *receiver,
+              const double *sum, size_t count, const double *x, const struct random *random,
+              struct path_found *found)
+{
+    const struct lit *lit = path->cache->lit;
+    const struct vec3f origin = receiver->at.position;
+    struct questions q = {0};
+    for (size_t i = 0; i < count; i++) {
+        struct lit_point point;
+        struct random r = random[i];
+        q.seen[i] = lit_draw(lit, &receiver->at, sum, x[i], &point);
+        q.ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
+        if (!q.seen[i])
+            continue;
+        const struct vec3f way = vec3f_sub(point.position, origin);
+        const float reach = vec3f_length(way);
+        const struct vec3f direction = vec3f_scale(1 / reach, way);
+        wave_put(&q.ray.origin, i, origin);
+        wave_put(&q.ray.direction, i, direction);
+        q.ray.most[i] = reach;
+        wave_put(&q.direction, i, direction);
+        wave_put(&q.light, i, point.light);
+    }
+    trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
+    for (size_t i = 0; i < count; i++)
+        found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)}
+                             : (struct path_found){0};
 }
 
 /* The mean luminance that parts of pictures would give of which points are drawn. */

@@ -21,6 +21,7 @@
 
 #include "math/direction.h"
 #include "math/random.h"
+#include "trace/cache.h"
 #include "trace/lights.h"
 #include "trace/sky.h"
 
@@ -30,10 +31,12 @@ struct path_tracer {
     struct sky sky;
     struct path_sun *suns; /* owned */
     size_t sun_count;
-    bool emissive;            /* the tree holds emissive surfaces */
-    int bounces;              /* how often a path may scatter */
-    struct path_tracer *next; /* the same of tracer->next; owned */
-    struct once *started;     /* what path_near starts; owned; NULL: it was from the start */
+    bool emissive; /* the tree holds emissive surfaces */
+    bool sky_shines;
+    int bounces;                    /* how often a path may scatter */
+    const struct path_cache *cache; /* borrowed; NULL: none (path_use_cache) */
+    struct path_tracer *next;       /* the same of tracer->next; owned */
+    struct once *started;           /* what path_near starts; owned; NULL: it was from the start */
 };
 
 /* How a receiver's directions are drawn, against which light that it could meet both ways is
@@ -42,6 +45,7 @@ struct path_receiver {
     /* local; normal zero: the whole sphere, uniformly; else the half about it, by the cosine */
     struct lights_receiver at;
     float lights_share, sky_share; /* questions of path_lights and path_skies for each sample */
+    bool lit; /* sunlit points of the cache are asked for (path_lit): rays leave them their share */
 };
 
 /* What comes along one direction of a receiver. */
@@ -52,6 +56,10 @@ struct path_sample {
     bool hit, front;        /* what the ray met */
     float distance;         /* local units; INFINITY where it met nothing */
     struct vec3f normal;    /* unit, of the surface there; 0 where it met nothing */
+    /* Of a cache without values: the disc where the path ended; share / pi times its irradiance is
+     * to be added to scattered */
+    struct cache_link link;
+    bool compared; /* with what a cache says (its check) */
 };
 
 /* What one question to the lights or the sky found. */
@@ -64,6 +72,10 @@ struct path_found {
 
 struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces);
 void path_clear(struct path_tracer *path);
+
+/* Lets paths of a tracer and of those that follow it end in a cache, which is to outlive that;
+ * NULL: in none. Not while they are used. */
+void path_use_cache(struct path_tracer *path, const struct path_cache *cache);
 
 /* Of a path tracer and those that follow it, the one to use for what p sees (trace_find_near), made
  * now if nobody was there before. */
@@ -98,6 +110,12 @@ void path_lights(const struct path_tracer *path, const struct path_receiver *rec
                  const struct path_draws *draws, struct path_found *found);
 void path_skies(const struct path_tracer *path, const struct path_receiver *receiver,
                 const struct path_draws *draws, struct path_found *found);
+
+/* Asks for the sunlit points of the cache, once for each x in [0, 1), with what lit_weigh added up.
+ * light: solid angle times radiance, over the probability. */
+void path_lit(const struct path_tracer *path, const struct path_receiver *receiver,
+              const double *sum, size_t count, const double *x, const struct random *random,
+              struct path_found *found);
 
 /* What path_lights would find in the mean if nothing stood between. draws->random is not used.
  * Where all points that are drawn are dark, it is what the pictures that they are points of shine

@@ -1,0 +1,563 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "capture/capture_cache.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/interrupt.h"
+#include "base/threads.h"
+#include "interpolate/discs.h"
+#include "interpolate/scatter.h"
+#include "math/angle.h"
+#include "math/luminance.h"
+#include "math/random.h"
+#include "math/sobol.h"
+#include "scene/scene.h"
+#include "scene/scene_settings.h"
+#include "stream/header_number.h"
+#include "stream/stream.h"
+#include "trace/lit.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    POINTS_MOST = 1 << 16,
+    LINKS_MOST = 1 << 23, /* rays of all points: 128 MB */
+    RAYS_LEAST = 16,
+    RAYS_MOST = 1024, /* of a point */
+    PARTICLES_LEAST = 1 << 15,
+    PARTICLES_MOST = 1 << 20,
+    CHECKED = 16, /* probes that measure what the cache changes */
+    CHECK_LEAST = 512,
+    CHECK_MOST = 1 << 15, /* rays of each of them */
+    FINER = 2             /* times that a cache is made anew */
+};
+
+/* Rays of a cache, of those of all probes. */
+#define CACHE_SHARE 0.1
+
+/* Of a cache that may change 2 % of light, in Sponza and rooms: half the share of a disc's radius
+ * in its distance from the probe, and rays of each. */
+static const double size_at_2 = 0.45, rays_at_2 = 48;
+
+/* -- points ------------------------------------------------------------------------------------ */
+
+static struct error *make_discs(struct capture_cache *cache)
+{
+    cache->cache.count = cache->points.count;
+    return cache_points_discs(&cache->points, cache->points.radius, &cache->cache.discs);
+}
+
+/* -- gathering --------------------------------------------------------------------------------- */
+
+struct gathering {
+    const struct path_tracer *path;
+    const struct cache_points *points;
+    uint64_t seed;
+    int rays;
+    float *direct; /* 3 a point */
+    struct cache_link *link;
+};
+
+static struct error *gather(void *context, size_t index, int thread)
+{
+    (void)thread;
+    const struct gathering *g = context;
+    if (interrupt_came())
+        return NULL;
+    const double *p = g->points->position + 3 * index;
+    const float *n = g->points->normal + 3 * index;
+    const struct path_tracer *path;
+    struct error *err = path_near(g->path, p, &path);
+    if (err)
+        return err;
+    struct path_receiver receiver = {.lights_share = 1, .sky_share = 1};
+    receiver.at.normal = vec3f_normalize((struct vec3f){n[0], n[1], n[2]});
+    receiver.at.position = trace_start(path->tracer, p, receiver.at.normal);
+    const uint64_t name = random_hash_position(p);
+    const uint32_t pair = (uint32_t)(name ^ name >> 32) ^ (uint32_t)g->seed;
+    double sum[3] = {0};
+    for (int first = 0; first < g->rays; first += PATH_WAVE) {
+        struct vec3f direction[PATH_WAVE];
+        struct random random[PATH_WAVE];
+        struct path_sample sample[PATH_WAVE];
+        size_t count = 0;
+        for (int i = first; i < g->rays && count < PATH_WAVE; i++, count++) {
+            uint32_t x, y;
+            sobol_pair((uint32_t)i, pair, &x, &y);
+            direction[count] = direction_by_cosine(receiver.at.normal, (float)(x >> 8) * 0x1p-24f,
+                                                   (float)(y >> 8) * 0x1p-24f);
+            random[count] = random_start(g->seed, name, 3u << 30 | 1u << 29 | (uint32_t)i);
+        }
+        path_samples(path, &receiver, &(struct path_rays){count, direction, random, false}, sample);
+        for (size_t i = 0; i < count; i++) {
+            sum[0] += (double)sample[i].scattered.x;
+            sum[1] += (double)sample[i].scattered.y;
+            sum[2] += (double)sample[i].scattered.z;
+            g->link[index * (size_t)g->rays + (size_t)first + i] = sample[i].link;
+        }
+    }
+    for (size_t k = 0; k < 3; k++)
+        g->direct[3 * index + k] = (float)(ANGLE_PI * sum[k] / g->rays);
+    return NULL;
+}
+
+static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
+                          const struct capture_settings *settings, int threads)
+{
+    const size_t count = cache->points.count;
+    struct gathering g = {
+        .path = path, .points = &cache->points, .seed = settings->seed, .rays = cache->rays};
+    float *value = NULL;
+    struct error *err = array_create(&g.direct, 3 * count, sizeof *g.direct);
+    if (!err)
+        err = array_create(&g.link, count * (size_t)g.rays, sizeof *g.link);
+    if (!err)
+        err = array_create(&value, 3 * count, sizeof *value);
+    path_use_cache(path, &cache->cache);
+    if (!err)
+        err = threads_for(threads, count, gather, &g);
+    path_use_cache(path, NULL);
+    if (!err)
+        err = cache_solve(count, g.rays, g.direct, g.link, settings->bounces - cache->cache.after,
+                          threads, value);
+    cache->cache.value = value;
+    free(g.direct);
+    free(g.link);
+    return err;
+}
+
+/* -- what it changes --------------------------------------------------------------------------- */
+
+struct checking {
+    const struct path_tracer *path;
+    const struct capture_settings *settings;
+    const struct cache_probes *probes;
+    size_t step;
+    struct capture_probe *result; /* CHECKED */
+};
+
+static struct error *check_one(void *context, size_t index, int thread)
+{
+    (void)thread;
+    const struct checking *c = context;
+    const size_t probe = index * c->step;
+    const float *normal = c->probes->normal ? c->probes->normal + 3 * probe : NULL;
+    if (interrupt_came())
+        return NULL;
+    return capture_probe(c->path, c->settings, c->probes->position + 3 * probe, normal,
+                         &c->result[index]);
+}
+
+/* Squared length of light as irradiance, over directions, and of its error. */
+static void lengths(const struct capture_probe *p, int order, bool surface, double *light,
+                    double *error)
+{
+    *light = *error = 0;
+    for (int l = 0, i = 0; l < (surface ? 1 : order); l++)
+        for (; i < 3 * (l + 1) * (l + 1); i++) {
+            const double a = surface ? 1 : sh_cosine(l);
+            *light += a * a * (double)p->sh[i] * (double)p->sh[i];
+            *error += a * a * (double)p->sh_error[i] * (double)p->sh_error[i];
+        }
+}
+
+/* Share of their light that the cache changes, over probes and directions. */
+struct change {
+    double share, low, high; /* and its interval of 95 % */
+    double mean, mean_error; /* by how much there is more of it; 1.96 standard errors of that */
+    size_t probes;
+};
+
+/* Probes darker than this share of what they have in the root mean square count as that bright. */
+#define DARK 0.01
+
+/* The squares of a difference hold its variance, which is known. */
+static struct change change_of(const struct capture_probe *with, const struct capture_probe *less,
+                               size_t count, int order, bool surface)
+{
+    double sum = 0, squares = 0, all = 0, more = 0, error = 0, least = 0;
+    size_t lit = 0;
+    for (size_t i = 0; i < count; i++) {
+        double light, unused;
+        lengths(&with[i], order, surface, &light, &unused);
+        least += light / (double)count * DARK * DARK;
+    }
+    for (size_t i = 0; i < count; i++) {
+        double light, off, variance, unused;
+        const double rgb[] = {(double)less[i].sh[0], (double)less[i].sh[1], (double)less[i].sh[2]},
+                     whole[] = {(double)with[i].sh[0], (double)with[i].sh[1],
+                                (double)with[i].sh[2]},
+                     noise[] = {(double)less[i].sh_error[0], (double)less[i].sh_error[1],
+                                (double)less[i].sh_error[2]};
+        lengths(&with[i], order, surface, &light, &unused);
+        lengths(&less[i], order, surface, &off, &variance);
+        if (!(light > 0))
+            continue;
+        const double share = (off - variance) / fmax(light, least);
+        sum += share;
+        squares += share * share;
+        lit++;
+        all += luminance_f64(whole);
+        more -= luminance_f64(rgb);
+        error += luminance_f64(noise) * luminance_f64(noise);
+    }
+    if (!lit)
+        return (struct change){0};
+    const double n = (double)lit, mean = sum / n,
+                 spread = lit > 1 ? sqrt(fmax(squares / n - mean * mean, 0) / (n - 1)) : mean;
+    return (struct change){.share = sqrt(fmax(mean, 0)),
+                           .low = sqrt(fmax(mean - 1.96 * spread, 0)),
+                           .high = sqrt(fmax(mean + 1.96 * spread, 0)),
+                           .mean = more / all,
+                           .mean_error = 1.96 * sqrt(error) / all,
+                           .probes = lit};
+}
+
+/* Measures it at probes from all of the stream, with as many rays as the cache has, or those of the
+ * probes. */
+static struct error *check(struct capture_cache *cache, struct path_tracer *path,
+                           const struct capture_settings *settings,
+                           const struct cache_probes *probes, int threads, struct change *change)
+{
+    const size_t count = probes->count < CHECKED ? probes->count : CHECKED;
+    const double rays = cache->rays ? (double)cache->points.count * cache->rays / CHECKED / 4
+                                    : (double)settings->rays;
+    struct capture_probe with[CHECKED] = {0}, less[CHECKED] = {0};
+    struct capture_settings all = *settings;
+    all.error = 0;
+    all.columns = CAPTURE_ERROR;
+    all.rays = (int)fmin(fmax(rays, CHECK_LEAST), CHECK_MOST);
+    struct capture_settings scattered = all;
+    scattered.light = CAPTURE_INDIRECT;
+    struct checking c = {.path = path,
+                         .settings = &all,
+                         .probes = probes,
+                         .step = probes->count / count,
+                         .result = with};
+    path_use_cache(path, &cache->cache);
+    struct error *err = threads_for(threads, count, check_one, &c);
+    cache->cache.check = true;
+    c.settings = &scattered;
+    c.result = less;
+    if (!err)
+        err = threads_for(threads, count, check_one, &c);
+    cache->cache.check = false;
+    path_use_cache(path, NULL);
+    *change = change_of(with, less, count, settings->order, probes->normal);
+    return err;
+}
+
+/* -- made -------------------------------------------------------------------------------------- */
+
+static void tell_off(struct capture_cache *cache, const char *why)
+{
+    cache->on = false;
+    snprintf(cache->told, sizeof cache->told, "no cache: %s", why);
+}
+
+static void tell(struct capture_cache *cache, const struct change *change)
+{
+    char rays[64] = "";
+    if (cache->rays)
+        snprintf(rays, sizeof rays, " of %d rays", cache->rays);
+    snprintf(cache->told, sizeof cache->told,
+             "cache: %zu points%s change %.2g %% of light (95 %%: %.2g to %.2g), in the mean by "
+             "%+.1g +- %.1g %%, at %zu probes",
+             cache->points.count, rays, 100 * change->share, 100 * change->low, 100 * change->high,
+             100 * change->mean, 100 * change->mean_error, change->probes);
+}
+
+/* Rays that the points of a cache may have so that it pays. */
+static double rays_that_pay(const struct capture_settings *settings,
+                            const struct cache_probes *probes)
+{
+    return 0.5 * (double)probes->count * settings->rays;
+}
+
+static struct error *make(struct capture_cache *cache, struct path_tracer *path,
+                          const struct capture_settings *settings,
+                          const struct cache_probes *probes, double error, int threads)
+{
+    const double most = fmin(rays_that_pay(settings, probes), LINKS_MOST);
+    double rays = fmin(fmax(rays_at_2 * 0.02 / error, RAYS_LEAST), RAYS_MOST);
+    const double points = floor(fmin(fmax(most / rays, 1), POINTS_MOST));
+    struct error *err = cache_points_find(&cache->points, path, probes, (size_t)points,
+                                          size_at_2 * sqrt(error / 0.02), settings->seed, threads);
+    const size_t count = cache->points.count;
+    if (err || !count || ((double)count >= points && points < POINTS_MOST)) {
+        tell_off(cache, count ? "so few rays and probes would not pay for it"
+                              : "no ray of a probe meets a surface");
+        return err;
+    }
+    /* where there are many probes a cache with less noise costs little */
+    rays = fmin(fmax(rays, CACHE_SHARE * (double)probes->count * settings->rays / (double)count),
+                fmin(RAYS_MOST, LINKS_MOST / (double)count));
+    cache->rays = (int)rays;
+    err = make_discs(cache);
+    if (!err)
+        err = fill(cache, path, settings, threads);
+    cache->on = !err;
+    return err;
+}
+
+static void empty(struct capture_cache *cache)
+{
+    const int after = cache->cache.after;
+    cache_clear(&cache->cache);
+    cache_points_clear(&cache->points);
+    cache->cache.after = after;
+    cache->on = false;
+}
+
+/* A cache that changes too much is made anew for half of what this one was. */
+static struct error *make_fine(struct capture_cache *cache, struct path_tracer *path,
+                               const struct capture_settings *settings,
+                               const struct cache_options *options,
+                               const struct cache_probes *probes, int threads)
+{
+    double error = options->error;
+    for (int i = 0; i <= FINER; i++, error /= 2) {
+        struct change change;
+        empty(cache);
+        struct error *err = make(cache, path, settings, probes, error, threads);
+        if (err || !cache->on)
+            return err;
+        err = check(cache, path, settings, probes, threads, &change);
+        if (err)
+            return err;
+        tell(cache, &change);
+        if (change.low <= options->error)
+            return NULL;
+    }
+    tell_off(cache, "it changes more of the light than --cache-error allows");
+    return NULL;
+}
+
+/* -- read -------------------------------------------------------------------------------------- */
+
+/* Whether a stream's light is the indirect light of these surfaces. */
+static struct error *check_header(const struct stream_header *header, const struct scene *scene,
+                                  const struct capture_settings *settings, int after)
+{
+    struct capture_settings was = capture_settings_default();
+    if (!capture_header_has_settings(header))
+        return error_new("expected surface probes with light: run probe-capture --light indirect");
+    struct error *err = capture_settings_from_header(&was, header);
+    if (err)
+        return err;
+    if (scene_differs(scene, header))
+        return error_new("the cache is of another scene, or of other light in it");
+    if (scene_sky_differs(scene, header))
+        return error_new("the cache is of another picture of the sky");
+    if (was.light != CAPTURE_INDIRECT)
+        return error_new("expected --light indirect, got %s light", capture_light_names[was.light]);
+    if (was.decimate < settings->decimate || was.decimate > settings->decimate)
+        return error_new("the cache was captured with --decimate %g, not %g", was.decimate,
+                         settings->decimate);
+    /* of so many, the last is too dim to tell */
+    enum { MANY = 16 };
+    if (was.bounces != settings->bounces - after &&
+        (was.bounces < MANY || settings->bounces < MANY + after))
+        return error_new("expected a cache of --bounces %d, got %d", settings->bounces - after,
+                         was.bounces);
+    return NULL;
+}
+
+static bool is_dark(const void *light, size_t probe)
+{
+    return isnan(((const float *)light)[3 * probe]);
+}
+
+/* Half the radius of discs whose points have none of their own. */
+static struct error *find_radius(const double *position, const float *light, size_t probes,
+                                 double *radius)
+{
+    struct scatter *scatter = NULL;
+    struct error *err = scatter_create(&scatter, probes, position, is_dark, light);
+    *radius = err ? 0 : scatter_spacing(scatter) / 2;
+    scatter_destroy(scatter);
+    return err;
+}
+
+static struct error *take_points(struct capture_cache *cache, const struct table *table)
+{
+    struct column *position = NULL, *normal = NULL, *light = NULL, *radius = NULL;
+    struct cache_points *p = &cache->points;
+    double all = 0;
+    struct error *err = table_require(table, "position", COLUMN_F64, 3, &position);
+    if (!err && !table_column(table, "normal"))
+        return error_new("expected surface probes, got points without a normal "
+                         "(probe-place poisson makes some)");
+    if (!err)
+        err = table_require(table, "normal", COLUMN_F32, 3, &normal);
+    if (!err)
+        err = table_require(table, "irradiance", COLUMN_F32, 3, &light);
+    if (!err && table_column(table, "radius"))
+        err = table_require(table, "radius", COLUMN_F32, 1, &radius);
+    if (!err && !radius)
+        err = find_radius(column_f64(position), column_f32(light), table->rows, &all);
+    if (!err)
+        err = array_create(&p->position, 3 * table->rows, sizeof *p->position);
+    if (!err)
+        err = array_create(&p->normal, 3 * table->rows, sizeof *p->normal);
+    if (!err)
+        err = array_create(&p->radius, table->rows, sizeof *p->radius);
+    if (!err)
+        err = array_create(&cache->cache.value, 3 * table->rows, sizeof *cache->cache.value);
+    for (size_t i = 0; i < table->rows && !err; i++) {
+        const float *e = column_f32(light) + 3 * i;
+        const double r = radius ? (double)column_f32(radius)[i] : all;
+        if (is_dark(column_f32(light), i))
+            continue;
+        if (!(r >= (double)FLT_MIN && r <= (double)FLT_MAX / 4))
+            return error_new("probe %zu: expected a radius above 0, got %g", i, r);
+        memcpy(p->position + 3 * p->count, column_f64(position) + 3 * i, 3 * sizeof(double));
+        memcpy(p->normal + 3 * p->count, column_f32(normal) + 3 * i, 3 * sizeof(float));
+        memcpy(cache->cache.value + 3 * p->count, e, 3 * sizeof *e);
+        p->radius[p->count++] = (float)r;
+    }
+    if (!err && !p->count)
+        err = error_new("expected surface probes with light, got none");
+    return err ? err : make_discs(cache);
+}
+
+static struct error *read_stream(struct capture_cache *cache, const char *name,
+                                 const struct scene *scene, const struct capture_settings *settings)
+{
+    struct stream *stream = NULL;
+    struct error *err = stream_read(&stream, name);
+    if (err)
+        return err;
+    const struct table *table = stream_table(stream, "probe");
+    err = check_header(&stream->header, scene, settings, cache->cache.after);
+    if (!err && !table)
+        err = error_new("expected table probe");
+    if (!err)
+        err = take_points(cache, table);
+    cache->on = !err;
+    stream_destroy(stream);
+    return err ? error_wrap(err, "%s", name) : NULL;
+}
+
+/* Particles of suns: an eighth of the probes' rays. */
+static size_t particles_for(const struct capture_settings *settings,
+                            const struct cache_probes *probes)
+{
+    const double rays = 0.125 * (double)probes->count * settings->rays;
+    return (size_t)fmin(fmax(rays, PARTICLES_LEAST), PARTICLES_MOST);
+}
+
+/* Sunlit points are where rays of probes come, whether a disc says anything there or not. */
+static struct error *light(struct capture_cache *cache, struct path_tracer *path,
+                           const struct capture_settings *settings,
+                           const struct cache_probes *probes, int threads)
+{
+    const struct cache_points *p = &cache->points;
+    const struct lit_sources sources = {path->tracer, &path->lights, &path->sky};
+    struct discs *reach = NULL;
+    struct error *err = cache_points_discs(p, p->reach ? p->reach : p->radius, &reach);
+    if (!err)
+        err = lit_create(&cache->cache.lit, &sources, &reach, particles_for(settings, probes),
+                         settings->seed, threads);
+    discs_destroy(reach);
+    return err;
+}
+
+/* -- all --------------------------------------------------------------------------------------- */
+
+static struct error *open_stream(struct capture_cache *cache, struct path_tracer *path,
+                                 const struct capture_settings *settings,
+                                 const struct cache_options *options, const struct scene *scene,
+                                 const struct cache_probes *probes, int threads)
+{
+    struct change change;
+    struct error *err = read_stream(cache, options->name, scene, settings);
+    if (!err && probes->count)
+        err = check(cache, path, settings, probes, threads, &change);
+    if (err || !probes->count)
+        return err;
+    tell(cache, &change);
+    if (change.low > options->error)
+        tell_off(cache, "it changes more of the light than --cache-error allows");
+    return NULL;
+}
+
+struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer *path,
+                                 const struct capture_settings *settings,
+                                 const struct cache_options *options, const struct scene *scene,
+                                 const struct cache_probes *probes, int threads)
+{
+    struct error *err = NULL;
+    *cache = (struct capture_cache){.cache.after = options->after};
+    if (!options->name)
+        return NULL;
+    if (settings->light == CAPTURE_DIRECT || settings->bounces <= options->after)
+        tell_off(cache, "no light scatters on behind it");
+    else if (strcmp(options->name, "auto"))
+        err = open_stream(cache, path, settings, options, scene, probes, threads);
+    else if (probes->count)
+        err = make_fine(cache, path, settings, options, probes, threads);
+    if (!err && cache->on)
+        err = light(cache, path, settings, probes, threads);
+    if (!err && cache->on)
+        path_use_cache(path, &cache->cache);
+    return err;
+}
+
+struct error *capture_cache_write(const struct capture_cache *cache, const char *path,
+                                  const struct capture_settings *settings,
+                                  const struct stream_header *header)
+{
+    const struct cache_options none = {0};
+    const struct cache_points *p = &cache->points;
+    struct capture_settings own = *settings;
+    struct stream *stream = NULL;
+    struct table *table = NULL;
+    struct column *position = NULL, *c = NULL;
+    own.light = CAPTURE_INDIRECT;
+    own.bounces -= cache->cache.after;
+    own.rays = cache->rays ? cache->rays : own.rays;
+    own.error = 0;
+    if (!cache->on)
+        return error_new("--cache-out: there is no cache to write: %s", cache->told);
+    struct error *err = stream_create(&stream);
+    if (!err)
+        err = header_copy(&stream->header, header);
+    if (!err)
+        err = capture_settings_to_header(&own, &stream->header);
+    if (!err)
+        err = cache_options_to_header(&none, &stream->header);
+    if (!err)
+        err = stream_add_table(stream, "probe", &table);
+    if (!err)
+        err = table_resize(table, p->count);
+    if (!err)
+        err = table_add_column(table, "position", COLUMN_F64, 3, &position);
+    if (!err)
+        memcpy(column_f64(position), p->position, 3 * p->count * sizeof *p->position);
+    const struct {
+        const char *name;
+        size_t width;
+        const float *value;
+    } columns[] = {
+        {"normal", 3, p->normal}, {"radius", 1, p->radius}, {"irradiance", 3, cache->cache.value}};
+    for (size_t i = 0; i < 3 && !err; i++) {
+        err = table_add_column(table, columns[i].name, COLUMN_F32, columns[i].width, &c);
+        if (!err)
+            memcpy(column_f32(c), columns[i].value, columns[i].width * p->count * sizeof(float));
+    }
+    if (!err)
+        err = stream_write(stream, path, STREAM_BINARY);
+    stream_destroy(stream);
+    return err;
+}
+
+void capture_cache_clear(struct capture_cache *cache)
+{
+    cache_clear(&cache->cache);
+    cache_points_clear(&cache->points);
+    cache->on = false;
+}

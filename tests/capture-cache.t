@@ -1,0 +1,151 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# probe-capture --cache: light through the cache against closed forms; what it is made of and when
+# it is off; the stream of a cache, and what is no cache.
+. "${SRC:?}/tests/support/setup.sh"
+
+# box MATERIAL...: a box of side 2 about the origin, open to all sides of its own, in faces of one
+# material each: -x +x -y +y -z +z; "none" leaves one out.
+box() {
+    printf 'mtllib m.mtl\n'
+    for z in -1 1; do for y in -1 1; do for x in -1 1; do echo "v $x $y $z"; done; done; done
+    for face in '1 3 7 5' '2 6 8 4' '1 5 6 2' '3 4 8 7' '1 2 4 3' '5 7 8 6'; do
+        [ "$1" = none ] || printf 'usemtl %s\nf %s\n' "$1" "$face"
+        shift
+    done
+}
+cat >m.mtl <<'END'
+newmtl glow
+Kd .6 .6 .6
+Ke 1 2 3
+newmtl grey
+Kd .5 .5 .5
+newmtl black
+Kd 0 0 0
+END
+box glow glow glow glow glow glow >furnace.obj
+box grey grey grey none grey grey >court.obj
+# 64 probes in the box
+awk 'BEGIN { for (i = 0; i < 64; i++)
+    print (i % 4 - 1.5) * .45, (int(i / 4) % 4 - 1.5) * .45, (int(i / 16) - 1.5) * .45 }' >in.txt
+probe-place points -q in.txt furnace.obj >in.probe
+
+# -- closed forms ----------------------------------------------------------------------------------
+# In a furnace radiance is L = Le / (1 - albedo) everywhere: 2.5, 5, 7.5, times sqrt(4 pi) in SH.
+probe-capture --rays 512 --cache auto --cache-out furnace.cache --text furnace.obj in.probe \
+    >furnace.probe 2>said
+check "a furnace's light comes through the cache" says said 'cache: .* points of .* rays change' \
+    and every 'NF == 0 || ($4 / 8.8623 > .97 && $4 / 8.8623 < 1.03 &&
+        $6 / 26.587 > .97 && $6 / 26.587 < 1.03)' "$(rows_of position,sh furnace.probe >f.rows
+    echo f.rows)"
+# and the irradiance of what scattered at least once is pi albedo L, at each point of the cache
+rows_of position,irradiance furnace.cache >e.rows
+check "the cache holds the irradiance of what scattered: pi albedo L" test -s e.rows and \
+    awk '{ n++; s += $4 / (3.14159265 * 1.5); q += ($4 / (3.14159265 * 1.5)) ^ 2 }
+        END { m = s / n; e = sqrt((q / n - m * m) / n); z = (m - 1) / (e + 1e-4)
+            exit !(n > 50 && z < 4 && z > -4 && e < .01) }' e.rows
+
+# Over a square of half side 8, lit by a sun, at height 1: radiance albedo E / pi in the solid angle
+# 4 asin(64 / 65), and nothing else. The sunlit points bring most of it.
+cat >ground.obj <<'END'
+mtllib m.mtl
+v -8 0 -8
+v -8 0 8
+v 8 0 8
+v 8 0 -8
+usemtl grey
+f 1 2 3 4
+END
+awk 'BEGIN { for (i = 0; i < 32; i++) printf "0 %.6f 0\n", 1 + i * 1e-6 }' >over.txt
+probe-place points -q over.txt ground.obj |
+    probe-capture --rays 1024 --sun 0,-1,0,2,2,2 --light indirect --cache auto --text ground.obj \
+    >ground.probe 2>said
+check "sunlit ground, by its points and by rays" says said 'cache: ' and \
+    awk '/^[0-9-]/ { n++; s += $4; q += $4 * $4 }
+        END { m = s / n; e = sqrt((q / n - m * m) / n)
+            t = .282094792 * (1 / 3.14159265) * 4 * atan2(64, sqrt(65 * 65 - 64 * 64))
+            z = (m - t) / e; exit !(n == 32 && z < 4 && z > -4 && e / t < .01) }' ground.probe
+
+# A court under sun and sky: with and without a cache the same, within the errors.
+court() {
+    probe-capture -q --rays 1024 --sky 1,1,1 --sun .3,-1,.2,5,5,5 --text "$@" court.obj in.probe
+}
+court >court.plain
+court --cache auto >court.cached
+rows_of position,sh,sh_error court.plain >p.rows
+rows_of position,sh,sh_error court.cached >c.rows
+check "in a court sun and sky are what they are without a cache" test -s c.rows and \
+    sh -c 'paste -d " " p.rows c.rows | awk "{ for (i = 4; i <= 30; i++) {
+        d = \$(i + 57) - \$i; v = \$(i + 27) ^ 2 + \$(i + 84) ^ 2; n++; q += d * d / v
+        if (i <= 6) { m += d; b += \$i } } }
+        END { exit !(n == 1728 && sqrt(q / n) < 1.35 && m / b < .01 && m / b > -.01) }"'
+
+# rows_are COLUMN STREAM FILE: its rows are those of the file
+rows_are() {
+    rows_of position,"$1" "$2" >rows_are.rows
+    cmp rows_are.rows "$3"
+}
+
+# -- one cache for all -----------------------------------------------------------------------------
+auto() { court --cache auto "$@"; }
+auto -j1 >one.probe
+auto -j3 >three.probe
+check "any number of threads" cmp one.probe three.probe and test -s one.probe
+probe-cat --rows 32: in.probe >tail.probe
+probe-cat --rows :32 in.probe >head.probe
+probe-cat --no-provenance tail.probe head.probe >turned.probe
+probe-capture -q --rays 1024 --sky 1,1,1 --sun .3,-1,.2,5,5,5 --cache auto court.obj turned.probe \
+    >turned.out
+rows_of position,sh turned.out | sort >turned.rows
+rows_of position,sh one.probe | sort >one.rows
+check "any order of the probes" cmp turned.rows one.rows and test -s one.rows
+for i in 1 2; do auto --slice $i/2 >slice$i.probe; done
+probe-cat --fill slice2.probe slice1.probe >filled.probe
+rows_of position,sh one.probe >one.rows
+check "slices are what the whole is" rows_are sh filled.probe one.rows
+auto --cache-out court.cache >out.probe
+court --cache court.cache >in.out
+rows_of position,sh out.probe >a.rows
+rows_of position,sh in.out >b.rows
+check "a cache that is written is read as it was" cmp a.rows one.rows and test -s b.rows and \
+    awk 'NR == FNR { a[FNR] = $4; next } { d += (a[FNR] - $4) ^ 2; s += $4 ^ 2 }
+        END { exit !(FNR == 64 && sqrt(d / s) < .02) }' a.rows b.rows
+probe-cat --info one.probe >info
+check "the header tells it" says info 'key capture-cache auto' 'key capture-cache-after 1'
+check "a second pass takes it over" into again.probe probe-capture -q --again court.obj one.probe \
+    and rows_are sh again.probe one.rows
+
+# -- where it does not pay -------------------------------------------------------------------------
+off() { probe-capture --rays 64 --text "$@" furnace.obj in.probe >off.probe 2>said; }
+plain() {
+    probe-capture -q --rays 64 --text "$@" furnace.obj in.probe | rows_of position,sh - >plain.rows
+}
+for way in "--light direct" "--bounces 1" "--rays 4"; do
+    off $way --cache auto
+    plain $way
+    rows_of position,sh off.probe >off.rows
+    check "off, and plain light, with $way" says said 'no cache: ' and cmp off.rows plain.rows
+done
+
+# -- no cache --------------------------------------------------------------------------------------
+probe-place vertices -q court.obj >v.probe
+sunny() { probe-capture -q --rays 64 --sky 1,1,1 --sun .3,-1,.2,5,5,5 "$@"; }
+sunny --light indirect court.obj v.probe >v.cache
+check "surface probes with indirect light are a cache" court --cache v.cache
+sunny court.obj v.probe >all.cache
+sunny --light indirect court.obj in.probe >points.cache
+sunny --light indirect --bounces 3 court.obj v.probe >few.cache
+refused 1 "all.cache: expected --light indirect, got all light" court --cache all.cache
+refused 1 "points.cache: expected surface probes, got points without a normal" \
+    court --cache points.cache
+refused 1 "few.cache: expected a cache of --bounces 63, got 3" court --cache few.cache
+refused 1 "v.probe: expected surface probes with light" court --cache v.probe
+refused 1 "v.cache: the cache is of another scene, or of other light in it" \
+    probe-capture --sky 1,1,1 --cache v.cache court.obj in.probe
+refused 1 "missing.cache" court --cache missing.cache
+refused 1 "there is no cache to write" \
+    probe-capture --cache auto --cache-out x.cache --bounces 1 furnace.obj in.probe
+refused 2 "cache-out needs --cache" probe-capture --cache-out x.cache furnace.obj in.probe
+refused 2 "needs a fixed --order" probe-capture --cache auto --order auto furnace.obj in.probe
+refused 2 "above 0" probe-capture --cache auto --cache-error 0 furnace.obj in.probe
+tap_done
