@@ -90,6 +90,8 @@ static void any_place(void)
     struct discs *discs = make(&s, POINTS);
     struct random r = random_start(8, 9, 10);
     int covered = 0, wrong = 0, nearest = 0;
+    double ahead[2][6] = {{1001, 1003, 1005, 0, 0, 1}, {990, 1003, 1005, 0, 1, 0}};
+    discs_fetch(discs, 2, ahead[0], ahead[0] + 3, 6); /* changes nothing */
     for (int i = 0; i < PLACES; i++) {
         double p[3], n[3], weight, margin;
         float out;
@@ -164,6 +166,30 @@ static void sheet(void)
     discs_destroy(discs);
 }
 
+/* Places that no float holds, and normals of no length. */
+static void far_out(void)
+{
+    struct set s;
+    any_set(&s);
+    struct discs *discs = make(&s, POINTS);
+    const double way[4] = {1e300, -1e300, 1e40, -1e40}, p[3] = {1e300, 2, -1e300};
+    int answered = 0;
+    for (int i = 0; i < 12; i++) {
+        double from[3] = {1002, 1004, 1006}, n[3] = {0, 0, 0};
+        float out = NAN;
+        from[i % 3] = way[i / 3];
+        n[i % 3] = way[i / 3] > 0 ? 1 : -1;
+        discs_fetch(discs, 1, from, n, 3);
+        answered += discs_blend(discs, from, n, 1, s.value, 1, &out) == DISCS_NEAREST && out >= 0;
+    }
+    ok(answered == 12, "%d of 12 places far out are answered", answered);
+    float out;
+    discs_fetch(discs, 1, p, (const double[3]){0, 0, 0}, 3);
+    ok(discs_blend(discs, p, (const double[3]){0, 0, 0}, 1, s.value, 1, &out) == DISCS_NONE,
+       "without a normal nothing faces alike");
+    discs_destroy(discs);
+}
+
 static void none(void)
 {
     struct set s = {.radius = {NAN}};
@@ -178,6 +204,7 @@ int main(void)
 {
     any_place();
     sheet();
+    far_out();
     none();
     return tap_done();
 }

@@ -161,6 +161,7 @@ check_PROGRAMS += \
 	tests/bench/bench_rays \
 	tests/bench/bench_bases \
 	tests/bench/bench_cold \
+	tests/bench/bench_discs \
 	tests/bench/bench_query \
 	tests/bench/bench_visibility \
 	tests/bench/bench_tetgen

@@ -6,7 +6,8 @@ What parts share: running (commands, bench programs, tables), inputs (scenes, pr
 light (of a capture, and how far it is from the truth), octree, peers.
 """
 PARTS = ("stream", "threads", "rays", "error", "render", "columns", "bases", "measure", "tet",
-         "decimate", "query", "interpolate", "unasked", "visibility", "scene", "sight", "place")
+         "decimate", "query", "interpolate", "discs", "unasked", "visibility", "scene", "sight",
+         "place")
 # not run unless they are named
-ON_REQUEST = ("bases", "decimate", "query", "interpolate", "unasked", "visibility", "scene",
-              "place")
+ON_REQUEST = ("bases", "decimate", "query", "interpolate", "discs", "unasked", "visibility",
+              "scene", "place")

@@ -2,6 +2,7 @@
 #include "interpolate/discs.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "libprobe-query/volume_tree.h"
 #include "math/box.h"
 
 #include <math.h>
@@ -9,31 +10,57 @@
 #include <string.h>
 
 enum {
-    CELLS_EACH = 64, /* cells a point, at the most */
-    SHELLS = 3       /* of cells, in which a disc is looked for where none covers a place */
+    CELLS_EACH = 64,     /* cells a point, at the most */
+    SIDE_MOST = 1 << 16, /* cells along an axis, so that floats tell places in them */
+    PATCHES = 5, /* classes of normals: those of a face of a cube, along each of its sides, */
+    CLASSES = 6 * PATCHES * PATCHES, /* and all */
+    RUN_MOST = 16,                   /* discs of a run */
+    GROUP = 8,                       /* discs of a group */
+    LEVELS = 32,                     /* of groups, at the most */
+    SOME = 64                        /* discs that are blended at a time */
 };
 
 /* A cell is this share of the discs' mean radius: smaller ones have shorter lists, but more. */
-#define CELL_SHARE 0.5
+#define CELL_SHARE 0.7
 
 /* Cosine of the angle up to which two sides face alike. */
 #define ALIKE 0.5f
 
-/* 32 bytes. Positions are less the origin of the grid, so that floats hold them well. */
+/* Places farther out than this, in cells, count as that far. */
+#define FAR_OUT 1e15
+
+/* 32 bytes. Lengths are in cells, positions from the origin of the grid, so that floats hold them
+ * well. */
 struct disc {
     float position[3], normal[3];
-    float radius;
+    float inverse;  /* of the radius */
     uint32_t point; /* whose value it has */
 };
 
+/* Normals that are near to one another. */
+struct normals {
+    float middle[3]; /* unit */
+    float least;     /* cosine with it of what faces as any of them does */
+};
+
+/* Discs near to one another: a box about their middles, and the largest radius. */
+struct group {
+    float low[3], high[3], most;
+};
+
+/* The discs of a cell stand in `word` in runs of normals of one class, each behind a word that says
+ * how many there are (times 256) and of which class. */
 struct discs {
-    struct disc *disc; /* owned, in order of the cells that they are in; and so is: */
-    uint32_t *list;    /* discs by cell */
-    uint32_t *start;   /* of each cell's, and the end of the last */
-    size_t count;
+    struct disc *disc; /* owned, along a Morton curve; and so is: */
+    uint32_t *word;    /* discs by cell, in runs */
+    uint32_t *start;   /* where those of each cell begin, and the end of the last */
+    size_t count, cell_count;
     double origin[3], scale; /* cells a unit */
     int32_t cells[3];
-    float most; /* radius of the largest disc, in cells */
+    struct normals normals[CLASSES];
+    struct group *group;      /* owned */
+    size_t level[LEVELS + 1]; /* where the groups of each begin, and the end of the last */
+    int levels;
 };
 
 static size_t cell_number(const struct discs *d, const int32_t cell[3])
@@ -42,11 +69,71 @@ static size_t cell_number(const struct discs *d, const int32_t cell[3])
            (size_t)cell[0];
 }
 
+/* -- normals ----------------------------------------------------------------------------------- */
+
+/* The patch of the cube about it that a normal goes through. */
+static uint32_t class_of(const float n[3])
+{
+    int axis = fabsf(n[1]) > fabsf(n[0]) ? 1 : 0;
+    if (fabsf(n[2]) > fabsf(n[axis]))
+        axis = 2;
+    uint32_t number = 2 * (uint32_t)axis + (n[axis] < 0);
+    for (int k = 1; k < 3; k++) {
+        const float share = n[(axis + k) % 3] / fabsf(n[axis]),
+                    at = (share + 1) / 2 * (float)PATCHES;
+        number = number * PATCHES + (at > 0 ? at < PATCHES - 1 ? (uint32_t)at : PATCHES - 1 : 0);
+    }
+    return number;
+}
+
+static void patch_point(uint32_t number, double x, double y, double n[3])
+{
+    const uint32_t face = number / (PATCHES * PATCHES), axis = face / 2;
+    const double u = 2 * (number / PATCHES % PATCHES + x) / PATCHES - 1,
+                 v = 2 * (number % PATCHES + y) / PATCHES - 1, length = sqrt(1 + u * u + v * v);
+    n[axis] = (face % 2 ? -1 : 1) / length;
+    n[(axis + 1) % 3] = u / length;
+    n[(axis + 2) % 3] = v / length;
+}
+
+/* The middle of a patch, and the widest angle with it of what is within 60 degrees of any of its
+ * points, of which the farthest is a corner. */
+static void set_classes(struct discs *d)
+{
+    for (uint32_t i = 0; i < CLASSES; i++) {
+        double middle[3], corner[3], least = 1;
+        patch_point(i, 0.5, 0.5, middle);
+        for (int c = 0; c < 4; c++) {
+            patch_point(i, c & 1, c >> 1, corner);
+            least =
+                fmin(least, middle[0] * corner[0] + middle[1] * corner[1] + middle[2] * corner[2]);
+        }
+        for (int k = 0; k < 3; k++)
+            d->normals[i].middle[k] = (float)middle[k];
+        d->normals[i].least = (float)(0.5 * least - sqrt(0.75) * sqrt(1 - least * least) - 1e-4);
+    }
+}
+
+static float facing(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 /* -- making ------------------------------------------------------------------------------------ */
 
+struct making {
+    struct discs *d;
+    const struct disc_points *points;
+    uint32_t *start, *list; /* discs by cell; owned, and so is: */
+    uint64_t *class;        /* of each disc's normal */
+    uint32_t *order;        /* of discs by class */
+};
+
 /* Sets the grid: cells by the mean radius, unless that makes too many. */
-static struct error *set_grid(struct discs *d, const struct disc_points *points)
+static struct error *set_grid(struct making *m)
 {
+    struct discs *d = m->d;
+    const struct disc_points *points = m->points;
     struct box box = box_empty();
     double sum = 0, side[3];
     for (size_t i = 0; i < points->count; i++) {
@@ -65,14 +152,16 @@ static struct error *set_grid(struct discs *d, const struct disc_points *points)
     for (int k = 0; k < 3; k++)
         if (!(box.high[k] - box.low[k] < (double)INFINITY))
             return error_new("surface probes are too far from one another for discs");
-    double cell = CELL_SHARE * sum / (double)d->count, cells = INFINITY;
+    double cell = CELL_SHARE * sum / (double)d->count, cells, longest;
     for (;; cell *= 1.1) {
         cells = 1;
+        longest = 0;
         for (int k = 0; k < 3; k++) {
             side[k] = floor((box.high[k] - box.low[k]) / cell) + 1;
             cells *= side[k];
+            longest = fmax(longest, side[k]);
         }
-        if (cells <= 4096 + CELLS_EACH * (double)d->count)
+        if (cells <= 4096 + CELLS_EACH * (double)d->count && longest <= SIDE_MOST)
             break;
     }
     for (int k = 0; k < 3; k++) {
@@ -80,19 +169,9 @@ static struct error *set_grid(struct discs *d, const struct disc_points *points)
         d->origin[k] = box.low[k];
     }
     d->scale = 1 / cell;
-    return array_create(&d->start, (size_t)cells + 1, sizeof *d->start);
-}
-
-struct sorting {
-    size_t cell;
-    uint32_t point;
-};
-
-static int compare(const void *a, const void *b)
-{
-    const struct sorting *x = a, *y = b;
-    return x->cell != y->cell ? (x->cell > y->cell ? 1 : -1)
-                              : (x->point > y->point) - (x->point < y->point);
+    d->cell_count = (size_t)cells;
+    struct error *err = array_create(&d->start, d->cell_count + 1, sizeof *d->start);
+    return err ? err : array_create(&m->start, d->cell_count + 1, sizeof *m->start);
 }
 
 /* The cell of a place in cells from the origin, within the grid. */
@@ -106,8 +185,10 @@ static void cell_of(const struct discs *d, const float p[3], int32_t cell[3])
 
 static void to_cells(const struct discs *d, const double p[3], float in_cells[3])
 {
-    for (int k = 0; k < 3; k++)
-        in_cells[k] = (float)((p[k] - d->origin[k]) * d->scale);
+    for (int k = 0; k < 3; k++) {
+        const double x = (p[k] - d->origin[k]) * d->scale;
+        in_cells[k] = (float)(x < FAR_OUT ? x > -FAR_OUT ? x : -FAR_OUT : FAR_OUT);
+    }
 }
 
 /* Streams of other programs may have normals of any length. One without faces nowhere. */
@@ -119,48 +200,80 @@ static void set_normal(struct disc *disc, const float normal[3])
         disc->normal[k] = length > 0 ? (float)((double)normal[k] / length) : 0;
 }
 
-/* Lengths of discs are in cells. */
-static struct error *sort_discs(struct discs *d, const struct disc_points *points)
+static struct error *sort_discs(struct making *m)
 {
-    struct sorting *order = NULL;
+    enum { BITS = 17 };
+    struct discs *d = m->d;
+    const struct disc_points *points = m->points;
+    uint64_t *key = NULL, *room = NULL;
+    uint32_t *order = NULL, *point = NULL;
     size_t count = 0;
-    struct error *err = array_create(&order, d->count, sizeof *order);
+    struct error *err = array_create(&key, d->count, sizeof *key);
     if (!err)
-        err = array_create(&d->disc, d->count, sizeof *d->disc);
+        err = array_create(&room, 3 * d->count, sizeof *room);
+    if (!err)
+        err = array_create(&order, d->count, sizeof *order);
+    if (!err)
+        err = array_create(&point, d->count, sizeof *point);
+    if (!err) {
+        d->disc = volume_block(d->count * sizeof *d->disc);
+        err = d->disc ? NULL : error_memory();
+    }
+    if (!err)
+        err = array_create(&m->class, d->count, sizeof *m->class);
     for (size_t i = 0; i < points->count && !err; i++) {
         float p[3];
         int32_t cell[3];
+        uint32_t x[3];
         if (!(points->radius[i] > 0))
             continue;
         to_cells(d, points->position + 3 * i, p);
         cell_of(d, p, cell);
-        order[count++] = (struct sorting){cell_number(d, cell), (uint32_t)i};
+        for (int k = 0; k < 3; k++)
+            x[k] = (uint32_t)cell[k];
+        point[count] = (uint32_t)i;
+        key[count++] = volume_morton(x, BITS);
     }
     if (!err)
-        qsort(order, count, sizeof *order, compare);
+        volume_sort(count, key, 3 * BITS, order, room);
     for (size_t i = 0; i < count && !err; i++) {
-        const uint32_t point = order[i].point;
+        const uint32_t from = point[order[i]];
+        const double radius = (double)points->radius[from] * d->scale;
         struct disc *disc = &d->disc[i];
-        to_cells(d, points->position + 3 * (size_t)point, disc->position);
-        set_normal(disc, points->normal + 3 * (size_t)point);
-        disc->radius = (float)((double)points->radius[point] * d->scale);
-        disc->point = point;
-        d->most = disc->radius > d->most ? disc->radius : d->most;
+        to_cells(d, points->position + 3 * (size_t)from, disc->position);
+        set_normal(disc, points->normal + 3 * (size_t)from);
+        disc->inverse = (float)(1 / radius);
+        disc->point = from;
+        m->class[i] = class_of(disc->normal);
     }
+    if (!err)
+        err = array_create(&m->order, d->count, sizeof *m->order);
+    if (!err)
+        volume_sort(d->count, m->class, 8, m->order, room);
+    free(key);
+    free(room);
     free(order);
+    free(point);
     return err;
 }
 
-/* Whether any of a cell may be nearer than the radius. */
+/* As much wider as rounding could be. */
+static float wide_radius(const struct disc *disc)
+{
+    return 1 / disc->inverse + 1e-3f;
+}
+
+/* Whether what the disc covers may come into a cell. */
 static bool touches(const struct disc *disc, const int32_t cell[3])
 {
+    const float radius = wide_radius(disc);
     float square = 0;
     for (int k = 0; k < 3; k++) {
-        const float low = (float)cell[k] - disc->position[k], high = -low - 1,
-                    off = low > high ? low : high;
+        const float below = (float)cell[k] - disc->position[k], above = -below - 1,
+                    off = below > above ? below : above;
         square += off > 0 ? off * off : 0;
     }
-    return square <= disc->radius * disc->radius;
+    return square <= radius * radius;
 }
 
 /* The cells of a column along an axis that come as near to the disc's plane as what it covers: from
@@ -169,7 +282,7 @@ static void near_plane(const struct disc *disc, int axis, const int32_t cell[3],
                        int32_t *high)
 {
     const float *n = disc->normal, *p = disc->position;
-    float height = 0, room = 1e-3f + disc->radius / 4;
+    float height = 0, room = 1e-3f + wide_radius(disc) / 4;
     for (int k = 0; k < 3; k++) {
         height += k == axis ? 0 : ((float)cell[k] + 0.5f - p[k]) * n[k];
         room += 0.5f * fabsf(n[k]);
@@ -182,17 +295,16 @@ static void near_plane(const struct disc *disc, int axis, const int32_t cell[3],
 }
 
 /* Counts the cells of each disc, or lists it in them. */
-static void enter(struct discs *d, uint32_t number, bool list)
+static void enter(struct making *m, uint32_t number, bool list)
 {
+    const struct discs *d = m->d;
     const struct disc *disc = &d->disc[number];
-    const float *p = disc->position, *n = disc->normal;
+    const float *p = disc->position, *n = disc->normal, wide = wide_radius(disc);
     int32_t low[3], high[3], cell[3];
     int axis = fabsf(n[1]) > fabsf(n[0]) ? 1 : 0;
     if (fabsf(n[2]) > fabsf(n[axis]))
         axis = 2;
     const int second = (axis + 1) % 3, third = (axis + 2) % 3;
-    /* as much wider as rounding could be */
-    const float wide = disc->radius + 1e-3f;
     cell_of(d, (const float[3]){p[0] - wide, p[1] - wide, p[2] - wide}, low);
     cell_of(d, (const float[3]){p[0] + wide, p[1] + wide, p[2] + wide}, high);
     for (cell[third] = low[third]; cell[third] <= high[third]; cell[third]++)
@@ -202,50 +314,145 @@ static void enter(struct discs *d, uint32_t number, bool list)
             for (cell[axis] = from; cell[axis] <= to; cell[axis]++) {
                 if (!touches(disc, cell))
                     continue;
-                uint32_t *start = &d->start[cell_number(d, cell)];
+                uint32_t *start = &m->start[cell_number(d, cell)];
                 if (list)
-                    d->list[--*start] = number;
+                    m->list[--*start] = number;
                 else
                     ++*start;
             }
         }
 }
 
-static struct error *list_discs(struct discs *d)
+static struct error *too_many(void)
 {
-    const size_t cells = (size_t)d->cells[0] * (size_t)d->cells[1] * (size_t)d->cells[2];
+    return error_new("discs are so large beside the distance of their points that they touch more "
+                     "than %u cells: expected a smaller --radius",
+                     UINT32_MAX);
+}
+
+/* Lists discs by cell; those of a cell by class, and then in their order. */
+static struct error *list_discs(struct making *m)
+{
     uint64_t sum = 0;
-    for (uint32_t i = 0; i < d->count; i++)
-        enter(d, i, false);
-    for (size_t i = 0; i <= cells; i++) {
-        sum += d->start[i];
+    for (uint32_t i = 0; i < m->d->count; i++)
+        enter(m, i, false);
+    for (size_t i = 0; i <= m->d->cell_count; i++) {
+        sum += m->start[i];
         if (sum > UINT32_MAX)
-            return error_new("discs are so large beside the distance of their points that they "
-                             "touch more than %u cells: expected a smaller --radius",
-                             UINT32_MAX);
-        d->start[i] = (uint32_t)sum; /* the end; entering makes it the start */
+            return too_many();
+        m->start[i] = (uint32_t)sum; /* the end; entering makes it the start */
     }
-    struct error *err = array_create(&d->list, (size_t)sum, sizeof *d->list);
-    for (uint32_t i = (uint32_t)d->count; i-- > 0 && !err;)
-        enter(d, i, true);
+    struct error *err = array_create(&m->list, (size_t)sum, sizeof *m->list);
+    for (size_t i = m->d->count; i-- > 0 && !err;)
+        enter(m, m->order[i], true);
+    return err;
+}
+
+/* Writes what touches a cell in runs, to where `word` points, or nowhere. Returns how many words
+ * that takes. */
+static size_t write_runs(const struct making *m, size_t cell, uint32_t *word)
+{
+    size_t words = 0, run = 0;
+    uint64_t class = 0;
+    uint32_t count = 0; /* of the run */
+    for (size_t i = m->start[cell]; i < m->start[cell + 1]; i++) {
+        const uint32_t disc = m->list[i];
+        if (!count || class != m->class[disc] || count == RUN_MOST) {
+            class = m->class[disc];
+            count = 0;
+            run = words++;
+        }
+        count++;
+        if (word) {
+            word[run] = count << 8 | (uint32_t) class;
+            word[words] = disc;
+        }
+        words++;
+    }
+    return words;
+}
+
+static struct error *write_cells(struct making *m)
+{
+    struct discs *d = m->d;
+    uint64_t sum = 0;
+    for (size_t i = 0; i < d->cell_count; i++) {
+        d->start[i] = (uint32_t)sum;
+        sum += write_runs(m, i, NULL);
+        if (sum > UINT32_MAX)
+            return too_many();
+    }
+    d->start[d->cell_count] = (uint32_t)sum;
+    d->word = volume_block((size_t)sum * sizeof *d->word);
+    if (!d->word)
+        return error_memory();
+    for (size_t i = 0; i < d->cell_count; i++)
+        write_runs(m, i, d->word + d->start[i]);
+    return NULL;
+}
+
+static void add_to_group(struct group *group, const float low[3], const float high[3], float most)
+{
+    for (int k = 0; k < 3; k++) {
+        group->low[k] = fminf(group->low[k], low[k]);
+        group->high[k] = fmaxf(group->high[k], high[k]);
+    }
+    group->most = fmaxf(group->most, most);
+}
+
+/* Level 0: GROUP discs each, which follow one another; each level above: two of the one below. */
+static struct error *make_groups(struct discs *d)
+{
+    size_t count = (d->count + GROUP - 1) / GROUP;
+    d->levels = 1;
+    d->level[1] = count;
+    while (count > 1) {
+        count = (count + 1) / 2;
+        d->levels++;
+        d->level[d->levels] = d->level[d->levels - 1] + count;
+    }
+    struct error *err = array_create(&d->group, d->level[d->levels], sizeof *d->group);
+    for (size_t i = 0; i < d->level[d->levels] && !err; i++)
+        d->group[i] =
+            (struct group){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0};
+    for (size_t i = 0; i < d->count && !err; i++) {
+        const struct disc *disc = &d->disc[i];
+        add_to_group(&d->group[i / GROUP], disc->position, disc->position, 1 / disc->inverse);
+    }
+    for (int level = 1; level < d->levels && !err; level++)
+        for (size_t i = d->level[level - 1]; i < d->level[level]; i++) {
+            const struct group *part = &d->group[i];
+            add_to_group(&d->group[d->level[level] + (i - d->level[level - 1]) / 2], part->low,
+                         part->high, part->most);
+        }
     return err;
 }
 
 struct error *discs_create(struct discs **discs, const struct disc_points *points)
 {
-    struct discs *d = NULL;
+    struct making m = {.points = points};
     *discs = NULL;
-    struct error *err = array_create(&d, 1, sizeof *d);
+    struct error *err = array_create(&m.d, 1, sizeof *m.d);
     if (!err)
-        err = set_grid(d, points);
+        err = set_grid(&m);
+    if (!err) {
+        set_classes(m.d);
+        err = sort_discs(&m);
+    }
     if (!err)
-        err = sort_discs(d, points);
+        err = list_discs(&m);
     if (!err)
-        err = list_discs(d);
+        err = write_cells(&m);
+    if (!err)
+        err = make_groups(m.d);
+    free(m.start);
+    free(m.list);
+    free(m.class);
+    free(m.order);
     if (err)
-        discs_destroy(d);
+        discs_destroy(m.d);
     else
-        *discs = d;
+        *discs = m.d;
     return err;
 }
 
@@ -254,8 +461,9 @@ void discs_destroy(struct discs *d)
     if (!d)
         return;
     free(d->disc);
-    free(d->list);
+    free(d->word);
     free(d->start);
+    free(d->group);
     free(d);
 }
 
@@ -269,33 +477,75 @@ struct place {
  * Infinity: it faces elsewhere. */
 static float rim(const struct disc *disc, const struct place *at)
 {
-    const float x = at->p[0] - disc->position[0], y = at->p[1] - disc->position[1],
-                z = at->p[2] - disc->position[2];
-    const float facing = at->n[0] * disc->normal[0] + at->n[1] * disc->normal[1] +
-                         at->n[2] * disc->normal[2];
-    if (!(facing > ALIKE))
+    const float way[3] = {at->p[0] - disc->position[0], at->p[1] - disc->position[1],
+                          at->p[2] - disc->position[2]};
+    if (!(facing(at->n, disc->normal) > ALIKE))
         return INFINITY;
-    const float height = fabsf(x * disc->normal[0] + y * disc->normal[1] + z * disc->normal[2]),
-                distance = sqrtf(x * x + y * y + z * z);
-    return (distance > 4 * height ? distance : 4 * height) / disc->radius;
+    const float height = fabsf(facing(way, disc->normal)), distance = sqrtf(facing(way, way));
+    return (distance > 4 * height ? distance : 4 * height) * disc->inverse;
 }
 
-static float weight_of(const struct disc *disc, const struct place *at, int falloff)
+enum { FINE = 0 }; /* as a falloff: linear, and by 1 / R^2 */
+
+/* Discs that cover a place, some at a time. */
+struct covering {
+    const uint32_t *word, *end; /* of those that were not asked */
+    size_t count;
+    uint32_t point[SOME];
+    float weight[SOME]; /* above 0 */
+};
+
+/* Adds a disc, if it covers the place. Without a branch: which of a cell's do, nobody foretells. */
+static void add_covering(const struct discs *d, uint32_t number, const struct place *at,
+                         int falloff, struct covering *c)
 {
-    const float x = at->p[0] - disc->position[0], y = at->p[1] - disc->position[1],
-                z = at->p[2] - disc->position[2];
-    const float facing = at->n[0] * disc->normal[0] + at->n[1] * disc->normal[1] +
-                         at->n[2] * disc->normal[2],
-                square = x * x + y * y + z * z, radius = disc->radius;
-    if (!(facing > ALIKE) || !(square < radius * radius))
-        return 0;
-    const float height = fabsf(x * disc->normal[0] + y * disc->normal[1] + z * disc->normal[2]);
-    if (!(4 * height < radius))
-        return 0;
-    const float c = 1 - sqrtf(square) / radius, fall = falloff == 1   ? c
-                                                       : falloff == 2 ? c * c
-                                                                      : c * c * c;
-    return fall * (1 - 4 * height / radius) * (2 * facing - 1);
+    const struct disc *disc = &d->disc[number];
+    const float way[3] = {at->p[0] - disc->position[0], at->p[1] - disc->position[1],
+                          at->p[2] - disc->position[2]};
+    const float near = 1 - sqrtf(facing(way, way)) * disc->inverse,
+                flat = 1 - 4 * fabsf(facing(way, disc->normal)) * disc->inverse,
+                alike = 2 * facing(at->n, disc->normal) - 1,
+                fall = falloff == 1   ? near
+                       : falloff == 2 ? near * near
+                       : falloff == 3 ? near * near * near
+                                      : near * disc->inverse * disc->inverse;
+    const float weight = fall * flat * alike;
+    c->point[c->count] = disc->point;
+    c->weight[c->count] = weight;
+    c->count += (size_t)((near > 0) & (flat > 0) & (alike > 0) & (weight > 0));
+}
+
+static size_t cell_at(const struct discs *d, const struct place *at)
+{
+    int32_t cell[3];
+    cell_of(d, at->p, cell);
+    return cell_number(d, cell);
+}
+
+static struct covering covering_start(const struct discs *d, const struct place *at)
+{
+    const size_t cell = cell_at(d, at);
+    struct covering c;
+    c.word = d->word + d->start[cell];
+    c.end = d->word + d->start[cell + 1];
+    c.count = 0;
+    return c;
+}
+
+/* The next ones; false: there are no more. */
+static bool cover(const struct discs *d, const struct place *at, int falloff, struct covering *c)
+{
+    const bool any = c->word < c->end;
+    c->count = 0;
+    while (c->word < c->end && c->count + RUN_MOST <= SOME) {
+        const uint32_t run = *c->word++, count = run >> 8;
+        const struct normals *normals = &d->normals[run & 255];
+        if (facing(at->n, normals->middle) > normals->least)
+            for (uint32_t i = 0; i < count; i++)
+                add_covering(d, c->word[i], at, falloff, c);
+        c->word += count;
+    }
+    return any;
 }
 
 /* The best of those that do not cover the place. */
@@ -304,71 +554,82 @@ struct best {
     uint32_t disc; /* UINT32_MAX: none */
 };
 
-static void try_disc(const struct discs *d, uint32_t i, const struct place *at, struct best *best)
+/* A search for it. */
+struct search {
+    const struct discs *d;
+    const struct place *at;
+    struct best best;
+};
+
+/* None of a group's discs has a smaller rim. */
+static float least_rim(const struct group *group, const struct place *at)
 {
-    const float r = rim(&d->disc[i], at);
-    if (r < best->rim || (r <= best->rim && i < best->disc && r < INFINITY))
-        *best = (struct best){r, i};
+    float square = 0;
+    for (int k = 0; k < 3; k++) {
+        const float below = group->low[k] - at->p[k], above = at->p[k] - group->high[k],
+                    off = below > above ? below : above;
+        square += off > 0 ? off * off : 0;
+    }
+    return 0.9999f * sqrtf(square) / group->most;
 }
 
-static void try_cell(const struct discs *d, const int32_t cell[3], const struct place *at,
-                     struct best *best)
+static void try_disc(struct search *s, uint32_t i)
 {
-    for (int k = 0; k < 3; k++)
-        if (cell[k] < 0 || cell[k] >= d->cells[k])
-            return;
-    const size_t number = cell_number(d, cell);
-    for (uint32_t i = d->start[number]; i < d->start[number + 1]; i++)
-        try_disc(d, d->list[i], at, best);
+    const float r = rim(&s->d->disc[i], s->at);
+    if (r < s->best.rim || (r <= s->best.rim && i < s->best.disc && r < INFINITY))
+        s->best = (struct best){r, i};
 }
 
-/* A disc of radius R that touches none of the cells up to a distance would have to be larger by
- * more than distance / R. Who is not found near by is looked for among all. */
+/* Looks in the i-th group of a level, the nearer half first. */
+static void try_group(struct search *s, int level, size_t i)
+{
+    const struct discs *d = s->d;
+    if (least_rim(&d->group[d->level[level] + i], s->at) > s->best.rim)
+        return;
+    if (level) {
+        const struct group *half = &d->group[d->level[level - 1] + 2 * i];
+        const bool two = d->level[level - 1] + 2 * i + 1 < d->level[level];
+        const size_t first = two && least_rim(half + 1, s->at) < least_rim(half, s->at);
+        try_group(s, level - 1, 2 * i + first);
+        if (two)
+            try_group(s, level - 1, 2 * i + 1 - first);
+        return;
+    }
+    for (size_t k = GROUP * i; k < GROUP * (i + 1) && k < d->count; k++)
+        try_disc(s, (uint32_t)k);
+}
+
 static struct best find_best(const struct discs *d, const struct place *at)
 {
-    struct best best = {INFINITY, UINT32_MAX};
-    int32_t middle[3], cell[3];
-    float outside = 0;
-    cell_of(d, at->p, middle);
-    for (int k = 0; k < 3; k++) {
-        outside = fmaxf(outside, -at->p[k]);
-        outside = fmaxf(outside, at->p[k] - (float)d->cells[k]);
-    }
-    for (int32_t s = 0; s <= SHELLS && outside <= 0; s++) {
-        for (cell[2] = middle[2] - s; cell[2] <= middle[2] + s; cell[2]++)
-            for (cell[1] = middle[1] - s; cell[1] <= middle[1] + s; cell[1]++)
-                for (cell[0] = middle[0] - s; cell[0] <= middle[0] + s; cell[0]++)
-                    if (abs(cell[0] - middle[0]) == s || abs(cell[1] - middle[1]) == s ||
-                        abs(cell[2] - middle[2]) == s)
-                        try_cell(d, cell, at, &best);
-        if (best.rim <= 1 + (float)s / d->most)
-            return best;
-    }
-    for (uint32_t i = 0; i < d->count; i++)
-        try_disc(d, i, at, &best);
-    return best;
+    struct search s = {d, at, {INFINITY, UINT32_MAX}};
+    try_group(&s, d->levels - 1, 0);
+    return s.best;
+}
+
+static struct place place_at(const struct discs *d, const double p[3], const double n[3])
+{
+    struct place at;
+    to_cells(d, p, at.p);
+    for (int k = 0; k < 3; k++)
+        at.n[k] = (float)n[k];
+    return at;
 }
 
 enum discs_answer discs_blend(const struct discs *d, const double p[3], const double n[3],
                               int falloff, const float *value, size_t width, float *out)
 {
-    struct place at;
-    int32_t cell[3];
+    const struct place at = place_at(d, p, n);
+    struct covering c = covering_start(d, &at);
     float sum = 0;
-    to_cells(d, p, at.p);
-    for (int k = 0; k < 3; k++)
-        at.n[k] = (float)n[k];
-    cell_of(d, at.p, cell);
     for (size_t k = 0; k < width; k++)
         out[k] = 0;
-    const size_t number = cell_number(d, cell);
-    for (uint32_t i = d->start[number]; i < d->start[number + 1]; i++) {
-        const struct disc *disc = &d->disc[d->list[i]];
-        const float weight = weight_of(disc, &at, falloff), *v = value + width * disc->point;
-        sum += weight;
-        for (size_t k = 0; k < width && weight > 0; k++)
-            out[k] += weight * v[k];
-    }
+    while (cover(d, &at, falloff, &c))
+        for (size_t i = 0; i < c.count; i++) {
+            const float *v = value + width * c.point[i];
+            sum += c.weight[i];
+            for (size_t k = 0; k < width; k++)
+                out[k] += c.weight[i] * v[k];
+        }
     if (sum > 0) {
         for (size_t k = 0; k < width; k++)
             out[k] /= sum;
@@ -381,42 +642,20 @@ enum discs_answer discs_blend(const struct discs *d, const double p[3], const do
     return DISCS_NEAREST;
 }
 
-/* The discs of the cell that a place is in, and the place as they have it. */
-static const uint32_t *cell_at(const struct discs *d, const double p[3], const double n[3],
-                               struct place *at, size_t *count)
-{
-    int32_t cell[3];
-    to_cells(d, p, at->p);
-    for (int k = 0; k < 3; k++)
-        at->n[k] = (float)n[k];
-    cell_of(d, at->p, cell);
-    const size_t number = cell_number(d, cell);
-    *count = d->start[number + 1] - d->start[number];
-    return d->list + d->start[number];
-}
-
-static float fine_weight(const struct disc *disc, const struct place *at)
-{
-    return weight_of(disc, at, 1) / (disc->radius * disc->radius);
-}
-
 bool discs_cover(const struct discs *d, const double p[3], const double n[3], const float *value,
                  float out[3])
 {
-    struct place at;
-    size_t count;
+    const struct place at = place_at(d, p, n);
+    struct covering c = covering_start(d, &at);
     float sum = 0;
-    const uint32_t *list = cell_at(d, p, n, &at, &count);
     out[0] = out[1] = out[2] = 0;
-    for (size_t i = 0; i < count; i++) {
-        const struct disc *disc = &d->disc[list[i]];
-        const float weight = fine_weight(disc, &at), *v = value + 3 * (size_t)disc->point;
-        if (!(weight > 0))
-            continue;
-        sum += weight;
-        for (int k = 0; k < 3; k++)
-            out[k] += weight * v[k];
-    }
+    while (cover(d, &at, FINE, &c))
+        for (size_t i = 0; i < c.count; i++) {
+            const float *v = value + 3 * (size_t)c.point[i];
+            sum += c.weight[i];
+            for (int k = 0; k < 3; k++)
+                out[k] += c.weight[i] * v[k];
+        }
     for (int k = 0; k < 3 && sum > 0; k++)
         out[k] /= sum;
     return sum > 0;
@@ -424,35 +663,64 @@ bool discs_cover(const struct discs *d, const double p[3], const double n[3], co
 
 bool discs_covers(const struct discs *d, const double p[3], const double n[3])
 {
-    struct place at;
-    size_t count;
-    const uint32_t *list = cell_at(d, p, n, &at, &count);
-    for (size_t i = 0; i < count; i++)
-        if (weight_of(&d->disc[list[i]], &at, 1) > 0)
+    const struct place at = place_at(d, p, n);
+    struct covering c = covering_start(d, &at);
+    while (cover(d, &at, FINE, &c))
+        if (c.count > 0)
             return true;
     return false;
 }
 
 uint32_t discs_draw(const struct discs *d, const double p[3], const double n[3], float u)
 {
-    struct place at;
-    size_t count;
+    const struct place at = place_at(d, p, n);
+    struct covering c = covering_start(d, &at);
     float sum = 0;
     uint32_t drawn = UINT32_MAX;
-    const uint32_t *list = cell_at(d, p, n, &at, &count);
-    for (size_t i = 0; i < count; i++) { /* from those so far, and what is left of u */
-        const struct disc *disc = &d->disc[list[i]];
-        const float weight = fine_weight(disc, &at);
-        if (!(weight > 0))
-            continue;
-        sum += weight;
-        const float share = weight / sum;
-        if (u < share) {
-            u /= share;
-            drawn = disc->point;
-        } else {
-            u = (u - share) / (1 - share);
+    while (cover(d, &at, FINE, &c))
+        for (size_t i = 0; i < c.count; i++) { /* from those so far, and what is left of u */
+            sum += c.weight[i];
+            const float share = c.weight[i] / sum;
+            if (u < share) {
+                u /= share;
+                drawn = c.point[i];
+            } else {
+                u = (u - share) / (1 - share);
+            }
         }
-    }
     return drawn;
+}
+
+enum { FETCHED = 64, LINE = 16 /* words of a cache line */ };
+
+/* Discs of a cell that may face as the place does. */
+static void fetch_discs(const struct discs *d, const struct place *at)
+{
+    struct covering c = covering_start(d, at);
+    while (c.word < c.end) {
+        const uint32_t run = *c.word++, count = run >> 8;
+        const struct normals *normals = &d->normals[run & 255];
+        if (facing(at->n, normals->middle) > normals->least)
+            for (uint32_t i = 0; i < count; i++)
+                __builtin_prefetch(&d->disc[c.word[i]]);
+        c.word += count;
+    }
+}
+
+void discs_fetch(const struct discs *d, size_t count, const double *p, const double *n,
+                 size_t stride)
+{
+    struct place at[FETCHED];
+    count = count < FETCHED ? count : FETCHED;
+    for (size_t i = 0; i < count; i++) {
+        at[i] = place_at(d, p + i * stride, n + i * stride);
+        __builtin_prefetch(&d->start[cell_at(d, &at[i])]);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const struct covering c = covering_start(d, &at[i]);
+        for (const uint32_t *word = c.word; word < c.end; word += LINE)
+            __builtin_prefetch(word);
+    }
+    for (size_t i = 0; i < count; i++)
+        fetch_discs(d, &at[i]);
 }

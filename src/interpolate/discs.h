@@ -16,10 +16,11 @@
  * alike: what is blended stays continuous as the last disc ends. Based on: Bikker and Reijerse, "A
  * precalculated point set for caching shading information", Eurographics short papers, 2009,
  * section 5: a regular grid whose cells name all discs that touch them; a place is looked up in one
- * cell.
+ * cell. There, discs stand by the direction of their normals, and those that face elsewhere are
+ * passed over.
  *
- * Memory: 32 bytes a point, 4 for each cell that a disc touches and 4 for each cell, of which there
- * are at most 64 a point. Read-only once made: threads share it.
+ * Memory: 40 bytes a point, 4 to 8 for each cell that a disc touches and 4 for each cell, of which
+ * there are at most 64 a point. Read-only once made: threads share it.
  */
 #ifndef DISCS_H
 #define DISCS_H
@@ -62,5 +63,11 @@ bool discs_covers(const struct discs *discs, const double p[3], const double n[3
 bool discs_cover(const struct discs *discs, const double p[3], const double n[3],
                  const float *value, float out[3]);
 uint32_t discs_draw(const struct discs *discs, const double p[3], const double n[3], float u);
+
+/* Brings nearer what lookups at `count` places, 64 at the most, are going to read: done for all
+ * first, they need not wait for memory one by one. p and n: each begins `stride` doubles behind the
+ * last. */
+void discs_fetch(const struct discs *discs, size_t count, const double *p, const double *n,
+                 size_t stride);
 
 #endif
