@@ -150,12 +150,11 @@ int main(int argc, char **argv)
     static const char *const edges[] = {
         [LEAK_WALLS] = "walls", [LEAK_SHADOWS] = "shadows", [LEAK_BOTH] = "both", NULL};
     int no_sight = 0;
-    bool gate = false;
+    bool gate = false, most_given = false;
     double leak_most = 0;
     struct stream_selection invalid = {.step = 1, .end = -1};
     struct leak_mend_job job = {
         .settings = {.graze = 0.1, .margin = 0.1, .offset = NAN, .separation = NAN},
-        .probes_most = 1e6,
         .points = 10000};
     const struct option_row rows[] = {
         {.name = "no-sight",
@@ -241,8 +240,10 @@ int main(int argc, char **argv)
          .argument = "N",
          .kind = OPTION_REAL,
          .value = &job.probes_most,
+         .given = &most_given,
          .least = 1,
          .most = INT32_MAX,
+         .shown = "1000000, or twice the stream's",
          .help = "never have more probes than this in all"},
         {0}};
     struct common common = common_default();
@@ -279,6 +280,8 @@ int main(int argc, char **argv)
         err = stream_read(&stream, input);
     if (!err)
         err = error_wrap(complete(&job.settings, stream), "%s", file_input_name(input));
+    if (!err && !most_given)
+        job.probes_most = fmax(1e6, 2 * (double)stream_table(stream, "probe")->rows);
     if (!err)
         err = stage_init(&stage, program.operands[0], &stream->header, &given, &warnings);
     if (!err)

@@ -22,6 +22,13 @@ static bool crosses(const double *a, const double *b)
     return y > 0.2 && y < 0.8 && z > 0.2 && z < 0.8;
 }
 
+static struct error *is_left(void *context, const double p[3], bool *free)
+{
+    (void)context;
+    *free = p[0] < 0.5;
+    return NULL;
+}
+
 static void test_leaks(void)
 {
     /* Cells need not be Delaunay here: any four points are a cell to look along. */
@@ -55,7 +62,10 @@ static void test_leaks(void)
     s.separation = 0.02; /* the points are dense: probes near all walls */
     s.offset = 0.01;
     struct leaks leaks;
+    struct leak_choice chosen;
+    struct leak_room room = {.most = SIZE_MAX};
     must(leak_find(&leaks, tracer, &s, &mesh));
+    must(leak_choose(&chosen, &leaks, tracer, &s, &mesh, &room));
     size_t wrong = 0, crossed = 0;
     for (int c = 0; c < CELLS; c++) {
         for (int e = 0; e < 6; e++) {
@@ -67,40 +77,64 @@ static void test_leaks(void)
     }
     ok(crossed > 100 && wrong == 0, "edges through a wall: %zu of 3000, %zu wrong", crossed, wrong);
     size_t off = 0, left = 0, pairs = 0;
-    for (size_t i = 0; i < leaks.probe_count; i++) {
-        const double *q = leaks.probe + 3 * i, distance = fabs(q[0] - 0.5);
+    for (size_t i = 0; i < chosen.count; i++) {
+        const double *q = chosen.probe + 3 * i, distance = fabs(q[0] - 0.5);
         off += fabs(distance - s.offset) > 1e-5 || q[1] < 0.2 || q[1] > 0.8 || q[2] < 0.2 ||
                q[2] > 0.8;
         left += q[0] < 0.5;
-        for (size_t j = 0; j < leaks.probe_count; j++)
-            pairs += fabs(leaks.probe[3 * j] + q[0] - 1) < 1e-5 &&
-                     fabs(leaks.probe[3 * j + 1] - q[1]) + fabs(leaks.probe[3 * j + 2] - q[2]) <
+        for (size_t j = 0; j < chosen.count; j++)
+            pairs += fabs(chosen.probe[3 * j] + q[0] - 1) < 1e-5 &&
+                     fabs(chosen.probe[3 * j + 1] - q[1]) + fabs(chosen.probe[3 * j + 2] - q[2]) <
                          0.3;
     }
-    ok(leaks.probe_count > 10 && off == 0, "%zu probes stand off the wall by the offset",
-       leaks.probe_count);
-    ok(left > 5 && leaks.probe_count - left > 5 && pairs >= leaks.probe_count / 2,
-       "on both sides: %zu left, %zu right", left, leaks.probe_count - left);
+    ok(chosen.count > 10 && off == 0, "%zu probes stand off the wall by the offset", chosen.count);
+    ok(left > 5 && chosen.count - left > 5 && pairs >= chosen.count / 2,
+       "on both sides: %zu left, %zu right", left, chosen.count - left);
     struct leaks other;
+    struct leak_choice again;
     s.threads = 4;
     must(leak_find(&other, tracer, &s, &mesh));
-    ok(other.probe_count == leaks.probe_count &&
-           !memcmp(other.probe, leaks.probe, 3 * leaks.probe_count * sizeof(double)) &&
+    must(leak_choose(&again, &other, tracer, &s, &mesh, &room));
+    ok(again.count == chosen.count && again.asked == chosen.count &&
+           !memcmp(again.probe, chosen.probe, 3 * chosen.count * sizeof(double)) &&
            other.leaking == leaks.leaking,
        "4 threads find the same");
+    leak_choice_clear(&again);
     leaks_clear(&other);
-    s.most = 10;
-    must(leak_find(&other, tracer, &s, &mesh));
-    ok(other.cut && other.probe_count <= 10 && other.probe_count >= 9 && !leaks.cut &&
-           other.leaking == leaks.leaking,
-       "no more probes than there may be: %zu", other.probe_count);
-    leaks_clear(&other);
-    s.most = SIZE_MAX;
+    for (room.most = 0; room.most < 6; room.most++) {
+        must(leak_choose(&again, &leaks, tracer, &s, &mesh, &room));
+        ok(again.asked == chosen.count && again.count <= room.most && again.count + 1 >= room.most,
+           "room for %zu of %zu: %zu are chosen", room.most, again.asked, again.count);
+        leak_choice_clear(&again);
+    }
+    room.most = 2;
+    must(leak_choose(&again, &leaks, tracer, &s, &mesh, &room));
+    room.past = again.past;
+    leak_choice_clear(&again);
+    must(leak_choose(&again, &leaks, tracer, &s, &mesh, &room));
+    ok(again.count && again.past > room.past, "then the next best have their turn");
+    leak_choice_clear(&again);
+    room.past = leaks.asking; /* all of them */
+    must(leak_choose(&again, &leaks, tracer, &s, &mesh, &room));
+    ok(again.count == 0, "until none is left");
+    leak_choice_clear(&again);
+    /* one side alone is free: what may not stand on the other takes no room */
+    room = (struct leak_room){.most = 4, .is_free = is_left};
+    must(leak_choose(&again, &leaks, tracer, &s, &mesh, &room));
+    size_t behind = 0;
+    for (size_t i = 0; i < again.count; i++)
+        behind += again.probe[3 * i] > 0.5;
+    ok(again.count >= 3 && behind == 0, "what may not stand takes no room: %zu of 4", again.count);
+    leak_choice_clear(&again);
+    room = (struct leak_room){.most = SIZE_MAX};
     s.graze = 1;
     must(leak_find(&other, tracer, &s, &mesh));
-    ok(other.crossed == leaks.crossed && other.leaking == 0 && other.probe_count == 0,
+    must(leak_choose(&again, &other, tracer, &s, &mesh, &room));
+    ok(other.crossed == leaks.crossed && other.leaking == 0 && again.count == 0,
        "rays that only graze ask for nothing");
+    leak_choice_clear(&again);
     leaks_clear(&other);
+    leak_choice_clear(&chosen);
     leaks_clear(&leaks);
     trace_destroy(tracer);
     scene_destroy(scene);

@@ -108,10 +108,11 @@ most=$((rows + 10))
 probe-leakfix --rounds 4 --max-probes $most "$rooms" cells.probe >limited.probe 2>err
 limited=$(row_count probe limited.probe)
 check "--max-probes: what mends most goes in ($limited of $most), and that is said" \
-    [ "$limited" -le $most ] and [ "$limited" -gt $((most - 2)) ] and says err 'max-probes'
+    [ "$limited" -le $most ] and [ "$limited" -gt $((most - 2)) ] \
+    and says err "max-probes $most: $((limited - rows)) probes went in .* edges still leak"
 probe-leakfix --rounds 4 --max-probes "$rows" "$rooms" cells.probe >limited.probe 2>err
 check "or nothing, where there is no room" [ "$(row_count probe limited.probe)" = "$rows" ] \
-    and says err 'max-probes'
+    and says err "max-probes $rows: 0 probes went in"
 probe-place grid -q --count 120 "$rooms" | probe-tet >dark.probe
 probe-leakfix --rounds 4 "$rooms" dark.probe >fixed.probe 2>err
 check "probes without light get none, with a note" says err 'run probe-capture'
@@ -224,7 +225,7 @@ probe-leakfix --points 2000 --probes 100 --max-leak 1 sheets.obj gap.probe >enou
 check "which may be none" [ "$(row_count probe enough.probe)" = 32 ]
 probe-leakfix --points 2000 --probes 100 --max-probes 34 sheets.obj gap.probe >limited.probe 2>err
 check "--max-probes bounds --probes, and that is said" [ "$(row_count probe limited.probe)" = 34 ] \
-    and says err 'max-probes'
+    and says err 'max-probes 34: 2 of --probes 100 went in'
 probe-place points -q sides.txt | probe-tet -q >gap-dark.probe
 probe-leakfix --points 2000 --probes 4 sheets.obj gap-dark.probe >mended.probe 2>err
 check "probes without light are put where weight is unseen" \

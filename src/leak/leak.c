@@ -89,7 +89,6 @@ struct error *leak_settings_for(struct leak_settings *settings, const struct lea
                                        .margin = 0.1,
                                        .offset = 0.05 * median,
                                        .separation = 0.5 * median,
-                                       .most = SIZE_MAX,
                                        .threads = 1};
     free(edges);
     free(length);
@@ -250,98 +249,153 @@ static int compare_positions(struct vec3 p, struct vec3 q)
 }
 
 /* An edge that asks for probes. */
-struct candidate {
+struct leak_candidate {
     struct vec3 position; /* of the first probe that it asks for, in canonical order */
-    const struct finding *finding;
+    struct finding finding;
 };
 
 static int compare_candidates(const void *a, const void *b)
 {
-    return compare_positions(((const struct candidate *)a)->position,
-                             ((const struct candidate *)b)->position);
+    return compare_positions(((const struct leak_candidate *)a)->position,
+                             ((const struct leak_candidate *)b)->position);
 }
 
 /* The worst first. */
 static int compare_worst(const void *a, const void *b)
 {
-    const struct candidate *c = a, *d = b;
-    if (c->finding->leaks != d->finding->leaks)
-        return c->finding->leaks > d->finding->leaks ? -1 : 1;
+    const struct leak_candidate *c = a, *d = b;
+    if (c->finding.leaks != d->finding.leaks)
+        return c->finding.leaks > d->finding.leaks ? -1 : 1;
     return compare_candidates(a, b);
 }
 
-static struct candidate make_candidate(const struct finding *f)
+static struct leak_candidate make_candidate(const struct finding *f)
 {
     const int first = !f->asks[0] ||
                       (f->asks[1] && compare_positions(f->probe[1], f->probe[0]) < 0);
-    return (struct candidate){f->probe[first], f};
+    return (struct leak_candidate){f->probe[first], *f};
 }
 
-/* Takes candidates in their order, each unless what it asks for is near already. Probes come in
- * pairs, one on each side of the wall: a probe at a wall without a twin behind it would be joined,
- * through the wall, to probes far away. */
-static struct error *take(const struct look *look, const struct candidate *candidate, size_t count,
-                          size_t probe_count, size_t most, struct leaks *leaks)
+/* Counts what the edges ask for, and lists those that do. */
+static struct error *list_candidates(const struct finding *finding, struct leaks *leaks)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < leaks->edges; i++) {
+        const struct finding *f = &finding[i];
+        const bool asks = f->asks[0] || f->asks[1];
+        leaks->crossed += f->crossed;
+        leaks->leaking += f->leaking;
+        leaks->shadowed += asks && f->lamp;
+        leaks->asking += asks;
+    }
+    struct error *err = array_create(&leaks->candidate, leaks->asking, sizeof *leaks->candidate);
+    for (size_t i = 0; i < leaks->edges && !err; i++)
+        if (finding[i].asks[0] || finding[i].asks[1])
+            leaks->candidate[count++] = make_candidate(&finding[i]);
+    if (count)
+        qsort(leaks->candidate, count, sizeof *leaks->candidate, compare_candidates);
+    return err;
+}
+
+/* What probes are chosen from, and among. */
+struct choosing {
+    const struct tracer *tracer;
+    const struct leak_settings *settings;
+    const struct leak_mesh *mesh;
+    const struct leak_room *room;
+};
+
+static bool is_wanted(const struct choosing *c, const struct cubes *cubes, const struct finding *f)
+{
+    for (int side = 0; side < 2; side++)
+        if (f->asks[side] && !is_served(cubes, c->tracer, f, side, c->settings->separation))
+            return true;
+    return false;
+}
+
+/* Whether a side still needs its probe. They come in pairs, one on each side of the wall: a probe
+ * at a wall without a twin behind it would be joined, through the wall, to probes far away. */
+static bool needs(const struct choosing *c, const struct cubes *cubes, const struct finding *f,
+                  int side)
+{
+    const double twin_reach = fmin(2 * c->settings->offset, c->settings->separation);
+    return f->stands[side] && !is_served(cubes, c->tracer, f, side, twin_reach);
+}
+
+static struct error *may_stand(const struct choosing *c, const double p[3], bool *is_free)
+{
+    *is_free = true;
+    return c->room->is_free ? c->room->is_free(c->room->context, p, is_free) : NULL;
+}
+
+/* Takes candidates in their order, each unless what it asks for is near already, as many as there
+ * is room for. What may not stand takes no room, and is not asked for again. */
+static struct error *take(const struct choosing *c, const struct leak_candidate *candidate,
+                          size_t count, size_t most, struct leak_choice *choice)
 {
     struct cubes cubes = {0};
-    const double separation = look->settings->separation;
-    const double twin_reach = fmin(2 * look->settings->offset, separation);
-    struct error *err = cubes_init(&cubes, separation, probe_count + 2 * count);
-    leaks->probe_count = 0;
-    for (size_t i = 0; i < probe_count && !err; i++)
-        cubes_add(&cubes, look->position + 3 * i);
-    for (size_t i = 0; i < count && !err && most - leaks->probe_count >= 2; i++) {
-        const struct finding *f = candidate[i].finding;
+    const size_t probes = c->mesh->probe_count;
+    struct error *err = cubes_init(&cubes, c->settings->separation, probes + 2 * count);
+    choice->count = choice->past = 0;
+    for (size_t i = 0; i < probes && !err; i++)
+        cubes_add(&cubes, c->mesh->position + 3 * i);
+    for (size_t i = 0; i < count && choice->count < most && !err; i++) {
+        const struct finding *f = &candidate[i].finding;
+        if (!is_wanted(c, &cubes, f))
+            continue;
+        if (most - choice->count < 2 && needs(c, &cubes, f, 0) && needs(c, &cubes, f, 1))
+            continue; /* there is no room for a pair; another may want one alone */
         /* whichever row has the smaller number */
         const int first = compare_positions(f->probe[0], f->probe[1]) > 0;
-        bool wanted = false;
-        for (int side = 0; side < 2; side++)
-            wanted = wanted ||
-                     (f->asks[side] && !is_served(&cubes, look->tracer, f, side, separation));
-        for (int turn = 0; wanted && turn < 2; turn++) {
+        for (int turn = 0; turn < 2 && !err; turn++) {
             const int side = turn ? !first : first;
-            if (!f->stands[side] || is_served(&cubes, look->tracer, f, side, twin_reach))
+            if (!needs(c, &cubes, f, side))
                 continue;
-            double *added = leaks->probe + 3 * leaks->probe_count++;
+            double *added = choice->probe + 3 * choice->count;
+            bool is_free;
             vec3_store(added, f->probe[side]);
             cubes_add(&cubes, added);
+            err = may_stand(c, added, &is_free);
+            choice->count += !err && is_free;
         }
+        choice->past = i + 1;
     }
     cubes_clear(&cubes);
     return err;
 }
 
-/* Chooses among what leaking edges ask for: all, in canonical order; where that is more than there
- * may be, from the worst on. */
-static struct error *choose(const struct look *look, size_t distinct, size_t probe_count,
-                            struct leaks *leaks)
+struct error *leak_choose(struct leak_choice *choice, const struct leaks *leaks,
+                          const struct tracer *tracer, const struct leak_settings *settings,
+                          const struct leak_mesh *mesh, const struct leak_room *room)
 {
-    for (size_t i = 0; i < distinct; i++) {
-        const struct finding *f = &look->finding[i];
-        const bool asks = f->asks[0] || f->asks[1];
-        leaks->leaking += f->leaking;
-        leaks->shadowed += asks && f->lamp;
-        leaks->asking += asks;
-    }
-    struct candidate *candidate = NULL;
-    struct error *err = array_create(&candidate, leaks->asking, sizeof *candidate);
+    const size_t count = leaks->asking;
+    const struct choosing c = {tracer, settings, mesh, room};
+    const size_t past = room->past < count ? room->past : count;
+    struct leak_candidate *worst = NULL;
+    *choice = (struct leak_choice){0};
+    struct error *err = array_create(&choice->probe, 6 * count, sizeof *choice->probe);
     if (!err)
-        err = array_create(&leaks->probe, 6 * leaks->asking, sizeof *leaks->probe);
-    size_t count = 0;
-    for (size_t i = 0; i < distinct && !err; i++)
-        if (look->finding[i].asks[0] || look->finding[i].asks[1])
-            candidate[count++] = make_candidate(&look->finding[i]);
-    if (count)
-        qsort(candidate, count, sizeof *candidate, compare_candidates);
-    if (!err)
-        err = take(look, candidate, count, probe_count, SIZE_MAX, leaks);
-    leaks->cut = !err && leaks->probe_count > look->settings->most;
-    if (leaks->cut) {
-        qsort(candidate, count, sizeof *candidate, compare_worst);
-        err = take(look, candidate, count, probe_count, look->settings->most, leaks);
+        err = take(&c, leaks->candidate, count, SIZE_MAX, choice);
+    choice->asked = choice->count;
+    if (!err && choice->asked > room->most) {
+        err = array_create(&worst, count, sizeof *worst);
+        if (!err) {
+            memcpy(worst, leaks->candidate, count * sizeof *worst);
+            qsort(worst, count, sizeof *worst, compare_worst);
+            err = take(&c, worst + past, count - past, room->most, choice);
+            choice->past += past;
+        }
+        free(worst);
     }
-    free(candidate);
+    if (err)
+        leak_choice_clear(choice);
     return err;
+}
+
+void leak_choice_clear(struct leak_choice *choice)
+{
+    free(choice->probe);
+    *choice = (struct leak_choice){0};
 }
 
 /* -- all together ----------------------------------------------------------------------------- */
@@ -373,14 +427,12 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
         err = threads_for(settings->threads, leaks->edges, look_along, &look);
     if (!err)
         err = array_create(&leaks->cell_edges, all, sizeof *leaks->cell_edges);
-    for (size_t e = 0; e < leaks->edges && !err; e++) {
-        leaks->crossed += look.finding[e].crossed;
+    for (size_t e = 0; e < leaks->edges && !err; e++)
         for (size_t i = first[e]; i < first[e + 1]; i++)
             leaks->cell_edges[edges[i].slot] = look.finding[e].leaking ? 2
                                                                        : look.finding[e].crossed;
-    }
     if (!err)
-        err = choose(&look, leaks->edges, mesh->probe_count, leaks);
+        err = list_candidates(look.finding, leaks);
     free(look.finding);
     free(first);
     free(edges);
@@ -392,6 +444,6 @@ struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
 void leaks_clear(struct leaks *leaks)
 {
     free(leaks->cell_edges);
-    free(leaks->probe);
+    free(leaks->candidate);
     *leaks = (struct leaks){0};
 }

@@ -53,14 +53,11 @@ struct leak_settings {
     double offset; /* how far off the surface a new probe stands, scene units */
     /* least distance from a new probe to another one that it sees, scene units */
     double separation;
-    /* no more new probes than this; where more are asked for, those at the edges along which light
-     * leaks farthest */
-    size_t most;
     int threads;
 };
 
-/* graze 0.1, margin 0.1, any number of probes; offset and separation from the cells: 0.05 and 0.5
- * times the median edge. */
+/* graze 0.1, margin 0.1; offset and separation from the cells: 0.05 and 0.5 times the median edge.
+ */
 struct error *leak_settings_for(struct leak_settings *settings, const struct leak_mesh *mesh);
 
 /* How many edges a cell of so many corners has: 6, 3, 1, 0. */
@@ -68,6 +65,8 @@ int leak_edges_of(int corners);
 
 /* The order in which they are counted: by corners of a cell, the corners of each edge. */
 extern const int leak_edge[5][6][2];
+
+struct leak_candidate;
 
 struct leaks {
     size_t edges;   /* of the mesh */
@@ -80,10 +79,7 @@ struct leaks {
     /* leak_edges_of(corners) * cell_count: 2 where the cell's edge leaks, 1 where it is only
      * crossed, else 0; owned */
     int32_t *cell_edges;
-    /* 3 * probe_count: positions of the probes asked for, in canonical order; owned */
-    double *probe;
-    size_t probe_count;
-    bool cut; /* more were asked for than there may be */
+    struct leak_candidate *candidate; /* those that ask, in canonical order; owned */
 };
 
 /* Looks along the edges of the cells. The result does not depend on the number of threads, or on
@@ -91,5 +87,30 @@ struct leaks {
 struct error *leak_find(struct leaks *leaks, const struct tracer *tracer,
                         const struct leak_settings *settings, const struct leak_mesh *mesh);
 void leaks_clear(struct leaks *leaks);
+
+/* How many probes may be chosen, and where. */
+struct leak_room {
+    size_t most;
+    /* where more are asked for than that: so many edges, from the worst on, had their turn */
+    size_t past;
+    /* whether a probe may stand at p; NULL: anywhere */
+    struct error *(*is_free)(void *context, const double p[3], bool *free);
+    void *context;
+};
+
+struct leak_choice {
+    double *probe; /* 3 a probe: where; owned */
+    size_t count;
+    size_t asked; /* for: count, unless that was more than there is room for */
+    size_t past;  /* edges, from the worst on, that have had their turn with these */
+};
+
+/* Chooses probes for the edges that ask, of the mesh that was looked along. All of them; where that
+ * is more than there is room for, those at the edges along which light leaks farthest. The result
+ * does not depend on the order of the probes. */
+struct error *leak_choose(struct leak_choice *choice, const struct leaks *leaks,
+                          const struct tracer *tracer, const struct leak_settings *settings,
+                          const struct leak_mesh *mesh, const struct leak_room *room);
+void leak_choice_clear(struct leak_choice *choice);
 
 #endif

@@ -68,18 +68,29 @@ static size_t room_of(const struct mend *m)
     return room > 0 ? (size_t)room : 0;
 }
 
+/* Whether p is not inside of solids. */
+static struct error *is_free(void *context, const double p[3], bool *free)
+{
+    struct mend *m = context;
+    const struct table *probes = probes_of(m);
+    struct error *err = place_judge_of(&m->judge, m->job->tracer, probes->rows,
+                                       column_f64(table_column(probes, "position")),
+                                       m->settings.threads);
+    *free = !err && place_judge_side(m->judge, p) == PLACE_AIR;
+    return err;
+}
+
 /* Takes out what would stand inside solids; *count: how many are left. */
 static struct error *keep_free(struct mend *m, double *probe, size_t *count)
 {
-    const struct table *probes = probes_of(m);
-    struct error *err = *count ? place_judge_of(&m->judge, m->job->tracer, probes->rows,
-                                                column_f64(table_column(probes, "position")),
-                                                m->settings.threads)
-                               : NULL;
+    struct error *err = NULL;
     size_t kept = 0;
-    for (size_t i = 0; i < *count && !err; i++)
-        if (place_judge_side(m->judge, probe + 3 * i) == PLACE_AIR)
+    for (size_t i = 0; i < *count && !err; i++) {
+        bool free;
+        err = is_free(m, probe + 3 * i, &free);
+        if (!err && free)
             memmove(probe + 3 * kept++, probe + 3 * i, 3 * sizeof *probe);
+    }
     *count = kept;
     return err;
 }
@@ -90,7 +101,6 @@ static struct error *find(struct mend *m)
     struct leak_mesh mesh;
     leaks_clear(&m->leaks);
     struct error *err = leak_mesh_of(m->stream, &mesh);
-    m->settings.most = room_of(m);
     return err ? err : leak_find(&m->leaks, m->job->tracer, &m->settings, &mesh);
 }
 
@@ -387,40 +397,59 @@ static bool is_enough(const struct mend *m)
            (isnan(now->light.value) ? now->weight.high : now->light.high) <= m->job->leak_most;
 }
 
-static void say_full(const struct mend *m)
+/* Rounds in a row that may be undone before the last. */
+enum { UNDONE = 3 };
+
+/* Chooses probes for both sides of walls; past: as leak_choose. */
+static struct error *choose_beside(struct mend *m, size_t past, struct leak_choice *choice)
 {
-    warnings_add(m->warnings, "max-probes",
-                 "more probes than --max-probes %.0f would help: what leaks most is mended, and "
-                 "something still leaks",
-                 m->job->probes_most);
+    struct leak_mesh mesh;
+    const struct leak_room room = {
+        .most = room_of(m), .past = past, .is_free = is_free, .context = m};
+    struct error *err = leak_mesh_of(m->stream, &mesh);
+    return err ? err : leak_choose(choice, &m->leaks, m->job->tracer, &m->settings, &mesh, &room);
 }
 
-/* Probes on both sides of walls. */
+/* more: are asked for. */
+static void say_full_beside(const struct mend *m, size_t before, size_t more)
+{
+    warnings_add(m->warnings, "max-probes",
+                 "--max-probes %.0f: %zu probes went in beside walls, where most leaks, and %zu "
+                 "more are asked for; %zu of %zu edges still leak",
+                 m->job->probes_most, probes_of(m)->rows - before, more, m->leaks.leaking,
+                 m->leaks.edges);
+}
+
+/* Probes on both sides of walls. A round that there was no room for all of, and that was undone, is
+ * tried again with the next best. */
 static struct error *mend_edges(struct mend *m)
 {
     const double separation_least = 2 * m->job->settings.offset;
+    const size_t before = probes_of(m)->rows;
+    size_t more = 0, past = 0;
+    int64_t rounds = 0;
     struct error *err = m->measures ? measure(m, FOR_JUDGING, &m->now, NULL) : NULL;
-    for (int64_t round = 0; !err && round < m->job->rounds; round++) {
+    for (int undone = 0; !err && rounds < m->job->rounds && m->leaks.asking && undone < UNDONE;) {
+        struct leak_choice choice = {0};
         bool counts = true;
-        if (!m->leaks.asking)
+        err = choose_beside(m, past, &choice);
+        const bool cut = choice.asked > choice.count, any = choice.count;
+        if (!err && any)
+            err = try_round(m, choice.probe, choice.count, true, &counts);
+        more = cut ? choice.asked - (counts ? choice.count : 0) : 0;
+        past = counts ? 0 : choice.past;
+        leak_choice_clear(&choice);
+        if (!counts && !cut)
             break;
-        if (m->leaks.cut)
-            say_full(m);
-        size_t count = m->leaks.probe_count;
-        err = keep_free(m, m->leaks.probe, &count);
-        if (!count && (m->leaks.cut || m->settings.separation <= separation_least))
+        if (!any && (cut || m->settings.separation <= separation_least))
             break; /* what still leaks has probes as near as they may be */
-        m->settings.separation = fmax(m->settings.separation / 2, separation_least);
-        double *probe = m->leaks.probe; /* finding makes others */
-        m->leaks.probe = NULL;
-        if (!err && count)
-            err = try_round(m, probe, count, true, &counts);
-        else if (!err)
-            err = find(m);
-        free(probe);
-        if (!counts)
-            break;
+        undone = counts ? 0 : undone + 1;
+        rounds += counts;
+        if (counts)
+            m->settings.separation = fmax(m->settings.separation / 2, separation_least);
     }
+    if (!err && more)
+        say_full_beside(m, before, more);
     return err;
 }
 
@@ -471,12 +500,23 @@ static struct error *choose(struct mend *m, uint64_t round, size_t most, double 
     return err ? err : keep_free(m, probe, count);
 }
 
+static void say_full(const struct mend *m, size_t before)
+{
+    warnings_add(m->warnings, "max-probes",
+                 "--max-probes %.0f: %zu of --probes %lld went in, where most leaks; %.3g %% of "
+                 "weight is still unseen",
+                 m->job->probes_most, probes_of(m)->rows - before, (long long)m->job->probes,
+                 100 * m->now.now.weight.value);
+}
+
 /* Probes where most leaks. A round that was undone is tried again with half as many, the best ones
  * of other points. */
 static struct error *mend_need(struct mend *m)
 {
-    enum { LAST = 8, UNDONE = 3 };
+    enum { LAST = 8 };
+    const size_t before = probes_of(m)->rows;
     double *probe = NULL;
+    bool full = false;
     int undone = 0; /* rounds in a row */
     size_t left = (size_t)m->job->probes;
     unseen_cells_clear(&m->now);
@@ -485,19 +525,21 @@ static struct error *mend_need(struct mend *m)
         err = array_create(&probe, 3 * (left < room_of(m) ? left : room_of(m)), sizeof *probe);
     for (uint64_t round = 0; !err && left && !is_enough(m); round++) {
         bool counts = false;
+        full = full || left > room_of(m);
+        left = left < room_of(m) ? left : room_of(m);
         size_t count = 0, most = ((left > LAST ? (left + 1) / 2 : left) >> undone) + (undone > 0);
-        if (most > room_of(m)) {
-            say_full(m);
-            most = left = room_of(m);
-        }
-        err = choose(m, round, most, probe, &count);
+        if (left)
+            err = choose(m, round, most, probe, &count);
         if (!err && count)
             err = try_round(m, probe, count, false, &counts);
         undone = counts ? 0 : undone + 1;
+        full = full && (count || !left);
         if (!count || undone == UNDONE)
             break;
         left -= counts ? count : 0;
     }
+    if (!err && full && !is_enough(m))
+        say_full(m, before);
     free(probe);
     return err;
 }
