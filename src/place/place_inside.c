@@ -243,7 +243,7 @@ static void count_sides(const struct look_job *job, struct seen *of_piece)
             continue;
         for (int k = 0; k < PLACE_WAYS; k++) {
             const struct place_sight s = place_sight(pieces, look_position(job, i), pieces->way[k]);
-            if (!s.hit.hit || s.what == SIGHT_UNKNOWN || pieces->solids.closed[s.piece])
+            if (!s.hit.hit || s.what == SIGHT_UNKNOWN || pieces->solids->closed[s.piece])
                 continue;
             struct seen *piece = &of_piece[s.piece];
             const bool back = s.what == SIGHT_BEHIND || s.what == SIGHT_VOID;
@@ -262,19 +262,19 @@ static struct error *forget_two_sided(const struct look_job *job, struct place_p
 {
     const struct scene *scene = trace_scene(job->tracer);
     struct seen *of_piece = NULL, *of_material = NULL;
-    struct error *err = array_create(&of_piece, pieces->solids.count, sizeof *of_piece);
+    struct error *err = array_create(&of_piece, pieces->solids->count, sizeof *of_piece);
     if (!err)
         err = array_create(&of_material, scene->material_count, sizeof *of_material);
     if (!err)
         count_sides(job, of_piece);
-    for (size_t i = 0; i < pieces->solids.count && !err; i++)
+    for (size_t i = 0; i < pieces->solids->count && !err; i++)
         if (of_piece[i].fronts + of_piece[i].backs > 0)
             add_seen(&of_material[of_piece[i].material], &of_piece[i], SEEN_OF_PIECE);
     for (size_t i = 0; i < scene->instance_count && !err; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         for (size_t t = 0; t < mesh->triangle_count; t++) {
-            const size_t piece = pieces->solids.piece_of[pieces->solids.offset[i] + t];
-            if (pieces->solids.closed[piece] || pieces->kind[piece] == PIECE_UNKNOWN ||
+            const size_t piece = pieces->solids->piece_of[pieces->solids->offset[i] + t];
+            if (pieces->solids->closed[piece] || pieces->kind[piece] == PIECE_UNKNOWN ||
                 !is_of_both(&of_piece[piece], &of_material[mesh->material[t]]))
                 continue;
             pieces->kind[piece] = PIECE_UNKNOWN;
@@ -288,8 +288,8 @@ static struct error *forget_two_sided(const struct look_job *job, struct place_p
 
 static bool has_open_pieces(const struct place_pieces *pieces)
 {
-    for (size_t i = 0; i < pieces->solids.count; i++)
-        if (pieces->kind[i] != PIECE_UNKNOWN && !pieces->solids.closed[i])
+    for (size_t i = 0; i < pieces->solids->count; i++)
+        if (pieces->kind[i] != PIECE_UNKNOWN && !pieces->solids->closed[i])
             return true;
     return false;
 }
@@ -335,8 +335,8 @@ static enum sheets judge_sheets(const struct look_job *job, struct warnings *war
 /* Turns all open pieces, or forgets their sides. */
 static void change_sheets(struct place_pieces *pieces, enum sheets sheets)
 {
-    for (size_t i = 0; i < pieces->solids.count; i++) {
-        if (pieces->solids.closed[i] || pieces->kind[i] == PIECE_UNKNOWN)
+    for (size_t i = 0; i < pieces->solids->count; i++) {
+        if (pieces->solids->closed[i] || pieces->kind[i] == PIECE_UNKNOWN)
             continue;
         pieces->turned[i] = !pieces->turned[i];
         pieces->kind[i] = sheets == SHEETS_TURNED ? PIECE_SHEET : PIECE_UNKNOWN;

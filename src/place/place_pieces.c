@@ -21,13 +21,13 @@ static struct place_sight judge_hit(const struct place_pieces *pieces, struct tr
 {
     const struct scene *scene = trace_scene(pieces->tracer);
     struct place_sight sight = {.hit = hit};
-    const size_t triangle = pieces->solids.offset[hit.instance] + hit.triangle;
+    const size_t triangle = pieces->solids->offset[hit.instance] + hit.triangle;
     const struct scene_mesh *mesh = &scene->meshes[scene->instances[hit.instance].mesh];
     sight.material = (size_t)mesh->material[hit.triangle];
     const struct scene_material *m = &scene->materials[sight.material];
-    sight.piece = pieces->solids.piece_of[triangle];
+    sight.piece = pieces->solids->piece_of[triangle];
     const enum piece_kind kind = pieces->kind[sight.piece];
-    const bool turned = pieces->turned[sight.piece] != pieces->solids.turned[triangle],
+    const bool turned = pieces->turned[sight.piece] != pieces->solids->turned[triangle],
                front = hit.front != turned, emits = scene_emits(m);
     if (front && pieces->sky[sight.piece])
         sight.what = SIGHT_ESCAPED;
@@ -137,9 +137,9 @@ static void front_corners(const struct place_pieces *pieces, size_t instance, si
     const struct scene *scene = trace_scene(pieces->tracer);
     const struct scene_mesh *mesh = &scene->meshes[scene->instances[instance].mesh];
     const double *m = scene->instances[instance].transform;
-    const size_t triangle = pieces->solids.offset[instance] + t;
-    const bool turned = (affine_mirrors(m) != pieces->solids.turned[triangle]) !=
-                        pieces->turned[pieces->solids.piece_of[triangle]];
+    const size_t triangle = pieces->solids->offset[instance] + t;
+    const bool turned = (affine_mirrors(m) != pieces->solids->turned[triangle]) !=
+                        pieces->turned[pieces->solids->piece_of[triangle]];
     for (size_t c = 0; c < 3; c++)
         corner[turned && c ? 3 - c : c] =
             affine_point(m, mesh->position + 3 * (size_t)mesh->index[3 * t + c]);
@@ -149,7 +149,7 @@ static void measure_pieces(const struct place_pieces *pieces, struct extent *ext
 {
     const struct scene *scene = trace_scene(pieces->tracer);
     const struct vec3 centre = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
-    const struct scene_solids *solids = &pieces->solids;
+    const struct scene_solids *solids = pieces->solids;
     for (size_t i = 0; i < solids->count; i++)
         extent[i] = (struct extent){
             .piece = i, .box = box_empty(), .centre = {centre.x, centre.y, centre.z}};
@@ -291,7 +291,7 @@ static void find_lit(const struct place_pieces *pieces, const struct extent *ext
             lit[piece] = true;
         asked++;
     }
-    for (size_t i = 0; i < pieces->solids.count && asked < LAMPS_ASKED; i++) {
+    for (size_t i = 0; i < pieces->solids->count && asked < LAMPS_ASKED; i++) {
         if (!extent[i].emits || pieces->sky[i])
             continue;
         const size_t piece = ask_samples(pieces, &extent[i], 0, shown_by);
@@ -345,7 +345,7 @@ static int compare_sizes(const void *a, const void *b)
 static void find_furniture(const struct place_pieces *pieces, const struct extent *extent,
                            const struct by_size *solid, size_t solids, double *furniture)
 {
-    for (size_t i = 0; i < pieces->solids.count; i++) {
+    for (size_t i = 0; i < pieces->solids->count; i++) {
         const struct extent *e = &extent[i];
         bool may = false;
         for (size_t k = 0; k < solids && !may; k++) {
@@ -404,19 +404,19 @@ static struct error *find_rooms(const struct place_pieces *pieces, const struct 
     struct by_size *order = NULL;
     double *furniture = NULL;
     size_t solids = 0;
-    struct error *err = array_create(&order, pieces->solids.count, sizeof *order);
+    struct error *err = array_create(&order, pieces->solids->count, sizeof *order);
     if (!err)
-        err = array_create(&furniture, pieces->solids.count, sizeof *furniture);
+        err = array_create(&furniture, pieces->solids->count, sizeof *furniture);
     if (!err) {
-        for (size_t i = 0; i < pieces->solids.count; i++)
+        for (size_t i = 0; i < pieces->solids->count; i++)
             if (pieces->kind[i] == PIECE_SOLID)
-                order[solids++] = (struct by_size){pieces->solids.volume[i], i};
+                order[solids++] = (struct by_size){pieces->solids->volume[i], i};
         qsort(order, solids, sizeof *order, compare_sizes);
         solids = solids < ROOMS_LOOKED_FOR ? solids : ROOMS_LOOKED_FOR;
         find_furniture(pieces, extent, order, solids, furniture);
     }
     double all = 0;
-    for (size_t i = 0; i < pieces->solids.count; i++)
+    for (size_t i = 0; i < pieces->solids->count; i++)
         all += pieces->sky[i] ? 0 : extent[i].area;
     for (size_t i = 0; i < solids && !err; i++) {
         const size_t piece = order[i].piece;
@@ -431,15 +431,15 @@ static struct error *find_rooms(const struct place_pieces *pieces, const struct 
 /* The kinds by the pieces alone. */
 static void judge_alone(struct place_pieces *pieces, const struct extent *extent)
 {
-    for (size_t i = 0; i < pieces->solids.count; i++) {
-        const double volume = pieces->turned[i] ? -pieces->solids.volume[i]
-                                                : pieces->solids.volume[i];
-        if (pieces->solids.unoriented[i])
+    for (size_t i = 0; i < pieces->solids->count; i++) {
+        const double volume = pieces->turned[i] ? -pieces->solids->volume[i]
+                                                : pieces->solids->volume[i];
+        if (pieces->solids->unoriented[i])
             pieces->kind[i] = PIECE_UNKNOWN;
         else if (fabs(volume) > 1e-9 * pow(extent[i].area, 1.5)) /* else: both sides of a sheet */
             pieces->kind[i] = volume > 0 ? PIECE_SOLID : PIECE_ROOM;
         else
-            pieces->kind[i] = pieces->solids.closed[i] ? PIECE_UNKNOWN : PIECE_SHEET;
+            pieces->kind[i] = pieces->solids->closed[i] ? PIECE_UNKNOWN : PIECE_SHEET;
     }
 }
 
@@ -455,7 +455,7 @@ static void find_levels(struct place_pieces *pieces, const struct extent *extent
 {
     double area = 0, volume = 0;
     struct vec3 sum = {0};
-    for (size_t i = 0; i < pieces->solids.count; i++) {
+    for (size_t i = 0; i < pieces->solids->count; i++) {
         const struct extent *e = &extent[i];
         if (pieces->kind[i] != PIECE_SHEET || pieces->sky[i])
             continue;
@@ -468,7 +468,7 @@ static void find_levels(struct place_pieces *pieces, const struct extent *extent
         sum = vec3_add(sum, e->sum);
     }
     if (encloses(area, sum, volume))
-        for (size_t i = 0; i < pieces->solids.count; i++)
+        for (size_t i = 0; i < pieces->solids->count; i++)
             if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i])
                 pieces->kind[i] = PIECE_ROOM;
 }
@@ -527,10 +527,10 @@ static bool is_room_of_closed(const struct place_pieces *pieces, const struct ex
     size_t inward = 0;
     if (e->emits || round > .53)
         return false;
-    for (size_t i = 0; i < pieces->solids.count; i++) {
+    for (size_t i = 0; i < pieces->solids->count; i++) {
         if (i == shell || pieces->sky[i] || extent[i].area <= 0)
             continue;
-        if (!pieces->solids.closed[i])
+        if (!pieces->solids->closed[i])
             return false;
         inward += pieces->turned[i] || pieces->kind[i] == PIECE_ROOM;
     }
@@ -543,12 +543,12 @@ static void find_skies(struct place_pieces *pieces, const struct extent *extent)
     enum { SHELLS = 4 }; /* a sky, clouds, ... */
     for (int i = 0; i < SHELLS; i++) {
         size_t shell = NOBODY;
-        for (size_t k = 0; k < pieces->solids.count; k++)
+        for (size_t k = 0; k < pieces->solids->count; k++)
             if (!pieces->sky[k] &&
                 (shell == NOBODY || box_side(&extent[k].box) > box_side(&extent[shell].box)))
                 shell = k;
         struct box content = box_empty();
-        for (size_t k = 0; k < pieces->solids.count; k++)
+        for (size_t k = 0; k < pieces->solids->count; k++)
             if (k != shell && !pieces->sky[k] && extent[k].area > 0) {
                 box_add(&content, extent[k].box.low);
                 box_add(&content, extent[k].box.high);
@@ -575,7 +575,7 @@ static bool stands_in_walls(const struct place_pieces *pieces, const struct exte
                 place_sight(pieces, e->sample[samples].behind, direction_even(i, LOOKS));
             own += s.hit.hit && s.piece == e->piece;
             backs += s.hit.hit && s.piece != e->piece && s.what == SIGHT_VOID &&
-                     pieces->solids.closed[s.piece];
+                     pieces->solids->closed[s.piece];
         }
         stands += 4 * backs >= 3 * (LOOKS - own) && 4 * backs >= LOOKS;
     }
@@ -607,8 +607,8 @@ static void ask_behind(const struct place_pieces *pieces, bool ask, struct behin
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         for (size_t t = 0; t < mesh->triangle_count; t++) {
-            const size_t triangle = pieces->solids.offset[i] + t,
-                         piece = pieces->solids.piece_of[triangle];
+            const size_t triangle = pieces->solids->offset[i] + t,
+                         piece = pieces->solids->piece_of[triangle];
             struct vec3 corner[3];
             if (pieces->kind[piece] != PIECE_ROOM || pieces->sky[piece])
                 continue;
@@ -656,11 +656,11 @@ static bool are_walls(const struct place_pieces *pieces)
 static bool is_file_turned(const struct place_pieces *pieces, const struct extent *extent)
 {
     enum { ASKED = 256 }; /* of the pieces that are in boxes of others */
-    const size_t count = pieces->solids.count;
+    const size_t count = pieces->solids->count;
     const struct extent *room = NULL;
     double turned = 0, right = 0, within = 0, sheets = 0;
     for (size_t i = 0; i < count; i++)
-        if (pieces->kind[i] == PIECE_ROOM && pieces->solids.closed[i] && !pieces->sky[i] &&
+        if (pieces->kind[i] == PIECE_ROOM && pieces->solids->closed[i] && !pieces->sky[i] &&
             (!room || box_side(&extent[i].box) > box_side(&room->box)))
             room = &extent[i];
     if (!room)
@@ -676,7 +676,7 @@ static bool is_file_turned(const struct place_pieces *pieces, const struct exten
         else if (pieces->kind[i] == PIECE_SHEET) {
             sheets += e->area;
             within += held ? e->area : 0;
-        } else if (held && pieces->solids.closed[i] && e->area >= FURNITURE_LEAST * room->area &&
+        } else if (held && pieces->solids->closed[i] && e->area >= FURNITURE_LEAST * room->area &&
                    asked++ < ASKED && stands_in_walls(pieces, e))
             turned += e->area;
     }
@@ -687,7 +687,7 @@ static bool is_file_turned(const struct place_pieces *pieces, const struct exten
 /* Turns all, and measures it anew. */
 static void turn_file(struct place_pieces *pieces, struct extent *extent, struct warnings *warnings)
 {
-    for (size_t i = 0; i < pieces->solids.count; i++) {
+    for (size_t i = 0; i < pieces->solids->count; i++) {
         pieces->turned[i] = true;
         pieces->sky[i] = false;
     }
@@ -785,8 +785,8 @@ static void turn_things(struct place_pieces *pieces, struct extent *extent,
     size_t asked = 0, turned = 0;
     for (bool any = true; any && asked < ASKED;) {
         any = false;
-        for (size_t i = 0; i < pieces->solids.count && asked < ASKED; i++) {
-            if (pieces->kind[i] != PIECE_ROOM || !pieces->solids.closed[i] || pieces->sky[i])
+        for (size_t i = 0; i < pieces->solids->count && asked < ASKED; i++) {
+            if (pieces->kind[i] != PIECE_ROOM || !pieces->solids->closed[i] || pieces->sky[i])
                 continue;
             asked++;
             if (!stands_in_air(pieces, &extent[i]))
@@ -811,10 +811,10 @@ static void find_targets(struct place_pieces *pieces, const struct extent *exten
 {
     double all = 0, sum = 0;
     size_t at = 0;
-    for (size_t i = 0; i < pieces->solids.count; i++)
+    for (size_t i = 0; i < pieces->solids->count; i++)
         for (int k = 0; k < SAMPLES && !pieces->sky[i]; k++)
             all += extent[i].sample[k].area;
-    for (size_t i = 0; i < pieces->solids.count; i++)
+    for (size_t i = 0; i < pieces->solids->count; i++)
         for (int k = 0; k < SAMPLES && !pieces->sky[i]; k++)
             for (sum += extent[i].sample[k].area;
                  at < PLACE_TARGETS && sum > ((double)at + .5) / PLACE_TARGETS * all; at++)
@@ -870,10 +870,10 @@ static void find_up(struct place_pieces *pieces, const struct extent *extent)
 {
     double largest = 0, area = 0, bare = 0;
     struct vec3 sum = {0};
-    for (size_t i = 0; i < pieces->solids.count; i++)
+    for (size_t i = 0; i < pieces->solids->count; i++)
         if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area > largest)
             largest = extent[i].area;
-    for (size_t i = 0; i < pieces->solids.count; i++)
+    for (size_t i = 0; i < pieces->solids->count; i++)
         if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] && extent[i].area >= .05 * largest) {
             const double one_way = one_way_area(&extent[i]);
             area += one_way;
@@ -883,7 +883,7 @@ static void find_up(struct place_pieces *pieces, const struct extent *extent)
     const struct vec3 down = {0, sum.y < -.5 * area ? -1 : 0, sum.y < -.5 * area ? 0 : -1};
     pieces->upside_down = one_way && (sum.y < -.5 * area || sum.z < -.5 * area);
     pieces->up = one_way ? upward(sum) : (struct vec3){0, 1, 0};
-    for (size_t i = 0; i < pieces->solids.count && pieces->upside_down; i++)
+    for (size_t i = 0; i < pieces->solids->count && pieces->upside_down; i++)
         if (pieces->kind[i] == PIECE_SHEET && !pieces->sky[i] &&
             vec3_dot(extent[i].sum, down) > 0 && extent[i].area >= .05 * largest &&
             looks_at_nothing(pieces, &extent[i], down))
@@ -930,10 +930,10 @@ static void find_waters(struct place_pieces *pieces, const struct extent *extent
     enum { ASKED = 256 };
     size_t asked = 0;
     double most = 0;
-    for (size_t i = 0; i < pieces->solids.count; i++)
+    for (size_t i = 0; i < pieces->solids->count; i++)
         if (pieces->kind[i] == PIECE_SHEET && extent[i].area > most)
             most = extent[i].area;
-    for (size_t i = 0; i < pieces->solids.count && asked < ASKED; i++)
+    for (size_t i = 0; i < pieces->solids->count && asked < ASKED; i++)
         if (pieces->kind[i] == PIECE_SHEET && is_flat(&extent[i]) &&
             extent[i].area >= FURNITURE_LEAST * most) {
             asked++;
@@ -946,7 +946,7 @@ static void find_waters(struct place_pieces *pieces, const struct extent *extent
 static void turn(struct place_pieces *pieces, const bool *wrong, struct warnings *warnings)
 {
     size_t rooms = 0, others = 0;
-    for (size_t i = 0; i < pieces->solids.count; i++) {
+    for (size_t i = 0; i < pieces->solids->count; i++) {
         if (!wrong[i])
             continue;
         pieces->turned[i] = !pieces->turned[i];
@@ -976,19 +976,21 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
     struct extent *extent = NULL;
     bool *wrong = NULL;
     *pieces = (struct place_pieces){.tracer = tracer};
-    struct error *err = scene_solids(trace_scene(tracer), &pieces->solids, warnings);
+    struct error *err = trace_solids(tracer, &pieces->solids);
     if (!err)
-        err = array_create(&pieces->kind, pieces->solids.count, sizeof *pieces->kind);
+        scene_solids_tell(trace_scene(tracer), pieces->solids, warnings);
     if (!err)
-        err = array_create(&pieces->turned, pieces->solids.count, sizeof *pieces->turned);
+        err = array_create(&pieces->kind, pieces->solids->count, sizeof *pieces->kind);
     if (!err)
-        err = array_create(&pieces->sky, pieces->solids.count, sizeof *pieces->sky);
+        err = array_create(&pieces->turned, pieces->solids->count, sizeof *pieces->turned);
+    if (!err)
+        err = array_create(&pieces->sky, pieces->solids->count, sizeof *pieces->sky);
     if (!err)
         err = array_create(&pieces->target, PLACE_TARGETS, sizeof *pieces->target);
     if (!err)
-        err = array_create(&extent, pieces->solids.count, sizeof *extent);
+        err = array_create(&extent, pieces->solids->count, sizeof *extent);
     if (!err)
-        err = array_create(&wrong, pieces->solids.count, sizeof *wrong);
+        err = array_create(&wrong, pieces->solids->count, sizeof *wrong);
     if (!err) {
         for (int i = 0; i < PLACE_WAYS; i++) /* by a step that spreads the first of them best */
             pieces->way[i] = direction_even(27 * i % PLACE_WAYS, PLACE_WAYS);
@@ -1020,7 +1022,6 @@ struct error *place_pieces_find(struct place_pieces *pieces, const struct tracer
 
 void place_pieces_clear(struct place_pieces *pieces)
 {
-    scene_solids_clear(&pieces->solids);
     free(pieces->kind);
     free(pieces->turned);
     free(pieces->sky);

@@ -42,7 +42,7 @@ enum piece_kind { PIECE_SHEET, PIECE_SOLID, PIECE_ROOM, PIECE_UNKNOWN };
 
 struct place_pieces {
     const struct tracer *tracer;
-    struct scene_solids solids;
+    const struct scene_solids *solids; /* the tracer's */
     enum piece_kind *kind;
     bool *turned; /* by piece: its fronts are backs */
     bool *sky;    /* by piece: a shell far around all else, like nothing when seen from within */

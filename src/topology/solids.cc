@@ -204,9 +204,8 @@ struct error *find_solids(const struct scene *scene, struct scene_solids *solids
 
 } /* namespace */
 
-/* Says what became of faces that look to another side than their neighbours. */
-static void tell(const struct scene *scene, const struct scene_solids *solids,
-                 struct warnings *warnings)
+void scene_solids_tell(const struct scene *scene, const struct scene_solids *solids,
+                       struct warnings *warnings)
 {
     const size_t count = scene_triangle_count(scene);
     size_t turned = 0, unknown = 0;
@@ -236,7 +235,7 @@ struct error *scene_solids(const struct scene *scene, struct scene_solids *solid
     if (err)
         scene_solids_clear(solids);
     else
-        tell(scene, solids, warnings);
+        scene_solids_tell(scene, solids, warnings);
     return err;
 }
 

@@ -29,6 +29,9 @@ struct scene_solids {
 };
 struct error *scene_solids(const struct scene *scene, struct scene_solids *solids,
                            struct warnings *warnings);
+/* Says what became of faces that look to another side than their neighbours, as that has said. */
+void scene_solids_tell(const struct scene *scene, const struct scene_solids *solids,
+                       struct warnings *warnings);
 void scene_solids_clear(struct scene_solids *solids);
 
 #endif

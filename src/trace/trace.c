@@ -276,11 +276,25 @@ struct error *trace_create(struct tracer **tracer, const struct scene *scene)
         if (!err)
             err = i ? once_create(&last->awake) : wake(last);
     }
+    if (!err)
+        err = once_create(&(*tracer)->solid);
     if (err) {
         trace_destroy(*tracer);
         *tracer = NULL;
     }
     return err;
+}
+
+static struct error *find_solids(void *context)
+{
+    struct tracer *t = context;
+    return scene_solids(t->scene, &t->solids, NULL);
+}
+
+struct error *trace_solids(const struct tracer *tracer, const struct scene_solids **solids)
+{
+    *solids = &tracer->solids;
+    return once_do(tracer->solid, find_solids, (void *)tracer);
 }
 
 struct error *trace_find_near(const struct tracer *tracer, const double p[3],
@@ -330,6 +344,8 @@ void trace_destroy(struct tracer *t)
     free(t->vertices);
     free(t->parts);
     once_destroy(t->awake);
+    once_destroy(t->solid);
+    scene_solids_clear(&t->solids);
     free(t);
 }
 

@@ -25,6 +25,7 @@
 
 struct error;
 struct scene;
+struct scene_solids;
 struct tracer;
 
 struct trace_hit {
@@ -40,6 +41,9 @@ struct trace_hit {
 struct error *trace_create(struct tracer **tracer, const struct scene *scene);
 void trace_destroy(struct tracer *tracer);
 const struct scene *trace_scene(const struct tracer *tracer);
+
+/* What of the scene is closed (solids.h), made when it is first asked for; the tracer's. */
+struct error *trace_solids(const struct tracer *tracer, const struct scene_solids **solids);
 
 /* The nearest surface from `origin` along the unit `direction` (both finite), no farther than
  * `most` (INFINITY: no limit). Passes holes of cut-outs; a blended surface counts when it is more

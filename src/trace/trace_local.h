@@ -4,6 +4,7 @@
 #define TRACE_LOCAL_H
 
 #include "scene/scene_shade.h"
+#include "topology/solids.h"
 #include "trace/trace.h"
 
 #include <embree3/rtcore.h>
@@ -30,7 +31,9 @@ struct tracer {
     double extent;       /* of the scene: its largest local coordinate, at least 1 */
     struct tracer *next; /* the same about another centre (frames.h); owned; NULL: no more */
     struct once *awake;  /* what follows was made; owned; NULL: it always is */
-    double reach;        /* what the radius of trace_distance's query is to be multiplied with */
+    struct once *solid;  /* solids were made; owned, by the first */
+    struct scene_solids solids;
+    double reach; /* what the radius of trace_distance's query is to be multiplied with */
     RTCDevice device;
     RTCScene embree;
     struct trace_geometry *geometry; /* by instance of the scene */
