@@ -278,7 +278,7 @@ static struct error *open_baked(struct baked *baked, const struct stream *stream
                                 struct warnings *warnings)
 {
     struct interpolate_settings settings = interpolate_options_settings(&a->how, "sh");
-    settings.outside |= interpolate_visible_flags(a->visible);
+    settings.outside |= interpolate_visible_flags(a->visible) | PROBE_LEAN;
     struct error *err = baked_open(baked, stream, &settings);
     if (!err)
         err = check_cells(a, baked, warnings);

@@ -55,7 +55,7 @@ static struct error *open_cells(struct baked *b, const struct stream *stream)
     if (!err && !b->cells)
         err = cells_volume_open(stream, &b->mesh, flags, &b->cells);
     if (!err && probe_volume_sees(b->cells))
-        err = cells_volume_create(&b->mesh, flags, &b->blind_cells);
+        err = cells_volume_create(&b->mesh, flags | PROBE_LEAN, &b->blind_cells);
     return err;
 }
 
@@ -84,7 +84,7 @@ struct error *baked_open_cells(struct baked *b, const struct stream *stream)
     if (!err) {
         b->probe_count = b->mesh.probes;
         b->position = b->mesh.position;
-        err = cells_volume_open(stream, &b->mesh, 0, &b->cells);
+        err = cells_volume_open(stream, &b->mesh, PROBE_LEAN, &b->cells);
     }
     if (err)
         baked_close(b);
