@@ -459,11 +459,12 @@ static void list_clear(struct outside_list *list)
 
 /* -- all together ----------------------------------------------------------------------------- */
 
+/* Without matrices: what is asked of them is where points outside are. */
 static struct error *make_volumes(struct outside *o, const struct probe_mesh *cells)
 {
-    struct error *err = cells_volume_create(cells, PROBE_NEAREST, &o->volume[0]);
+    struct error *err = cells_volume_create(cells, PROBE_NEAREST | PROBE_LEAN, &o->volume[0]);
     if (!err)
-        err = cells_volume_create(cells, PROBE_EXTEND, &o->volume[1]);
+        err = cells_volume_create(cells, PROBE_EXTEND | PROBE_LEAN, &o->volume[1]);
     if (!err && !probe_volume_extends(o->volume[1])) {
         probe_volume_destroy(o->volume[1]);
         o->volume[1] = NULL;
@@ -506,6 +507,7 @@ struct error *outside_init(struct outside *o, const struct tracer *tracer,
         err = threads_for(threads, job.hulls, look_from, &job);
     if (!err)
         err = gather(o, job.looks, job.hulls);
+    looks_free(job.looks, job.hulls);
     if (!err)
         err = list_init(&o->by_cell, o, false);
     if (!err)
@@ -514,7 +516,6 @@ struct error *outside_init(struct outside *o, const struct tracer *tracer,
         err = look_more(&job, threads);
     if (!err)
         err = list_init(&o->by_probe, o, true);
-    looks_free(job.looks, job.hulls);
     free(job.asked);
     free(job.hull);
     free(job.normal);
