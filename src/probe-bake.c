@@ -203,9 +203,8 @@ int main(int argc, char **argv)
         err = a.dry_run ? bake_show(&job) : bake_run(&job);
     scene_settings_clear(&a.scene);
     program_clear(&program);
-    if (pipe_interrupted()) {
-        error_destroy(err);
+    const int status = error_exit(program.name, err);
+    if (pipe_interrupted())
         pipe_pass_on();
-    }
-    return error_exit(program.name, err);
+    return status;
 }

@@ -179,5 +179,23 @@ status=$?
 gone() { for child in $children; do ! kill -0 "$child" 2>/dev/null || return; done; }
 check "a signal ends it and its programs" [ $status -eq 143 ] and test -n "$children" and gone
 check "and nothing is left" test ! -e x.probe -a ! -e x.report and nothing_left
+# cut SIGNAL...: a bake that goes on until it is cut short, after the first probes
+cut() {
+    rm -f x.probe
+    probe-bake --quality draft --max-error .1% "$box" -o x.probe 2>said &
+    pid=$!
+    wait_for grep -q 'held out' said
+    for signal; do kill -"$signal" $pid; done
+    wait $pid 2>died
+    status=$?
+}
+cut TERM
+check "while probes are placed, those until then are baked" [ $status -eq 1 ] \
+    and says said 'interrupted: x.probe is whole, with the probes until then; it is not measured' \
+    and [ "$(row_count tet x.probe)" -gt 0 ] and nothing_left and test ! -e x.report
+check "which the stream says" says x.probe '^place-interrupted yes$'
+cut TERM HUP
+check "and another signal ends it at once" [ $status -gt 128 ] and test ! -e x.probe and nothing_left \
+    and says said 'nothing is written: interrupted'
 
 tap_done

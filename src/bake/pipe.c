@@ -24,8 +24,11 @@ extern char **environ;
 static const int ending[] = {SIGHUP, SIGINT, SIGTERM};
 enum { ENDING = sizeof ending / sizeof *ending };
 
-static volatile sig_atomic_t came;  /* the signal; 0: none */
-static volatile sig_atomic_t group; /* the children's process group; 0: there are none */
+static volatile sig_atomic_t came;   /* the signal; 0: none */
+static volatile sig_atomic_t over;   /* it ends all */
+static volatile sig_atomic_t group;  /* the children's process group; 0: there are none */
+static volatile sig_atomic_t keeper; /* the child that keeps what it has; 0: there is none */
+static const char *said_of_keeping;
 
 static void kill_group(int number)
 {
@@ -36,8 +39,16 @@ static void kill_group(int number)
 static void take_end(int number)
 {
     const int saved = errno;
+    const bool first = !came;
     came = number;
-    kill_group(SIGKILL);
+    if (keeper && first && number != SIGHUP) {
+        kill(keeper, number);
+        if (said_of_keeping && write(STDERR_FILENO, said_of_keeping, strlen(said_of_keeping)) < 0)
+            said_of_keeping = NULL; /* nobody listens */
+    } else {
+        over = 1;
+        kill_group(SIGKILL);
+    }
     errno = saved;
 }
 
@@ -59,8 +70,9 @@ static void catch_one(int number, void (*handler)(int))
         sigaction(number, &action, NULL);
 }
 
-void pipe_catch(void)
+void pipe_catch(const char *said)
 {
+    said_of_keeping = said;
     for (int i = 0; i < ENDING; i++)
         catch_one(ending[i], take_end);
     catch_one(SIGTSTP, take_stop);
@@ -71,7 +83,12 @@ void pipe_catch(void)
 
 bool pipe_interrupted(void)
 {
-    return came;
+    return over;
+}
+
+bool pipe_cut_short(void)
+{
+    return came && !over;
 }
 
 void pipe_pass_on(void)
@@ -149,6 +166,8 @@ static struct error *start(struct pipe_stage *stage, int from, int to, pid_t *pi
         err = error_system(number, "%s", path);
     else if (!group)
         group = *pid;
+    if (!number && stage->keeps)
+        keeper = *pid;
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     free(argv);
@@ -225,8 +244,12 @@ static struct error *wait_for_all(struct pipe_stage *stages, size_t count, struc
             if (running[i].pid != pid)
                 continue;
             left--;
+            if (stages[i].keeps)
+                keeper = 0;
             stages[i].seconds = seconds_of(&usage);
-            if (!status) {
+            const bool kept = stages[i].keeps && came && WIFEXITED(status) &&
+                              WEXITSTATUS(status) == 1;
+            if (!status || kept) {
                 close_one(&running[i].to);
             } else if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE &&
                        is_unread(running[i].to)) {
@@ -248,16 +271,16 @@ struct error *pipe_run(struct pipe_stage *stages, size_t count, const char *outp
         return err;
     for (size_t i = 0; i < count; i++)
         running[i] = (struct running){.to = -1};
-    if (!came)
+    if (!over)
         err = start_all(stages, count, output, running);
-    if (came) /* while they were started */
+    if (over) /* while they were started */
         kill_group(SIGKILL);
     err = wait_for_all(stages, count, running, err);
-    group = 0;
+    group = keeper = 0;
     for (size_t i = 0; i < count; i++)
         close_one(&running[i].to);
     free(running);
-    if (!came)
+    if (!over)
         return err;
     error_destroy(err);
     return error_new("interrupted");

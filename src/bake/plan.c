@@ -269,6 +269,7 @@ struct error *plan_stage(const struct plan_job *job, enum plan_stage which,
     case PLAN_PLACE:
         stage->name = "place";
         place(job, q, words);
+        stage->keeps = !job->flat && !plan_given(job, "rays"); /* whose light is traced behind it */
         break;
     case PLAN_CAPTURE:
         stage->name = "capture";

@@ -199,7 +199,7 @@ static struct error *bake(struct run *run, struct file_output *out)
         err = copy_into(out, run->paths.baked);
     if (err) {
         file_output_abandon(out);
-        return err;
+        return pipe_interrupted() ? error_wrap(err, "nothing is written") : err;
     }
     err = file_output_finish(out);
     if (!err)
@@ -292,7 +292,9 @@ static struct error *prepare(struct run *run, const struct file_output *out)
     run->page.again = out->target;
     if (!err)
         err = bake_paths_report(&run->paths, asked->report, run->page.again ? asked->output : NULL);
-    pipe_catch();
+    pipe_catch(asked->quiet ? NULL
+                            : "probe-bake: interrupted: the probes until now are baked; once more "
+                              "ends it at once, with nothing written\n");
     if (!err)
         err = bake_paths_make(&run->paths);
     name_files(run, run->page.again);
@@ -319,6 +321,10 @@ struct error *bake_run(const struct bake_job *asked)
     else
         err = bake(&run, &out);
     run.page.bake_time = clock_seconds() - began;
+    if (!err && pipe_cut_short())
+        err = error_new("interrupted: %s is whole, with the probes until then; %s",
+                        file_output_name(asked->output),
+                        asked->pack ? "it is neither packed nor measured" : "it is not measured");
     /* none is wanted; nor where the stream goes into a pipe and nothing is to be said */
     const bool silent = asked->report ? !run.paths.report : !run.page.again && asked->quiet;
     if (!err && (asked->pack || !silent))
