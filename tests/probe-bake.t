@@ -189,13 +189,13 @@ cut() {
     wait $pid 2>died
     status=$?
 }
-cut TERM
-check "while probes are placed, those until then are baked" [ $status -eq 1 ] \
+cut TERM TERM
+check "while probes are placed, those until then are baked, as timeout(1) sends it" [ $status -eq 1 ] \
     and says said 'interrupted: x.probe is whole, with the probes until then; it is not measured' \
     and [ "$(row_count tet x.probe)" -gt 0 ] and nothing_left and test ! -e x.report
 check "which the stream says" says x.probe '^place-interrupted yes$'
 cut TERM HUP
-check "and another signal ends it at once" [ $status -gt 128 ] and test ! -e x.probe and nothing_left \
-    and says said 'nothing is written: interrupted'
+check "and another signal ends it at once" [ $status -gt 128 ] and test ! -e x.probe \
+    and nothing_left and says said 'nothing is written: interrupted'
 
 tap_done

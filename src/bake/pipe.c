@@ -15,6 +15,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 extern char **environ;
@@ -36,10 +37,25 @@ static void kill_group(int number)
         kill(-group, number);
 }
 
+/* timeout(1) sends its signal twice, to us and to our group: what comes so fast is one. */
+static bool is_echo(int number)
+{
+    enum { ECHO_MS = 250 };
+    static volatile long long last; /* milliseconds */
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    const long long now = 1000LL * t.tv_sec + t.tv_nsec / 1000000;
+    const bool echo = came == number && now - last < ECHO_MS;
+    last = now;
+    return echo;
+}
+
 static void take_end(int number)
 {
     const int saved = errno;
-    const bool first = !came;
+    const bool echo = is_echo(number), first = !came;
+    if (echo)
+        return;
     came = number;
     if (keeper && first && number != SIGHUP) {
         kill(keeper, number);

@@ -4,9 +4,9 @@
  * A pipe is whole or it is nothing: where a program fails or dies, all others are killed before
  * they see their input end, so none takes a part for the whole or complains about it. They are a
  * process group of their own, with all that they start. A signal (SIGHUP, SIGINT, SIGTERM) that is
- * caught kills them all; SIGTSTP stops them and SIGCONT lets them go on. But while a stage runs that
- * keeps what it has, the first SIGINT or SIGTERM is for it alone, and the others go on with what it
- * writes then.
+ * caught kills them all; SIGTSTP stops them and SIGCONT lets them go on. But while a stage runs
+ * that keeps what it has, the first SIGINT or SIGTERM is for it alone, and the others go on with
+ * what it writes then.
  *
  *     pipe_catch(NULL);
  *     err = pipe_run(stages, count, "folder/out");
