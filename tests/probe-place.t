@@ -714,8 +714,8 @@ printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 900 0 0' 'v 901 0 0' 'v 900 0 1' 
 refused 1 "none of 15360 particles of light gets to a surface" \
     probe-place poisson --count 9 --sky 1,1,1 islands.obj
 refused 2 "expected either --radii or --count" probe-place poisson "$rooms"
-for radii in 0 0,1 2,1 -1,1; do
-    refused 2 "expected MAX, or MIN,MAX" probe-place poisson --radii $radii "$rooms"
+for radii in 0 0,1 2,1 -1,1 '' nan 1, 1,inf; do
+    refused 2 "expected MAX, or MIN,MAX" probe-place poisson --radii "$radii" "$rooms"
 done
 refused 1 "at most the scene's diagonal" $poisson --radii 1,100 "$rooms"
 refused 1 "at least 1e-06 of the scene's diagonal" $poisson --radii 1e-9,1 "$rooms"

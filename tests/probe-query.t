@@ -393,6 +393,24 @@ check "discs: probes' normals may have any length" \
 sed 's/^3 0 0 .*/3 0 0 nan nan nan nan nan nan nan/' sheet.probe >mixed.probe
 echo '.7 0 .1 0 1 0' | probe-query --interpolate discs mixed.probe >light
 check "discs: probes in space, without a radius, may stand between" says light '^1 1 1$'
+cat >unsized.probe <<'EOF'
+#?probe 1
+table probe position:f64:3 normal:f32:3 radius:f32:1 irradiance:f32:3
+0 0 0 0 1 0 .5 1 1 1
+.1 0 0 0 1 0 nan 5 5 5
+9 0 0 0 1 0 .5 3 3 3
+end
+EOF
+printf '%s\n' '.1 0 0 0 1 0' '1e300 0 0 0 1 0' |
+    probe-query -q --interpolate discs unsized.probe >light
+check "discs: nan as a radius is none, and a place that is far out is answered" \
+    says light '^1 1 1$' '^[13] [13] [13]$'
+sed 's/ \.5 / nan /' unsized.probe >none.probe
+refused 1 "no surface probe has both irradiance and a radius" \
+    given '0 0 0 0 1 0' probe-query --interpolate discs none.probe
+sed 's/ nan / 0 /' unsized.probe >zero.probe
+refused 1 "probe 1: expected a radius from" \
+    given '0 0 0 0 1 0' probe-query --interpolate discs zero.probe
 refused 1 "expected discs with a radius from 1.17549e-38 to 3.40282e+38, got 1e+300" \
     given '0 0 0 0 1 0' probe-query --interpolate discs --radius 1e300 sheet.probe
 sed 's/ \.6 / 3e38 /' sheet.probe >large.probe

@@ -76,8 +76,11 @@ struct error *options_reals(const char *what, const char *text, int count, doubl
             err = error_usage("not a number list");
         if (err) {
             error_destroy(err);
-            return error_usage("%s: expected %d finite numbers separated by commas, got '%s'", what,
-                               count, text);
+            return count == 1
+                       ? error_usage("%s: expected a finite number, got '%s'", what, text)
+                       : error_usage("%s: expected %d finite numbers separated by commas, got "
+                                     "'%s'",
+                                     what, count, text);
         }
         at = end + 1;
     }

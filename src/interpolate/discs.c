@@ -148,7 +148,8 @@ static struct error *set_grid(struct making *m)
         d->count++;
     }
     if (!d->count)
-        return error_new("no surface probe has irradiance: run probe-capture");
+        return error_new("no surface probe has both irradiance and a radius: probe-capture adds "
+                         "the one, --radius tells the other");
     for (int k = 0; k < 3; k++)
         if (!(box.high[k] - box.low[k] < (double)INFINITY))
             return error_new("surface probes are too far from one another for discs");

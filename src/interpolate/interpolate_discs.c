@@ -27,7 +27,7 @@ static struct error *find_radius(const struct interpolate *in, size_t probes, do
     return err;
 }
 
-/* Radii of the discs, NaN for probes without a value. */
+/* Radii of the discs, NaN for probes without a value or a radius of their own. */
 static struct error *set_radii(const struct interpolate *in, const struct table *table,
                                float *radius)
 {
@@ -43,7 +43,7 @@ static struct error *set_radii(const struct interpolate *in, const struct table 
         const bool by_column = own && !(in->settings.radius > 0);
         const double r = by_column ? 2 * (double)column_f32(own)[i] : all;
         radius[i] = interpolate_has(in, i) ? (float)r : NAN;
-        if (!interpolate_has(in, i) || (r >= (double)FLT_MIN && r <= (double)FLT_MAX))
+        if (isnan(radius[i]) || (r >= (double)FLT_MIN && r <= (double)FLT_MAX))
             continue;
         if (by_column)
             err = error_new("probe %zu: expected a radius from %g to %g, got %g", i,

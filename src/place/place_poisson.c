@@ -34,16 +34,18 @@ static const char *const steers[] = {[POISSON_AO] = "ao",
 static struct error *parse_radii(void *value, const char *text)
 {
     double *radius = value;
-    struct error *err = options_reals("--radii", text, strchr(text, ',') ? 2 : 1, radius);
-    if (!err && !strchr(text, ',')) {
+    const bool both = strchr(text, ',');
+    struct error *err = options_reals("--radii", text, both ? 2 : 1, radius);
+    if (!err && !both) {
         radius[1] = radius[0];
         radius[0] /= RATIO;
     }
-    if (!err && !(radius[0] > 0 && radius[0] <= radius[1]))
-        err = error_usage("--radii: expected MAX, or MIN,MAX with MIN at most MAX, both above 0, "
-                          "got '%s'",
-                          text);
-    return err;
+    if (!err && radius[0] > 0 && radius[0] <= radius[1])
+        return NULL;
+    error_destroy(err);
+    return error_usage("--radii: expected MAX, or MIN,MAX with MIN at most MAX, both above 0, "
+                       "got '%s'",
+                       text);
 }
 
 static struct option_row *rows(struct place_options *o, struct option_row *row)
