@@ -711,8 +711,15 @@ refused 1 "no light gets to any surface: --sky" probe-place poisson --count 9 --
     "$rooms"
 printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 900 0 0' 'v 901 0 0' 'v 900 0 1' \
     'f 1 2 3' 'f 4 5 6' >islands.obj
+for light in "--sky 1,1,1" "--sun .1,-1,0,1,1,1"; do
+    probe-place poisson -q --text --count 40 $light islands.obj >set.probe
+    check "poisson: $light finds two islands that are small in their sea, both" \
+        test "$(grep -c '^90[01]\|^90[01]\.' set.probe)" -ge 10 -a \
+        "$(grep -c '^[01]\.' set.probe)" -ge 10
+done
+check "poisson: and the sun their upper sides alone" lacks set.probe ' 0 -1 0 12 '
 refused 1 "none of 15360 particles of light gets to a surface" \
-    probe-place poisson --count 9 --sky 1,1,1 islands.obj
+    probe-place poisson --count 9 --spot 0,1,0,0,1,0,10,20,1,1,1 islands.obj
 refused 2 "expected either --radii or --count" probe-place poisson "$rooms"
 for radii in 0 0,1 2,1 -1,1 '' nan 1, 1,inf; do
     refused 2 "expected MAX, or MIN,MAX" probe-place poisson --radii "$radii" "$rooms"

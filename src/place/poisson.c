@@ -10,6 +10,7 @@
 #include "base/threads.h"
 #include "math/direction.h"
 #include "math/power.h"
+#include "place/exposed.h"
 #include "place/point_grid.h"
 #include "scene/scene.h"
 #include "trace/particles.h"
@@ -25,6 +26,7 @@ enum {
     BATCH_MOST = 8192,      /* so that few of them are in each other's way */
     BLOCK = PATH_WAVE,      /* darts that a thread takes */
     PARTICLES_LEAST = 1024, /* of the first round; each next has twice as many */
+    MISSED = 16,            /* one hit for as many particles says that most miss the scene */
 };
 
 /* Cosine of the angle up to which two surfaces face alike. */
@@ -539,8 +541,29 @@ static struct error *nothing_lit(size_t sent)
                      sent);
 }
 
-struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
-                           const struct poisson_settings *settings)
+/* A round of particles. In a scene that is small in its box, where they miss it, its surface looks
+ * for suns and the sky as well. */
+static struct error *trace_particles(struct throwing *t, const struct exposed *exposed,
+                                     size_t count)
+{
+    const struct path_tracer *path = t->path;
+    const struct particles_settings of = {.count = count,
+                                          .bounces = t->settings->bounces,
+                                          .even = 0.5,
+                                          .seed = t->settings->seed +
+                                                  0x9e3779b97f4a7c15 * (uint64_t)t->round,
+                                          .threads = t->settings->threads};
+    particles_clear(&t->particles);
+    struct error *err =
+        particles_trace(path->tracer, &path->lights, &path->sky, &of, &t->particles);
+    if (!err && t->particles.count < t->particles.sent / MISSED)
+        err = exposed_add(exposed, count, of.seed, &t->particles);
+    return err;
+}
+
+/* exposed: of the tracer's scene. */
+static struct error *make(struct poisson *set, const struct path_tracer *path,
+                          const struct exposed *exposed, const struct poisson_settings *settings)
 {
     const struct tracer *tracer = path->tracer;
     struct throwing t = {.path = path, .settings = settings, .far = 4 * (float)tracer->extent};
@@ -559,14 +582,9 @@ struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
     set->most = settings->most;
     set->tries++;
     for (t.round = 0; !err && !done && !set->full; t.round++) {
-        const struct particles_settings of = {
-            .count = (size_t)(particles < settings->particles ? particles : settings->particles),
-            .bounces = settings->bounces,
-            .even = 0.5,
-            .seed = settings->seed + 0x9e3779b97f4a7c15 * (uint64_t)t.round,
-            .threads = settings->threads};
-        particles_clear(&t.particles);
-        err = particles_trace(tracer, &path->lights, &path->sky, &of, &t.particles);
+        err = trace_particles(
+            &t, exposed,
+            (size_t)(particles < settings->particles ? particles : settings->particles));
         if (!err)
             err = throw_round(&t, set, &last);
         sent += t.particles.sent;
@@ -584,27 +602,15 @@ struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
     return err;
 }
 
-/* Total area of the scene's surface, one side. */
-static double area_of(const struct scene *scene)
+struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
+                           const struct poisson_settings *settings)
 {
-    double sum = 0;
-    for (size_t i = 0; i < scene->instance_count; i++) {
-        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
-        const double *m = scene->instances[i].transform;
-        for (size_t j = 0; j < mesh->triangle_count; j++) {
-            struct vec3 corner[3];
-            for (size_t c = 0; c < 3; c++) {
-                const struct vec3 p = vec3_load(mesh->position + 3 * mesh->index[3 * j + c]);
-                corner[c] = (struct vec3){m[0] * p.x + m[1] * p.y + m[2] * p.z,
-                                          m[4] * p.x + m[5] * p.y + m[6] * p.z,
-                                          m[8] * p.x + m[9] * p.y + m[10] * p.z};
-            }
-            sum += vec3_length(
-                       vec3_cross(vec3_sub(corner[1], corner[0]), vec3_sub(corner[2], corner[0]))) /
-                   2;
-        }
-    }
-    return sum;
+    struct exposed exposed;
+    struct error *err = exposed_init(&exposed, path->tracer);
+    if (!err)
+        err = make(set, path, &exposed, settings);
+    exposed_clear(&exposed);
+    return err;
 }
 
 /* What is known of how many points a greatest radius makes. */
@@ -635,17 +641,17 @@ struct error *poisson_make_count(struct poisson *set, const struct path_tracer *
     enum { TRIES = 10, PILOT = 400 };
     const double ratio = settings->most / settings->least;
     struct poisson best = {0};
-    struct error *err = NULL;
+    struct exposed exposed;
+    struct error *err = exposed_init(&exposed, path->tracer);
     struct search search = {.wanted = (double)count};
     bool pilot = count > PILOT;
-    double most =
-        sqrt(2 * area_of(path->tracer->scene) / (pilot ? search.wanted / 16 : search.wanted));
+    double most = sqrt(2 * exposed.area / (pilot ? search.wanted / 16 : search.wanted));
     for (int i = 0; i < TRIES && !err; i++) {
         struct poisson_settings s = *settings;
         s.most = most;
         s.least = most / ratio;
         s.points_most = count + count / 32 + 1;
-        err = poisson_make(set, path, &s);
+        err = make(set, path, &exposed, &s);
         if (err)
             break;
         const double n = (double)set->count;
@@ -667,6 +673,7 @@ struct error *poisson_make_count(struct poisson *set, const struct path_tracer *
         pilot = n < search.wanted / 3 && count > PILOT && !(search.many > 0);
         most = next_radius(&search, pilot);
     }
+    exposed_clear(&exposed);
     if (!err && !best.count)
         err = error_new("no radius makes %zu points or fewer", count);
     best.tries = set->tries;
