@@ -80,6 +80,45 @@ check "in a court sun and sky are what they are without a cache" test -s c.rows 
         if (i <= 6) { m += d; b += \$i } } }
         END { exit !(n == 1728 && sqrt(q / n) < 1.35 && m / b < .01 && m / b > -.01) }"'
 
+# Two rooms with one floor and one ceiling, a sheet between them and a lamp in one: the other, which
+# is sealed, stays black, though discs of the same plane are on both sides of the sheet.
+cat >rooms.obj <<'END'
+mtllib m.mtl
+v -1 -1 -1
+v -1 -1 1
+v -1 1 -1
+v -1 1 1
+v 3 -1 -1
+v 3 -1 1
+v 3 1 -1
+v 3 1 1
+v 1 -1 -1
+v 1 -1 1
+v 1 1 -1
+v 1 1 1
+v -.5 .9 -.5
+v -.5 .9 .5
+v .5 .9 .5
+v .5 .9 -.5
+usemtl grey
+f 1 2 6 5
+f 3 7 8 4
+f 1 5 7 3
+f 2 4 8 6
+f 1 3 4 2
+f 5 6 8 7
+f 9 11 12 10
+usemtl glow
+f 13 14 15 16
+END
+awk 'BEGIN { for (i = 0; i < 64; i++)
+    print (i % 8) * .45 - .7, (int(i / 8) % 4 - 1.5) * .45, int(i / 32) - .5 }' >rooms.txt
+probe-place points -q rooms.txt rooms.obj |
+    probe-capture --rays 1024 --cache auto --text rooms.obj >rooms.probe 2>said
+check "no light comes through a sheet along a floor" says said 'cache: ' and \
+    awk '/^[0-9-]/ { if ($1 < 1) { lit += $4; n++ } else if ($4 > most) most = $4; k++ }
+        END { exit !(k == 64 && n && lit / n > .1 && most < 1e-3 * lit / n) }' rooms.probe
+
 # rows_are COLUMN STREAM FILE: its rows are those of the file
 rows_are() {
     rows_of position,"$1" "$2" >rows_are.rows

@@ -16,10 +16,10 @@ enum {
     RAYS_MOST = 1 << 17, /* of all probes */
     RAYS_EACH = 128,     /* of one, at the most */
     LEVELS = 7,          /* of points' sizes, each half of the one above */
-    ROOM_RAYS = 32,      /* of a point, that look how near surfaces are: */
-    ROOM_NEAR = 4,       /* so many are */
-    TRIES = 4,           /* sizes that are tried */
-    FINER = 2            /* times that holes get finer points */
+    BEHIND_RAYS = 4,
+    ROOM_RAYS = 24, /* of a point, twice, that look how near surfaces are */
+    TRIES = 4,      /* sizes that are tried */
+    FINER = 2       /* times that holes get finer points */
 };
 
 /* Cosine of the angle up to which two sides face alike, as discs have it. */
@@ -299,7 +299,39 @@ struct room {
     size_t first; /* point that has none yet */
 };
 
-/* A disc ends where the nearest surface about its point is: light behind that is not its own. */
+/* The elevation of a ray that looks along the surface: within the height that a disc covers. */
+static float low_sine(struct random *r)
+{
+    const float x = random_float(r);
+    return 0.004f + x * x / DISCS_FLAT;
+}
+
+/* How far behind a point another surface is, on which a disc could lie as well. */
+static float find_behind(const struct path_tracer *path, const double p[3], struct vec3f normal,
+                         uint64_t seed, uint64_t name)
+{
+    struct path_receiver receiver = {.at.normal = vec3f_scale(-1, normal)};
+    receiver.at.position = trace_start(path->tracer, p, receiver.at.normal);
+    struct vec3f direction[BEHIND_RAYS];
+    struct random random[BEHIND_RAYS];
+    struct path_sample sample[BEHIND_RAYS];
+    float behind = INFINITY;
+    for (uint32_t i = 0; i < BEHIND_RAYS; i++) {
+        random[i] = random_start(seed, name, 15u << 28 | i);
+        const float x = random_float(&random[i]) / 4,
+                    y = ((float)i + random_float(&random[i])) / BEHIND_RAYS;
+        direction[i] = direction_by_cosine(receiver.at.normal, x, y);
+    }
+    path_samples(path, &receiver, &(struct path_rays){BEHIND_RAYS, direction, random, true},
+                 sample);
+    for (size_t i = 0; i < BEHIND_RAYS; i++)
+        behind = fminf(behind, sample[i].distance * -vec3f_dot(direction[i], normal));
+    return behind;
+}
+
+/* A disc ends where other surfaces are, whose far sides have other light: before what stands on its
+ * plane or hangs low above it, which half of the rays look for, along the surface, and no farther
+ * than about the nearest of what the other half see, by the cosine. */
 static struct error *make_room(void *context, size_t number, int thread)
 {
     (void)thread;
@@ -314,30 +346,32 @@ static struct error *make_room(void *context, size_t number, int thread)
     struct path_receiver receiver = {.at.normal = {n[0], n[1], n[2]}};
     receiver.at.position = trace_start(path->tracer, p, receiver.at.normal);
     const uint64_t name = random_hash_position(p);
-    struct vec3f direction[ROOM_RAYS];
-    struct random random[ROOM_RAYS];
-    struct path_sample sample[ROOM_RAYS];
-    for (size_t i = 0; i < ROOM_RAYS; i++) {
-        random[i] = random_start(room->seed, name, 7u << 29 | (uint32_t)i);
-        const float x = random_float(&random[i]),
-                    y = ((float)i + random_float(&random[i])) / ROOM_RAYS;
-        direction[i] = direction_by_cosine(receiver.at.normal, y, x);
+    struct vec3f direction[2 * ROOM_RAYS];
+    struct random random[2 * ROOM_RAYS];
+    struct path_sample sample[2 * ROOM_RAYS];
+    for (size_t i = 0; i < 2 * ROOM_RAYS; i++) {
+        struct random *r = &random[i];
+        *r = random_start(room->seed, name, 7u << 29 | (uint32_t)i);
+        const float stratum = ((float)(i % ROOM_RAYS) + random_float(r)) / ROOM_RAYS,
+                    sine = low_sine(r);
+        direction[i] = i < ROOM_RAYS
+                           ? direction_by_cosine(receiver.at.normal, 1 - sine * sine, stratum)
+                           : direction_by_cosine(receiver.at.normal, stratum, random_float(r));
     }
-    path_samples(path, &receiver, &(struct path_rays){ROOM_RAYS, direction, random, true}, sample);
-    float nearest[ROOM_NEAR];
-    for (size_t i = 0; i < ROOM_NEAR; i++)
-        nearest[i] = INFINITY;
+    path_samples(path, &receiver, &(struct path_rays){2 * ROOM_RAYS, direction, random, true},
+                 sample);
+    const float behind = find_behind(path, p, receiver.at.normal, room->seed, name);
+    float along = INFINITY, nearest = INFINITY, second = INFINITY;
     for (size_t i = 0; i < ROOM_RAYS; i++) {
-        float d = sample[i].distance;
-        for (size_t k = 0; k < ROOM_NEAR; k++) {
-            const float next = nearest[k];
-            nearest[k] = fminf(d, next);
-            d = fmaxf(d, next);
-        }
+        const float d = sample[ROOM_RAYS + i].distance;
+        along = fminf(along, sample[i].distance);
+        second = fminf(second, fmaxf(nearest, d));
+        nearest = fminf(nearest, d);
     }
     room->points->radius[index] =
         fminf(room->points->reach[index],
-              (float)((double)nearest[ROOM_NEAR - 1] / path->tracer->scale / 2));
+              (float)((double)fminf(fminf(along, second), DISCS_FLAT * behind) /
+                      path->tracer->scale / 2));
     return NULL;
 }
 
@@ -387,6 +421,8 @@ static struct error *fill_holes(struct cache_points *points, const struct path_t
 {
     double size = points->size;
     struct error *err = NULL;
+    const size_t room = points->count + points->count / 4;
+    most = most < room ? most : room;
     for (int i = 0; i < FINER && points->count < most && !err; i++) {
         const size_t first = points->count;
         size /= 2;
@@ -421,7 +457,8 @@ struct error *cache_points_find(struct cache_points *points, const struct path_t
     for (int i = 0; i < TRIES && !err && hits; i++, size *= 1.4) {
         points->size = size;
         err = thin(&t, hits, size, middle, most);
-        if (t.count < most)
+        points->full = t.count >= most;
+        if (!points->full)
             break;
     }
     if (!err)

@@ -11,6 +11,7 @@
 
 #include "math/vec.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -25,6 +26,7 @@ struct cache_points {
     float *reach;     /* s d; NULL in points that were not found */
     size_t count;
     double size; /* s */
+    bool full;   /* there are as many as there may be, and room for more of that size */
 };
 
 /* The probes whose rays are traced. */

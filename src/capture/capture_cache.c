@@ -28,7 +28,7 @@ enum {
     RAYS_LEAST = 16,
     RAYS_MOST = 1024, /* of a point */
     PARTICLES_LEAST = 1 << 15,
-    PARTICLES_MOST = 1 << 20,
+    PARTICLES_MOST = 1 << 17,
     CHECKED = 16, /* probes that measure what the cache changes */
     CHECK_LEAST = 512,
     CHECK_MOST = 1 << 15, /* rays of each of them */
@@ -40,7 +40,7 @@ enum {
 
 /* Of a cache that may change 2 % of light, in Sponza and rooms: half the share of a disc's radius
  * in its distance from the probe, and rays of each. */
-static const double size_at_2 = 0.45, rays_at_2 = 48;
+static const double size_at_2 = 0.45, rays_at_2 = 32;
 
 /* -- points ------------------------------------------------------------------------------------ */
 
@@ -174,11 +174,30 @@ struct change {
 /* Probes darker than this share of what they have in the root mean square count as that bright. */
 #define DARK 0.01
 
-/* The squares of a difference hold its variance, which is known. */
+/* Means of what probes say, and 1.96 standard errors of that. */
+struct mean {
+    double sum, squares;
+};
+
+static void mean_add(struct mean *m, double x)
+{
+    m->sum += x;
+    m->squares += x * x;
+}
+
+static double mean_error(const struct mean *m, double n)
+{
+    const double mean = m->sum / n;
+    return n > 1 ? 1.96 * sqrt(fmax(m->squares / n - mean * mean, 0) / (n - 1)) : fabs(mean);
+}
+
+/* The squares of a difference hold its variance, which is known, but not so well that an upper
+ * bound may leave it out. */
 static struct change change_of(const struct capture_probe *with, const struct capture_probe *less,
                                size_t count, int order, bool surface)
 {
-    double sum = 0, squares = 0, all = 0, more = 0, error = 0, least = 0;
+    struct mean certain = {0}, most = {0};
+    double all = 0, more = 0, error = 0, least = 0;
     size_t lit = 0;
     for (size_t i = 0; i < count; i++) {
         double light, unused;
@@ -187,30 +206,23 @@ static struct change change_of(const struct capture_probe *with, const struct ca
     }
     for (size_t i = 0; i < count; i++) {
         double light, off, variance, unused;
-        const double rgb[] = {(double)less[i].sh[0], (double)less[i].sh[1], (double)less[i].sh[2]},
-                     whole[] = {(double)with[i].sh[0], (double)with[i].sh[1],
-                                (double)with[i].sh[2]},
-                     noise[] = {(double)less[i].sh_error[0], (double)less[i].sh_error[1],
-                                (double)less[i].sh_error[2]};
         lengths(&with[i], order, surface, &light, &unused);
         lengths(&less[i], order, surface, &off, &variance);
         if (!(light > 0))
             continue;
-        const double share = (off - variance) / fmax(light, least);
-        sum += share;
-        squares += share * share;
+        mean_add(&certain, (off - variance) / fmax(light, least));
+        mean_add(&most, off / fmax(light, least));
         lit++;
-        all += luminance_f64(whole);
-        more -= luminance_f64(rgb);
-        error += luminance_f64(noise) * luminance_f64(noise);
+        all += luminance_f32(with[i].sh);
+        more -= luminance_f32(less[i].sh);
+        error += pow(luminance_f32(less[i].sh_error), 2);
     }
     if (!lit)
         return (struct change){0};
-    const double n = (double)lit, mean = sum / n,
-                 spread = lit > 1 ? sqrt(fmax(squares / n - mean * mean, 0) / (n - 1)) : mean;
-    return (struct change){.share = sqrt(fmax(mean, 0)),
-                           .low = sqrt(fmax(mean - 1.96 * spread, 0)),
-                           .high = sqrt(fmax(mean + 1.96 * spread, 0)),
+    const double n = (double)lit;
+    return (struct change){.share = sqrt(fmax(certain.sum / n, 0)),
+                           .low = sqrt(fmax(certain.sum / n - mean_error(&certain, n), 0)),
+                           .high = sqrt(most.sum / n + mean_error(&most, n)),
                            .mean = more / all,
                            .mean_error = 1.96 * sqrt(error) / all,
                            .probes = lit};
@@ -274,7 +286,7 @@ static void tell(struct capture_cache *cache, const struct change *change)
 static double rays_that_pay(const struct capture_settings *settings,
                             const struct cache_probes *probes)
 {
-    return 0.5 * (double)probes->count * settings->rays;
+    return 0.1 * (double)probes->count * settings->rays;
 }
 
 static struct error *make(struct capture_cache *cache, struct path_tracer *path,
@@ -287,7 +299,7 @@ static struct error *make(struct capture_cache *cache, struct path_tracer *path,
     struct error *err = cache_points_find(&cache->points, path, probes, (size_t)points,
                                           size_at_2 * sqrt(error / 0.02), settings->seed, threads);
     const size_t count = cache->points.count;
-    if (err || !count || ((double)count >= points && points < POINTS_MOST)) {
+    if (err || !count || (cache->points.full && points < POINTS_MOST)) {
         tell_off(cache, count ? "so few rays and probes would not pay for it"
                               : "no ray of a probe meets a surface");
         return err;

@@ -486,7 +486,7 @@ static float rim(const struct disc *disc, const struct place *at)
     return (distance > 4 * height ? distance : 4 * height) * disc->inverse;
 }
 
-enum { FINE = 0 }; /* as a falloff: linear, and by 1 / R^2 */
+enum { FINE = 0 }; /* as a falloff: linear, and by 1 / R^2; nearer to the plane */
 
 /* Discs that cover a place, some at a time. */
 struct covering {
@@ -502,9 +502,10 @@ static void add_covering(const struct discs *d, uint32_t number, const struct pl
 {
     const struct disc *disc = &d->disc[number];
     const float way[3] = {at->p[0] - disc->position[0], at->p[1] - disc->position[1],
-                          at->p[2] - disc->position[2]};
+                          at->p[2] - disc->position[2]},
+                thin = falloff == FINE ? DISCS_FLAT : 4;
     const float near = 1 - sqrtf(facing(way, way)) * disc->inverse,
-                flat = 1 - 4 * fabsf(facing(way, disc->normal)) * disc->inverse,
+                flat = 1 - thin * fabsf(facing(way, disc->normal)) * disc->inverse,
                 alike = 2 * facing(at->n, disc->normal) - 1,
                 fall = falloff == 1   ? near
                        : falloff == 2 ? near * near

@@ -54,11 +54,14 @@ enum discs_answer {
 enum discs_answer discs_blend(const struct discs *discs, const double p[3], const double n[3],
                               int falloff, const float *value, size_t width, float *out);
 
-/* For who has another way where no disc covers the place. Falloff is linear; of discs of several
- * sizes the finer ones count more, by 1 / R^2. discs_covers tells whether any does. discs_cover
- * blends 3 values a point; false: none covers the place, out is 0. discs_draw gives one of the
- * points that it would blend, each with the chance that is its weight, by u, uniform in [0, 1);
- * UINT32_MAX: none. */
+enum { DISCS_FLAT = 16 };
+
+/* For who has another way where no disc covers the place. Discs are flatter: R / DISCS_FLAT, not
+ * R / 4, off their planes, so that sheets one behind the other stay apart. Falloff is linear; of
+ * discs of several sizes the finer ones count more, by 1 / R^2. discs_covers tells whether any
+ * does. discs_cover blends 3 values a point; false: none covers the place, out is 0. discs_draw
+ * gives one of the points that it would blend, each with the chance that is its weight, by u,
+ * uniform in [0, 1); UINT32_MAX: none. */
 bool discs_covers(const struct discs *discs, const double p[3], const double n[3]);
 bool discs_cover(const struct discs *discs, const double p[3], const double n[3],
                  const float *value, float out[3]);

@@ -12,7 +12,7 @@
 #include <string.h>
 
 enum {
-    BLOCK = 4,   /* points */
+    BLOCK = 8,   /* points */
     NEAR = 32,   /* d0 squared, in areas that a particle stands for */
     MORTON = 21, /* bits an axis */
 };
