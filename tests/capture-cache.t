@@ -60,7 +60,7 @@ awk 'BEGIN { for (i = 0; i < 32; i++) printf "0 %.6f 0\n", 1 + i * 1e-6 }' >over
 probe-place points -q over.txt ground.obj |
     probe-capture --rays 1024 --sun 0,-1,0,2,2,2 --light indirect --cache auto --text ground.obj \
     >ground.probe 2>said
-check "sunlit ground, by its points and by rays" says said 'cache: ' and \
+check "sunlit ground, by its points and by rays" says said '-capture: cache: ' and \
     awk '/^[0-9-]/ { n++; s += $4; q += $4 * $4 }
         END { m = s / n; e = sqrt((q / n - m * m) / n)
             t = .282094792 * (1 / 3.14159265) * 4 * atan2(64, sqrt(65 * 65 - 64 * 64))
@@ -114,8 +114,8 @@ END
 awk 'BEGIN { for (i = 0; i < 64; i++)
     print (i % 8) * .45 - .7, (int(i / 8) % 4 - 1.5) * .45, int(i / 32) - .5 }' >rooms.txt
 probe-place points -q rooms.txt rooms.obj |
-    probe-capture --rays 1024 --cache auto --text rooms.obj >rooms.probe 2>said
-check "no light comes through a sheet along a floor" says said 'cache: ' and \
+    probe-capture --rays 4096 --bounces 8 --cache auto --text rooms.obj >rooms.probe 2>said
+check "no light comes through a sheet along a floor" says said '-capture: cache: ' and \
     awk '/^[0-9-]/ { if ($1 < 1) { lit += $4; n++ } else if ($4 > most) most = $4; k++ }
         END { exit !(k == 64 && n && lit / n > .1 && most < 1e-3 * lit / n) }' rooms.probe
 

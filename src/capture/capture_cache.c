@@ -335,6 +335,8 @@ static struct error *make_fine(struct capture_cache *cache, struct path_tracer *
         struct change change;
         empty(cache);
         struct error *err = make(cache, path, settings, probes, error, threads);
+        if (!err && !cache->on && i)
+            break;
         if (err || !cache->on)
             return err;
         err = check(cache, path, settings, probes, threads, &change);
