@@ -54,12 +54,18 @@ static struct error *open_sight(struct sight *sight, struct interpolate *in,
                            in);
 }
 
+/* Points of a file of fewer bytes come to few cells: of a packed file, no others are made ready. */
+enum { FEW = 1 << 20 };
+
+/* input: the points. */
 static struct error *open_baked(struct interpolate **in, struct stream **stream, const char *path,
-                                const struct arguments *a, struct warnings *warnings)
+                                const char *input, const struct arguments *a,
+                                struct warnings *warnings)
 {
     struct interpolate_settings settings = interpolate_options_settings(&a->how, a->column);
     settings.along = a->along;
     settings.outside |= interpolate_visible_flags(a->visible);
+    settings.outside |= file_is_small(input, FEW) ? PROBE_LAZY : 0;
     if (interpolate_is_packed(path) && a->along)
         return error_new("%s: a packed file has no column %s", path, a->along);
     if (interpolate_is_packed(path))
@@ -281,7 +287,7 @@ int main(int argc, char **argv)
     if (!err && !pack)
         err = file_inputs_differ(baked, "the baked stream", input, "the points");
     if (!err)
-        err = open_baked(&in, &stream, baked, &a, &warnings);
+        err = open_baked(&in, &stream, baked, input, &a, &warnings);
     if (!err)
         err = pack ? write_packed(in, a.pack, common.output)
                    : answer(in, &a, input, &common, &program, &warnings);

@@ -565,6 +565,7 @@ int main(void)
     test_range();
     for (unsigned flags = 0; flags <= PROBE_LEAN; flags++)
         test_threads(flags);
+    test_threads(PROBE_LAZY);
     test_headers();
     return tap_done();
 }

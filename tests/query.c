@@ -730,7 +730,10 @@ static void test_packed(void)
            "%s: %zu bytes a probe, %zu a cell", half ? "halves" : "floats", facts.bytes_per_probe,
            facts.bytes_per_cell);
     }
+    struct probe_volume *lazy;
+    must_be(probe_volume_open(&lazy, image[0], bytes[0], PROBE_LAZY, NULL), PROBE_OK);
     double worst[4] = {0}, most = 0;
+    int differ = 0;
     for (int i = 0; i < 3000; i++) {
         double p[3];
         float light[27], other[27];
@@ -747,7 +750,16 @@ static void test_packed(void)
                 worst[f] = fmax(worst[f], fabs((double)(light[k] - other[k])) / (k < 3 ? 1000 : 1));
         }
         most = fmax(most, fabs((double)light[0]));
+        struct probe_place other_place = {.cell = PROBE_COLD};
+        place.cell = PROBE_COLD;
+        probe_volume_locate(packed[0], p, &place);
+        probe_volume_locate(lazy, p, &other_place);
+        differ += place.cell != other_place.cell || place.inside != other_place.inside ||
+                  memcmp(place.weight, other_place.weight, sizeof place.weight) ||
+                  memcmp(place.probe, other_place.probe, sizeof place.probe);
     }
+    ok(differ == 0, "cells that are made when they are asked for give the same, to the bit");
+    probe_volume_destroy(lazy);
     ok(worst[0] < 1e-6 && worst[1] < 1e-6,
        "floats: the light is as before it was packed (%.0e, lean %.0e)", worst[0], worst[1]);
     ok(worst[2] < 5e-4 && worst[3] < 5e-4 && worst[2] > 1e-6,

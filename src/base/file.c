@@ -76,6 +76,14 @@ struct error *file_read(const char *path, char **data, size_t *size)
 
 /* -- in -------------------------------------------------------------------------------------- */
 
+bool file_is_small(const char *path, size_t bytes)
+{
+    struct stat status;
+    const bool known = strcmp(path, "-") ? !stat(path, &status) : !fstat(STDIN_FILENO, &status);
+    return known && ((S_ISREG(status.st_mode) && (uintmax_t)status.st_size < bytes) ||
+                     S_ISCHR(status.st_mode));
+}
+
 const char *file_input_name(const char *path)
 {
     return strcmp(path, "-") ? path : "stdin";

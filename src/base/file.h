@@ -27,6 +27,10 @@ enum {
     FILE_BLOCK_BYTES = 256 << 10 /* that are written at once: they stay in the second-level cache */
 };
 
+/* Whether what comes from a path ("-": standard input) is a file of fewer bytes than that, or is
+ * typed, or nothing; not what nobody knows the end of. */
+bool file_is_small(const char *path, size_t bytes);
+
 /* What messages call the file of this path: "-" is "stdin" or "stdout". */
 const char *file_input_name(const char *path);
 const char *file_output_name(const char *path);

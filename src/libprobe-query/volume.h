@@ -27,12 +27,17 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* A tetrahedron, ready for a look-up: two cache lines. */
+/* A tetrahedron, ready for a look-up: two cache lines. Corners differ, so one whose first two
+ * do not is not ready yet (volume_ready). */
 struct volume_cell {
     /* weights of corners 1, 2, 3: x plane[0] + y plane[1] + z plane[2] + plane[3], in lattice
      * units; that of corner 0 is what is left to 1 */
     double plane[4][3];
-    int32_t vertex[4], neighbour[4];
+    union {
+        int32_t vertex[4];
+        uint64_t pair[2];
+    };
+    int32_t neighbour[4];
 };
 
 /* What points outside of the hull see of a cell's corners, where something stands there: by scene
@@ -81,8 +86,10 @@ struct probe_volume {
     const double *site; /* 3 a probe */
     double *site_owned;
     const void *vertex, *neighbour; /* as given: of 2 or 4 bytes an index */
+    bool lazy;                      /* a cell is made when it is first asked for */
     int vertex_bytes, neighbour_bytes;
     struct volume_cell *cell; /* in Morton order; NULL: lean or fewer than 4 corners */
+    void *cell_owned;
     /* with cell: the caller's number of each of them, and back; NULL where they lay in order */
     int32_t *number, *inner;
     struct volume_tree cell_tree;
@@ -133,18 +140,33 @@ static inline int32_t volume_index(const void *index, int bytes, size_t i)
     return x == UINT16_MAX ? -1 : x;
 }
 
+/* Whether a cell is made, for who then reads it. */
+static inline bool volume_is_ready(const struct volume_cell *cell)
+{
+    const uint64_t first = __atomic_load_n(&cell->pair[0], __ATOMIC_ACQUIRE);
+    return (uint32_t)first != first >> 32;
+}
+
+/* The cell, if there are such and it is made; else NULL: what was given says the same. */
+static inline const struct volume_cell *volume_made(const struct probe_volume *v, size_t cell)
+{
+    return v->cell && volume_is_ready(&v->cell[cell]) ? &v->cell[cell] : NULL;
+}
+
 static inline int32_t volume_vertex(const struct probe_volume *v, size_t cell, int corner)
 {
-    return v->cell ? v->cell[cell].vertex[corner]
-                   : volume_index(v->vertex, v->vertex_bytes,
-                                  (size_t)v->corners * cell + (size_t)corner);
+    const struct volume_cell *made = volume_made(v, cell);
+    return made ? made->vertex[corner]
+                : volume_index(v->vertex, v->vertex_bytes,
+                               (size_t)v->corners * cell + (size_t)corner);
 }
 
 static inline int32_t volume_neighbour(const struct probe_volume *v, size_t cell, int corner)
 {
-    return v->cell ? v->cell[cell].neighbour[corner]
-                   : volume_index(v->neighbour, v->neighbour_bytes,
-                                  (size_t)v->corners * cell + (size_t)corner);
+    const struct volume_cell *made = volume_made(v, cell);
+    return made ? made->neighbour[corner]
+                : volume_index(v->neighbour, v->neighbour_bytes,
+                               (size_t)v->corners * cell + (size_t)corner);
 }
 
 static inline int32_t volume_number(const struct probe_volume *v, size_t cell)
@@ -167,11 +189,12 @@ static inline const double *volume_span_site(const struct probe_volume *v, int32
 static inline void volume_place(const struct probe_volume *v, size_t cell, const double weight[4],
                                 struct probe_place *place)
 {
+    const struct volume_cell *made = volume_made(v, cell);
     place->cell = volume_number(v, cell);
     memcpy(place->weight, weight, sizeof place->weight);
-    if (v->cell)
-        memcpy(place->probe, v->cell[cell].vertex, sizeof place->probe);
-    for (int i = 0; i < 4 && !v->cell; i++)
+    if (made)
+        memcpy(place->probe, made->vertex, sizeof place->probe);
+    for (int i = 0; i < 4 && !made; i++)
         place->probe[i] = volume_vertex(v, cell, i < v->corners ? i : 0);
 }
 
@@ -238,6 +261,21 @@ bool volume_outer(const struct probe_volume *v, const double p[3], struct probe_
 /* Makes the cells, their tree and where walks start, of indices that are in range. Not sure: a cell
  * may have no positive volume, or not share its face with a neighbour that it names. */
 enum probe_status volume_tetra_make(struct probe_volume *v, bool *sure);
+
+/* Where cells are lazy: from now on they are asked for. */
+enum probe_status volume_tetra_end(struct probe_volume *v);
+
+/* Makes a cell that is not ready. Any thread: the first that asks puts it where it belongs, others
+ * that ask meanwhile get it in *own. */
+const struct volume_cell *volume_make_ready(const struct probe_volume *v, size_t cell,
+                                            struct volume_cell *own);
+
+static inline const struct volume_cell *volume_ready(const struct probe_volume *v, size_t cell,
+                                                     struct volume_cell *own)
+{
+    const struct volume_cell *there = &v->cell[cell];
+    return volume_is_ready(there) ? there : volume_make_ready(v, cell, own);
+}
 
 /* -- making (volume_make.c) ------------------------------------------------------------------- */
 

@@ -194,6 +194,7 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
         .neighbour = bytes + at.neighbour,
         .vertex_bytes = h.vertex_bytes,
         .neighbour_bytes = h.neighbour_bytes,
+        .lazy = flags & PROBE_LAZY && !(flags & PROBE_LEAN),
         .sight = h.sight && !(flags & PROBE_SEE_ALL)
                      ? (const uint16_t *)(const void *)(bytes + at.sight)
                      : NULL,

@@ -449,6 +449,8 @@ static enum probe_status make_rest(struct probe_volume *v, size_t *row)
     if (!status && v->corners == 4 && !(v->flags & PROBE_NEAREST) &&
         (!v->convex || v->flags & PROBE_EXTEND))
         status = volume_outer_init(v);
+    if (!status && v->corners == 4)
+        status = volume_tetra_end(v);
     v->bytes += v->flat ? 3 * v->probes * sizeof *v->flat : 0;
     v->bytes += sizeof *v + tree_bytes(&v->cell_tree) + tree_bytes(&v->facet_tree) +
                 tree_bytes(&v->image_tree) + v->facets * sizeof *v->facet;
@@ -498,7 +500,7 @@ void probe_volume_destroy(struct probe_volume *v)
     free(v->sight_owned);
     free(v->beyond_owned);
     free(v->flat);
-    free(v->cell);
+    free(v->cell_owned);
     free(v->number);
     free(v->inner);
     free(v->start);

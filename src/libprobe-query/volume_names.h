@@ -36,6 +36,7 @@
 #define volume_facet_corner probe_private_volume_facet_corner
 #define volume_facet_vertex probe_private_volume_facet_vertex
 #define volume_finish probe_private_volume_finish
+#define volume_make_ready probe_private_volume_make_ready
 #define volume_measure probe_private_volume_measure
 #define volume_morton probe_private_volume_morton
 #define volume_outer probe_private_volume_outer
@@ -44,6 +45,7 @@
 #define volume_see probe_private_volume_see
 #define volume_see_outside probe_private_volume_see_outside
 #define volume_sort probe_private_volume_sort
+#define volume_tetra_end probe_private_volume_tetra_end
 #define volume_tetra_make probe_private_volume_tetra_make
 #define volume_tree_add probe_private_volume_tree_add
 #define volume_tree_clear probe_private_volume_tree_clear
@@ -51,5 +53,6 @@
 #define volume_tree_init probe_private_volume_tree_init
 #define volume_tree_near probe_private_volume_tree_near
 #define volume_tree_search probe_private_volume_tree_search
+#define volume_zeros probe_private_volume_zeros
 
 #endif

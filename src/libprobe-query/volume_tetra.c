@@ -4,7 +4,9 @@
  * cell.
  *
  * Opening a large file is waiting for memory: each cell is read once and written once, in the order
- * in which it lies (packed files are in it already).
+ * in which it lies (packed files are in it already). Lazy, none is written: half of the time goes
+ * into memory for matrices that few look-ups ask for. All is checked, and a cell is made when the
+ * first look-up comes to it.
  *
  * Neighbours. A face is checked from the later one of the two cells that share it. That is enough:
  * cells of positive volume have four different corners, so a face that was found is no other's, and
@@ -267,7 +269,7 @@ static inline void grow_leaf(struct probe_volume *v, const double *const s[4], s
     }
 }
 
-/* Makes the i-th cell; cell NULL: lean. */
+/* Makes the i-th cell; cell NULL: lean, or later. */
 static inline void make_cell(struct probe_volume *v, struct volume_cell *cell, size_t i,
                              struct pass *pass)
 {
@@ -286,30 +288,63 @@ static inline void make_cell(struct probe_volume *v, struct volume_cell *cell, s
     v->start[volume_start_box(v, middle)] = (int32_t)i;
 }
 
+const struct volume_cell *volume_make_ready(const struct probe_volume *v, size_t cell,
+                                            struct volume_cell *own)
+{
+    const struct corners c = read_corners(v, cell);
+    const double *const s[4] = {volume_site(v, c.vertex[0]), volume_site(v, c.vertex[1]),
+                                volume_site(v, c.vertex[2]), volume_site(v, c.vertex[3])};
+    struct volume_cell *to = &v->cell[cell];
+    uint64_t none = 0;
+    make_planes(s, own->plane);
+    memcpy(own->vertex, c.vertex, sizeof c.vertex);
+    memcpy(own->neighbour, c.neighbour, sizeof c.neighbour);
+    /* begun: not ready, and not to be begun by another */
+    if (!__atomic_compare_exchange_n(&to->pair[0], &none, UINT64_MAX, false, __ATOMIC_RELAXED,
+                                     __ATOMIC_RELAXED))
+        return own;
+    memcpy(to->plane, own->plane, sizeof to->plane);
+    memcpy(to->neighbour, own->neighbour, sizeof to->neighbour);
+    to->pair[1] = own->pair[1];
+    __atomic_store_n(&to->pair[0], own->pair[0], __ATOMIC_RELEASE);
+    return to;
+}
+
+static enum probe_status begin_cells(struct probe_volume *v, struct volume_cell **cell)
+{
+    const size_t bytes = v->cells * sizeof **cell;
+    *cell = volume_zeros(bytes, &v->cell_owned);
+    v->bytes += *cell ? volume_block_bytes(bytes) + 64 : 0;
+    return *cell ? PROBE_OK : PROBE_NO_MEMORY;
+}
+
+enum probe_status volume_tetra_end(struct probe_volume *v)
+{
+    return v->lazy ? begin_cells(v, &v->cell) : PROBE_OK;
+}
+
 enum probe_status volume_tetra_make(struct probe_volume *v, bool *sure)
 {
     const bool lean = v->flags & PROBE_LEAN;
-    struct volume_cell *cell = lean ? NULL : volume_block(v->cells * sizeof *cell);
     struct pass pass = {.sure = true};
-    enum probe_status status = lean || cell ? PROBE_OK : PROBE_NO_MEMORY;
-    if (!status && !lean)
-        status = make_order(v);
+    struct volume_cell *cell = NULL;
+    enum probe_status status = lean ? PROBE_OK : make_order(v);
+    v->lazy = v->lazy && !v->number; /* in the order in which they were given */
+    if (!status && !lean && !v->lazy)
+        status = begin_cells(v, &cell);
     if (!status)
         status = volume_tree_init(&v->cell_tree, v->cells);
     if (!status)
         status = begin_start(v);
     if (!status && !(v->on_hull = calloc(v->cells / VOLUME_LEAF + 1, 1)))
         status = PROBE_NO_MEMORY;
-    if (status) {
-        free(cell);
+    if (status)
         return status;
-    }
     for (size_t i = 0; i < v->cells; i++)
         make_cell(v, cell, i, &pass);
     volume_tree_finish(&v->cell_tree);
     end_start(v);
     *sure = pass.sure && pass.earlier == pass.later;
     v->cell = cell;
-    v->bytes += cell ? volume_block_bytes(v->cells * sizeof *cell) : 0;
     return PROBE_OK;
 }

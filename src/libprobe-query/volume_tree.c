@@ -21,14 +21,31 @@ size_t volume_block_bytes(size_t bytes)
     return (bytes + 63) / 64 * 64;
 }
 
-void *volume_block(size_t bytes)
+static void ask_for_large_pages(char *block, size_t bytes)
 {
-    char *block = aligned_alloc(64, volume_block_bytes(bytes));
 #ifdef MADV_HUGEPAGE
     const uintptr_t page = (uintptr_t)1 << 21, from = -(uintptr_t)block & (page - 1);
     if (block && bytes >= from + page) /* refused, it is slower, no more */
         madvise(block + from, (bytes - from) / page * page, MADV_HUGEPAGE);
+#else
+    (void)block;
+    (void)bytes;
 #endif
+}
+
+void *volume_block(size_t bytes)
+{
+    char *block = aligned_alloc(64, volume_block_bytes(bytes));
+    ask_for_large_pages(block, bytes);
+    return block;
+}
+
+void *volume_zeros(size_t bytes, void **owned)
+{
+    char *block = *owned = calloc(volume_block_bytes(bytes) + 64, 1);
+    if (block)
+        block += -(uintptr_t)block & 63;
+    ask_for_large_pages(block, bytes);
     return block;
 }
 

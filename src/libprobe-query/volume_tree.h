@@ -17,6 +17,10 @@
 void *volume_block(size_t bytes);
 size_t volume_block_bytes(size_t bytes); /* what it takes */
 
+/* The same, all zeros, which cost nothing until they are written over. *owned is what is to be
+ * freed. */
+void *volume_zeros(size_t bytes, void **owned);
+
 enum { VOLUME_LEAF = 4 }; /* items of a leaf of a tree */
 
 /* A box in lattice units, rounded outward. */

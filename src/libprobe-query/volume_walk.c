@@ -249,14 +249,17 @@ static inline enum side weigh_planes(const struct volume_cell *cell, const doubl
     return BEYOND;
 }
 
-/* Whether the cell holds p; if not, p is strictly beyond the facet opposite the lowest corner. */
-static inline __attribute__((always_inline)) bool weigh(const struct probe_volume *v, size_t cell,
-                                                        const double p[3], struct weights *w)
+/* Whether the cell holds p; if not, p is strictly beyond the facet opposite the lowest corner.
+ * ready: the cell, or NULL where there are no such. */
+static inline __attribute__((always_inline)) bool weigh(const struct probe_volume *v,
+                                                        const struct volume_cell *ready,
+                                                        size_t cell, const double p[3],
+                                                        struct weights *w)
 {
-    const enum side side = v->cell ? weigh_planes(&v->cell[cell], p, w) : UNSURE;
+    const enum side side = ready ? weigh_planes(ready, p, w) : UNSURE;
     if (side != UNSURE)
         return side == WITHIN;
-    if (!v->cell && v->corners == 4 && weigh_sites(v, cell, p, w))
+    if (!ready && v->corners == 4 && weigh_sites(v, cell, p, w))
         return w->weight[w->lowest] > 0;
     return weigh_exactly(v, cell, p, w);
 }
@@ -275,7 +278,9 @@ static void try_cell(void *context, size_t cell)
 {
     struct search *s = context;
     struct weights w;
-    if (s->square < 0 || !weigh(s->volume, cell, s->p, &w))
+    struct volume_cell own;
+    const struct volume_cell *ready = s->volume->cell ? volume_ready(s->volume, cell, &own) : NULL;
+    if (s->square < 0 || !weigh(s->volume, ready, cell, s->p, &w))
         return;
     s->cell = cell;
     s->weights = w;
@@ -367,12 +372,15 @@ enum { STEPS_NEAR = 4 };
 /* Looks at the cell that the walker is in, and moves it on. */
 static inline enum walker_state step(const struct probe_volume *v, struct walker *w)
 {
-    if (weigh(v, w->cell, w->p, &w->weights)) {
+    struct volume_cell own;
+    const struct volume_cell *ready = v->cell ? volume_ready(v, w->cell, &own) : NULL;
+    if (weigh(v, ready, w->cell, w->p, &w->weights)) {
         if (w->weights.touches)
             search_tree(v, w->p, &w->cell, &w->weights);
         return INSIDE;
     }
-    const int32_t next = volume_neighbour(v, w->cell, w->weights.lowest);
+    const int32_t next = ready ? ready->neighbour[w->weights.lowest]
+                               : volume_neighbour(v, w->cell, w->weights.lowest);
     if (next >= 0 && w->steps++ < v->steps_most) {
         w->cell = w->steps == STEPS_NEAR ? near_cell(v, w->p) : (size_t)next;
         return WALKING;
@@ -410,11 +418,12 @@ static inline bool still_within(const struct probe_volume *v, const double point
                                 struct probe_place *place)
 {
     struct weights w;
+    struct volume_cell own;
     double p[3];
     if (!v->cell || !v->near || cell >= v->cells)
         return false;
     round_to_lattice(v, point, p);
-    if (weigh_planes(&v->cell[cell], p, &w) != WITHIN)
+    if (weigh_planes(volume_ready(v, cell, &own), p, &w) != WITHIN)
         return false;
     place->inside = 1;
     place->distance = 0;
@@ -475,8 +484,9 @@ static size_t locate_along(const struct probe_volume *v, size_t count, const dou
             continue;
         if (walk_from(v, point + stride * i, cell, &place[i]) >= STEPS_NEAR && i)
             return i + 1;
-        for (int k = 0; k < 4 && v->cell && *cell < v->cells; k++) { /* one of these is the next */
-            const int32_t next = v->cell[*cell].neighbour[k];
+        const struct volume_cell *last = *cell < v->cells ? volume_made(v, *cell) : NULL;
+        for (int k = 0; k < 4 && last; k++) { /* one of these is the next */
+            const int32_t next = last->neighbour[k];
             if (next >= 0) {
                 __builtin_prefetch(&v->cell[next]);
                 __builtin_prefetch(v->cell[next].vertex);
