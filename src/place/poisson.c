@@ -291,8 +291,8 @@ static double radius_of_share(const struct poisson_settings *s, double open)
     return s->least + (s->most - s->least) * open;
 }
 
-/* Where little of a particle's light gets to, points are farther apart: they have little to say. The
- * eighth root: with the fourth, and without, Sponza's light has more error at as many points. */
+/* Where little of a particle's light gets to, points are farther apart: they have little to say.
+ * The eighth root: with the fourth, and without, Sponza's light has more error at as many points. */
 static float dim_radius(const struct poisson_settings *s, float radius, float left)
 {
     return float_least(radius / sqrtf(sqrtf(sqrtf(left))), round_down(s->most));
