@@ -191,7 +191,8 @@ cut() {
 }
 cut TERM TERM
 check "while probes are placed, those until then are baked, as timeout(1) sends it" \
-    [ $status -eq 1 ] and says said 'interrupted: x.probe is whole, with the probes until then; it is not measured' \
+    [ $status -eq 1 ] and \
+    says said 'interrupted: x.probe is whole, with the probes until then; it is not measured' \
     and [ "$(row_count tet x.probe)" -gt 0 ] and nothing_left and test ! -e x.report
 check "which the stream says" says x.probe '^place-interrupted yes$'
 cut TERM HUP
