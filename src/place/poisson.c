@@ -292,10 +292,11 @@ static double radius_of_share(const struct poisson_settings *s, double open)
 }
 
 /* Where little of a particle's light gets to, points are farther apart: they have little to say.
- * The eighth root: with the fourth, and without, Sponza's light has more error at as many points. */
-static float dim_radius(const struct poisson_settings *s, float radius, float left)
+ * The eighth root: with the fourth, and without, Sponza's light has more error at as many points.
+ */
+static double dim_radius(const struct poisson_settings *s, double radius, float left)
 {
-    return float_least(radius / sqrtf(sqrtf(sqrtf(left))), round_down(s->most));
+    return fmin(radius / (double)sqrtf(sqrtf(sqrtf(left))), s->most);
 }
 
 /* Asks all cells, and what steers for the radius. */
@@ -320,13 +321,13 @@ static void look_around(const struct throwing *t, struct hemisphere *h, struct v
 /* Whether the radius is very likely more than the distance of who is in the way, after some of the
  * rays: at the lower end of the open share that these tell. If not, another dart will tell. */
 static bool is_hopeless(const struct poisson_settings *s, const struct hemisphere *h,
-                        double distance)
+                        double distance, float left)
 {
     if (s->steer != POISSON_AO)
         return s->steer == POISSON_NONE;
     const double share = (h->open + 0.5) / (h->asked + 1);
     const double least = share - 1.5 * sqrt(share * (1 - share) / (h->asked + 1));
-    return radius_of_share(s, least) > distance;
+    return dim_radius(s, radius_of_share(s, least), left) > distance;
 }
 
 static void judge(const struct throwing *t, const struct dart *dart, struct verdict *v)
@@ -337,7 +338,7 @@ static void judge(const struct throwing *t, const struct dart *dart, struct verd
     if (!dart->landed)
         return;
     const double distance = blocker_distance(t, dart->position, dart->normal);
-    if (distance < t->settings->least)
+    if (distance < dim_radius(t->settings, t->settings->least, dart->left))
         return;
     hemisphere_at(t, dart, &h);
     if (!isinf(distance)) {
@@ -345,12 +346,12 @@ static void judge(const struct throwing *t, const struct dart *dart, struct verd
         do {
             if (t->settings->steer == POISSON_AO)
                 ask(&h, SOME, false);
-            if (is_hopeless(t->settings, &h, distance))
+            if (is_hopeless(t->settings, &h, distance, dart->left))
                 return;
         } while (t->settings->steer == POISSON_AO && h.asked < h.rows * h.columns);
     }
     look_around(t, &h, v);
-    v->radius = dim_radius(t->settings, v->radius, dart->left);
+    v->radius = round_down(dim_radius(t->settings, (double)v->radius, dart->left));
     v->keep = (double)v->radius <= distance;
 }
 

@@ -19,8 +19,8 @@
  * least radius it never is, and farther than the greatest one it always is, without those rays.
  * Where points get finer, a point holds others off no farther than twice its own radius, and that
  * is never more than the distance to the nearest that faces alike: so any place that is lit is
- * within twice the radius of a point of its surface, once darts find no room
- * (interpolate/discs.h), and no point is within the radius of another.
+ * within twice the radius of a point of its surface, once darts find no room (interpolate/discs.h),
+ * and no point is within the radius of another.
  *
  * Darts are numbered; of two that do not go together the one with the lower number stays. The set
  * is the same for any number of threads.
