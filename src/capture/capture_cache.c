@@ -343,7 +343,7 @@ static struct error *make_fine(struct capture_cache *cache, struct path_tracer *
         if (err)
             return err;
         tell(cache, &change);
-        if (change.low <= options->error)
+        if (change.share <= options->error)
             return NULL;
     }
     tell_off(cache, "it changes more of the light than --cache-error allows");
@@ -494,7 +494,7 @@ static struct error *open_stream(struct capture_cache *cache, struct path_tracer
     if (err || !probes->count)
         return err;
     tell(cache, &change);
-    if (change.low > options->error)
+    if (change.share > options->error)
         tell_off(cache, "it changes more of the light than --cache-error allows");
     return NULL;
 }
