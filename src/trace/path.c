@@ -675,11 +675,26 @@ static void compare(struct wave *w, struct path_sample *sample)
 }
 
 /* The radiance that the surfaces met by a wave scatter back along its rays: one path each. */
-static void scatter(struct wave *w, bool lit, struct path_sample *sample)
+static void scatter(struct wave *w, struct path_sample *sample)
+{
+    for (int bounce = 1; bounce <= w->path->bounces && w->count; bounce++) {
+        face(w);
+        light_surfaces(w);
+        turn(w);
+        trace_rays_nearest(w->path->tracer, w->count, &w->ray, &w->at);
+        meet(w);
+        end_paths(w, bounce >= 2, sample);
+    }
+    for (size_t i = 0; i < w->count; i++)
+        sample[w->sample[i]].scattered = wave_get(&w->sum, i);
+}
+
+/* The same with a cache, which may end them. */
+static void scatter_cached(struct wave *w, bool lit, struct path_sample *sample)
 {
     const struct path_cache *cache = w->path->cache;
     for (int bounce = 1; bounce <= w->path->bounces && w->count; bounce++) {
-        const bool reads = cache && bounce >= cache->after && bounce < w->path->bounces;
+        const bool reads = bounce >= cache->after && bounce < w->path->bounces;
         face(w);
         light_surfaces(w);
         if (lit && bounce == 1)
@@ -760,8 +775,12 @@ void path_samples(const struct path_tracer *path, const struct path_receiver *re
     if (rays->straight_alone)
         return;
     end_paths(&w, false, sample);
-    scatter(&w, receiver->lit, sample);
-    for (size_t i = 0; i < count && path->cache && path->cache->check; i++)
+    if (!path->cache) {
+        scatter(&w, sample);
+        return;
+    }
+    scatter_cached(&w, receiver->lit, sample);
+    for (size_t i = 0; i < count && path->cache->check; i++)
         if (!sample[i].compared)
             sample[i].scattered = (struct vec3f){0};
 }
