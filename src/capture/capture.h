@@ -98,7 +98,7 @@ enum {
  * sh_error. */
 struct capture_probe {
     float sh[3 * SH_COUNT_MAX];
-    float sh_error[3 * SH_COUNT_MAX]; /* standard error of each value */
+    float sh_error[3 * SH_COUNT_MAX]; /* standard error of each value, a cache's among it */
     /* per scene unit: d/dx, d/dy, d/dz of sh (gradient.h); points alone, where asked for */
     float sh_gradient[9 * SH_COUNT_MAX];
     /* projection of V(w): 1 where a ray escapes, else 0; points alone, where asked for */

@@ -57,7 +57,7 @@ struct gathering {
     const struct cache_points *points;
     uint64_t seed;
     int rays;
-    float *direct; /* 3 a point */
+    float *direct, *half; /* 3 a point; half: of the first half of the rays */
     struct cache_link *link;
 };
 
@@ -78,7 +78,7 @@ static struct error *gather(void *context, size_t index, int thread)
     receiver.at.position = trace_start(path->tracer, p, receiver.at.normal);
     const uint64_t name = random_hash_position(p);
     const uint32_t pair = (uint32_t)(name ^ name >> 32) ^ (uint32_t)g->seed;
-    double sum[3] = {0};
+    double sum[3] = {0}, half[3] = {0};
     for (int first = 0; first < g->rays; first += PATH_WAVE) {
         struct vec3f direction[PATH_WAVE];
         struct random random[PATH_WAVE];
@@ -93,14 +93,20 @@ static struct error *gather(void *context, size_t index, int thread)
         }
         path_samples(path, &receiver, &(struct path_rays){count, direction, random, false}, sample);
         for (size_t i = 0; i < count; i++) {
-            sum[0] += (double)sample[i].scattered.x;
-            sum[1] += (double)sample[i].scattered.y;
-            sum[2] += (double)sample[i].scattered.z;
+            const struct vec3f light = sample[i].scattered;
+            const double rgb[3] = {(double)light.x, (double)light.y, (double)light.z};
+            const bool is_half = (size_t)first + i < (size_t)g->rays / 2;
+            for (int k = 0; k < 3; k++) {
+                sum[k] += rgb[k];
+                half[k] += is_half ? rgb[k] : 0;
+            }
             g->link[index * (size_t)g->rays + (size_t)first + i] = sample[i].link;
         }
     }
-    for (size_t k = 0; k < 3; k++)
+    for (size_t k = 0; k < 3; k++) {
         g->direct[3 * index + k] = (float)(ANGLE_PI * sum[k] / g->rays);
+        g->half[3 * index + k] = (float)(ANGLE_PI * half[k] / (g->rays / 2));
+    }
     return NULL;
 }
 
@@ -110,8 +116,14 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
     const size_t count = cache->points.count;
     struct gathering g = {
         .path = path, .points = &cache->points, .seed = settings->seed, .rays = cache->rays};
+    const size_t rays = (size_t)cache->rays, half = rays / 2;
+    const int scatters = settings->bounces - cache->cache.after;
     float *value = NULL;
     struct error *err = array_create(&g.direct, 3 * count, sizeof *g.direct);
+    if (!err)
+        err = array_create(&g.half, 3 * count, sizeof *g.half);
+    if (!err)
+        err = array_create(&cache->half, 3 * count, sizeof *cache->half);
     if (!err)
         err = array_create(&g.link, count * (size_t)g.rays, sizeof *g.link);
     if (!err)
@@ -121,9 +133,13 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
         err = threads_for(threads, count, gather, &g);
     path_use_cache(path, NULL);
     if (!err)
-        err = cache_solve(count, g.rays, g.direct, g.link, settings->bounces - cache->cache.after,
-                          threads, value);
+        err = cache_solve(count, g.rays, g.direct, g.link, scatters, threads, value);
+    for (size_t i = 1; i < count && !err; i++)
+        memmove(g.link + i * half, g.link + i * rays, half * sizeof *g.link);
+    if (!err)
+        err = cache_solve(count, (int)half, g.half, g.link, scatters, threads, cache->half);
     cache->cache.value = value;
+    free(g.half);
     free(g.direct);
     free(g.link);
     return err;
@@ -228,6 +244,34 @@ static struct change change_of(const struct capture_probe *with, const struct ca
                            .probes = lit};
 }
 
+/* How wrong a coefficient of each band is (path_cache.error): what the cache changes for certain,
+ * and its own noise, by the light that half of its rays give. */
+static void set_error(const struct capture_probe *with, const struct capture_probe *less,
+                      const struct capture_probe *half, size_t count, int order, bool surface,
+                      double error[SH_ORDER_MAX])
+{
+    const int bands = surface ? 1 : order;
+    double square[CHECKED][3] = {0}, least[3] = {0};
+    for (size_t i = 0; i < count; i++)
+        for (int k = 0; k < 3 * bands * bands; k++) {
+            const double x = (double)with[i].sh[k];
+            square[i][k % 3] += x * x;
+            least[k % 3] += DARK * DARK * x * x / (double)count;
+        }
+    for (int l = 0; l < bands; l++) {
+        double changed = 0, noise = 0;
+        for (size_t i = 0; i < count; i++)
+            for (int k = 3 * l * l; k < 3 * (l + 1) * (l + 1); k++) {
+                const double x = (double)less[i].sh[k], e = (double)less[i].sh_error[k],
+                             y = (double)half[i].sh[k] - (double)with[i].sh[k],
+                             light = fmax(square[i][k % 3], least[k % 3]);
+                changed += light > 0 ? (x * x - e * e) / light : 0;
+                noise += light > 0 ? y * y / light : 0;
+            }
+        error[l] = sqrt((fmax(changed, 0) + noise) / (3 * (2 * l + 1) * (double)count));
+    }
+}
+
 /* Measures it at probes from all of the stream, with as many rays as the cache has, or those of the
  * probes. */
 static struct error *check(struct capture_cache *cache, struct path_tracer *path,
@@ -237,7 +281,7 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
     const size_t count = probes->count < CHECKED ? probes->count : CHECKED;
     const double rays = cache->rays ? (double)cache->points.count * cache->rays / CHECKED / 4
                                     : (double)settings->rays;
-    struct capture_probe with[CHECKED] = {0}, less[CHECKED] = {0};
+    struct capture_probe with[CHECKED] = {0}, less[CHECKED] = {0}, half[CHECKED] = {0};
     struct capture_settings all = *settings;
     all.error = 0;
     all.columns = CAPTURE_ERROR;
@@ -249,8 +293,16 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
                          .probes = probes,
                          .step = probes->count / count,
                          .result = with};
+    memset(cache->cache.error, 0, sizeof cache->cache.error);
     path_use_cache(path, &cache->cache);
     struct error *err = threads_for(threads, count, check_one, &c);
+    if (!err && cache->half) { /* by the same paths */
+        float *const value = cache->cache.value;
+        cache->cache.value = cache->half;
+        c.result = half;
+        err = threads_for(threads, count, check_one, &c);
+        cache->cache.value = value;
+    }
     cache->cache.check = true;
     c.settings = &scattered;
     c.result = less;
@@ -259,6 +311,8 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
     cache->cache.check = false;
     path_use_cache(path, NULL);
     *change = change_of(with, less, count, settings->order, probes->normal);
+    set_error(with, less, cache->half ? half : with, count, settings->order, probes->normal,
+              cache->cache.error);
     return err;
 }
 
@@ -318,10 +372,8 @@ static struct error *make(struct capture_cache *cache, struct path_tracer *path,
 static void empty(struct capture_cache *cache)
 {
     const int after = cache->cache.after;
-    cache_clear(&cache->cache);
-    cache_points_clear(&cache->points);
+    capture_cache_clear(cache);
     cache->cache.after = after;
-    cache->on = false;
 }
 
 /* A cache that changes too much is made anew for half of what this one was. */
@@ -573,5 +625,7 @@ void capture_cache_clear(struct capture_cache *cache)
 {
     cache_clear(&cache->cache);
     cache_points_clear(&cache->points);
+    free(cache->half);
+    cache->half = NULL;
     cache->on = false;
 }

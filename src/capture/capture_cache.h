@@ -25,6 +25,7 @@
 struct capture_cache {
     struct path_cache cache;
     struct cache_points points;
+    float *half; /* irradiance by the first half of the rays, 3 a point; owned; NULL: it was read */
     bool on;
     int rays;       /* of each point; 0: it was read */
     char told[320]; /* for the user: what was made of the option */

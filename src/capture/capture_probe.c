@@ -442,13 +442,30 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
 
 /* -- the probe --------------------------------------------------------------------------------- */
 
+/* What more rays do not lower: a cache is as wrong for all of a probe's rays. */
+static void add_error_of_cache(const struct path_cache *cache, int functions, int order,
+                               struct capture_probe *result)
+{
+    double square[3] = {0};
+    for (int k = 0; k < 3 * functions; k++)
+        square[k % 3] += (double)result->sh[k] * (double)result->sh[k];
+    for (int l = 0, i = 0; l < order; l++)
+        for (; i < (l + 1) * (l + 1) && i < functions; i++)
+            for (int c = 0; c < 3; c++)
+                result->sh_error[3 * i + c] = (float)hypot((double)result->sh_error[3 * i + c],
+                                                           cache->error[l] * sqrt(square[c]));
+}
+
 static void finish(const struct work *w, struct capture_probe *result)
 {
     const int count = w->settings->order * w->settings->order;
+    const struct path_cache *cache = w->path->cache;
     for (int k = 0; k < 3 * w->light.functions; k++) {
         result->sh[k] = (float)(strata_sum(&w->light, k % 3, k / 3) / w->rays + w->certain[k]);
         result->sh_error[k] = (float)(sqrt(variance_of(w, k % 3, k / 3)) / w->rays);
     }
+    if (cache && !cache->check)
+        add_error_of_cache(cache, w->light.functions, w->settings->order, result);
     for (int k = 0; k < 9 * count; k++)
         result->sh_gradient[k] = (float)(w->gradient[k] / w->rays + w->certain_gradient[k]);
     for (int k = 0; k < count; k++)

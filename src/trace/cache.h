@@ -15,6 +15,7 @@
 #ifndef CACHE_H
 #define CACHE_H
 
+#include "libprobe-query/sh.h"
 #include "math/vec.h"
 
 #include <stdbool.h>
@@ -35,6 +36,9 @@ struct path_cache {
      * what the cache would have said: where it is read first, and 0 where it never is. */
     bool check;
     struct lit *lit; /* sunlit points; owned; NULL: none */
+    /* Root mean square of what it changes in a coefficient of each band, as a share of the length
+     * of a receiver's light. */
+    double error[SH_ORDER_MAX];
 };
 
 enum { CACHE_NONE = UINT32_MAX }; /* no disc */
