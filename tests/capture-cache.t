@@ -38,7 +38,13 @@ check "a furnace's light comes through the cache" says said 'cache: .* points of
     and every 'NF == 0 || ($4 / 8.8623 > .97 && $4 / 8.8623 < 1.03 &&
         $6 / 26.587 > .97 && $6 / 26.587 < 1.03)' "$(rows_of position,sh furnace.probe >f.rows
     echo f.rows)"
-# and the irradiance of what scattered at least once is pi albedo L, at each point of the cache
+# Le (1 + .6 + .6^2 + .6^3 + .6^4) where light scatters four times
+probe-capture --rays 512 --bounces 4 --cache auto --cache-after 2 --cache-error 20% furnace.obj \
+    in.probe >four.probe 2>said
+check "no light scatters oftener than --bounces" says said 'cache: .* points of .* rays change' \
+    and awk '{ n++; s += $4 / 8.1733 } END { exit !(n == 64 && s / n > .98 && s / n < 1.02) }' \
+    "$(rows_of position,sh four.probe >four.rows; echo four.rows)"
+# The irradiance of what scattered at least once is pi albedo L, at each point of the cache
 rows_of position,irradiance furnace.cache >e.rows
 check "the cache holds the irradiance of what scattered: pi albedo L" test -s e.rows and \
     awk '{ n++; s += $4 / (3.14159265 * 1.5); q += ($4 / (3.14159265 * 1.5)) ^ 2 }

@@ -114,10 +114,11 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
                           const struct capture_settings *settings, int threads)
 {
     const size_t count = cache->points.count;
+    const int after = cache->cache.after;
     struct gathering g = {
         .path = path, .points = &cache->points, .seed = settings->seed, .rays = cache->rays};
     const size_t rays = (size_t)cache->rays, half = rays / 2;
-    const int scatters = settings->bounces - cache->cache.after;
+    const int scatters = settings->bounces - after;
     float *value = NULL;
     struct error *err = array_create(&g.direct, 3 * count, sizeof *g.direct);
     if (!err)
@@ -128,10 +129,12 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
         err = array_create(&g.link, count * (size_t)g.rays, sizeof *g.link);
     if (!err)
         err = array_create(&value, 3 * count, sizeof *value);
+    cache->cache.after = 1; /* each pass is of one scatter */
     path_use_cache(path, &cache->cache);
     if (!err)
         err = threads_for(threads, count, gather, &g);
     path_use_cache(path, NULL);
+    cache->cache.after = after;
     if (!err)
         err = cache_solve(count, g.rays, g.direct, g.link, scatters, threads, value);
     for (size_t i = 1; i < count && !err; i++)
