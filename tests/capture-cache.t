@@ -206,6 +206,10 @@ refused 1 "missing.cache" court --cache missing.cache
 refused 1 "there is no cache to write" \
     probe-capture --cache auto --cache-out x.cache --bounces 1 furnace.obj in.probe
 refused 2 "cache-out needs --cache" probe-capture --cache-out x.cache furnace.obj in.probe
+refused 2 "expected a file's name" probe-capture --cache auto --cache-out - furnace.obj in.probe
+probe-cat --rows 0:0 in.probe >none.probe
+refused 1 "no cache to write: no cache: there are no probes" \
+    probe-capture --cache auto --cache-out x.cache furnace.obj none.probe
 refused 2 "needs a fixed --order" probe-capture --cache auto --order auto furnace.obj in.probe
 refused 2 "above 0" probe-capture --cache auto --cache-error 0 furnace.obj in.probe
 tap_done

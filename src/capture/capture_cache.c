@@ -567,7 +567,9 @@ struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer
         tell_off(cache, "no light scatters on behind it");
     else if (strcmp(options->name, "auto"))
         err = open_stream(cache, path, settings, options, scene, probes, threads);
-    else if (probes->count)
+    else if (!probes->count)
+        tell_off(cache, "there are no probes");
+    else
         err = make_fine(cache, path, settings, options, probes, threads);
     if (!err && cache->on)
         err = light(cache, path, settings, probes, threads);

@@ -278,6 +278,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
         err = error_usage("--cache-error: expected a share above 0, got %g", o->cache.error);
     if (!err && o->cache.name && o->order_auto)
         err = error_usage("--cache needs a fixed --order");
+    if (!err && o->cache_out && !strcmp(o->cache_out, "-"))
+        err = error_usage("--cache-out: expected a file's name, got '-'");
     if (!err && o->cache_out && !o->cache.name)
         err = error_usage("--cache-out needs --cache");
     if (!err)
