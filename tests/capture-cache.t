@@ -72,6 +72,35 @@ check "sunlit ground, by its points and by rays" says said '-capture: cache: ' a
             t = .282094792 * (1 / 3.14159265) * 4 * atan2(64, sqrt(65 * 65 - 64 * 64))
             z = (m - t) / e; exit !(n == 32 && z < 4 && z > -4 && e / t < .01) }' ground.probe
 
+# Where most of what probes see is sunlit, rays find it better than the points do.
+awk 'BEGIN { for (i = 0; i < 64; i++) print (i % 8 - 3.5) * 1.7, 2, (int(i / 8) - 3.5) * 1.7 }' \
+    >open.txt
+cat >open.obj <<'END'
+mtllib m.mtl
+v -8 0 -8
+v -8 0 8
+v 8 0 8
+v 8 0 -8
+v -2 0 -2
+v -2 3 -2
+v -2 3 2
+v -2 0 2
+usemtl grey
+f 1 2 3 4
+f 5 6 7 8
+f 8 7 6 5
+END
+probe-place points -q open.txt open.obj >open.probe
+open_air() { probe-capture --rays 512 --sun .3,-1,.2,5,5,5 "$@" open.obj open.probe; }
+noise_of() {
+    rows_of position,sh,sh_error "$1" | awk '{ n++; s += ($31 / $4) ^ 2 } END { print n, s }'
+}
+open_air -q >open.plain
+open_air --cache auto >open.cached 2>said
+check "sunlit points stay off where they bring noise" says said 'cache: .* points of' and \
+    awk '{ n[NR] = $1; s[NR] = $2 } END { exit !(n[1] == 64 && n[2] == 64 && s[2] < 1.1 * s[1]) }' \
+    "$({ noise_of open.plain; noise_of open.cached; } >noise.rows; echo noise.rows)"
+
 # A court under sun and sky: with and without a cache the same, within the errors.
 court() {
     probe-capture -q --rays 1024 --sky 1,1,1 --sun .3,-1,.2,5,5,5 --text "$@" court.obj in.probe

@@ -519,6 +519,53 @@ static size_t particles_for(const struct capture_settings *settings,
     return (size_t)fmin(fmax(rays, PARTICLES_LEAST), PARTICLES_MOST);
 }
 
+/* Noise of a few probes' light: the mean square of its share. */
+static struct error *find_noise(const struct capture_cache *cache, struct path_tracer *path,
+                                const struct capture_settings *settings,
+                                const struct cache_probes *probes, int threads, double *noise)
+{
+    const size_t count = probes->count < CHECKED ? probes->count : CHECKED;
+    struct capture_probe result[CHECKED] = {0};
+    struct capture_settings own = *settings;
+    own.error = 0;
+    own.columns = CAPTURE_ERROR;
+    own.rays = CHECK_LEAST;
+    struct checking c = {.path = path,
+                         .settings = &own,
+                         .probes = probes,
+                         .step = probes->count / count,
+                         .result = result};
+    path_use_cache(path, &cache->cache);
+    struct error *err = threads_for(threads, count, check_one, &c);
+    path_use_cache(path, NULL);
+    *noise = 0;
+    for (size_t i = 0; i < count; i++) {
+        double light, variance;
+        lengths(&result[i], settings->order, probes->normal, &light, &variance);
+        *noise += light > 0 ? variance / light : 0;
+    }
+    return err;
+}
+
+/* Sunlit points stay where they take noise away: out of doors, most of what probes see is sunlit,
+ * and rays find it better. */
+static struct error *judge_lit(struct capture_cache *cache, struct path_tracer *path,
+                               const struct capture_settings *settings,
+                               const struct cache_probes *probes, int threads)
+{
+    struct lit *lit = cache->cache.lit;
+    double with = 0, without = 0;
+    struct error *err = find_noise(cache, path, settings, probes, threads, &with);
+    cache->cache.lit = NULL;
+    if (!err)
+        err = find_noise(cache, path, settings, probes, threads, &without);
+    if (!err && with >= without)
+        lit_destroy(lit);
+    else
+        cache->cache.lit = lit;
+    return err;
+}
+
 /* Sunlit points are where rays of probes come, whether a disc says anything there or not. */
 static struct error *light(struct capture_cache *cache, struct path_tracer *path,
                            const struct capture_settings *settings,
@@ -532,6 +579,8 @@ static struct error *light(struct capture_cache *cache, struct path_tracer *path
         err = lit_create(&cache->cache.lit, &sources, &reach, particles_for(settings, probes),
                          settings->seed, threads);
     discs_destroy(reach);
+    if (!err && cache->cache.lit && probes->count)
+        err = judge_lit(cache, path, settings, probes, threads);
     return err;
 }
 
