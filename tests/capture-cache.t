@@ -187,6 +187,13 @@ probe-capture -q --rays 1024 --sky 1,1,1 --sun .3,-1,.2,5,5,5 --cache auto court
     >turned.out
 rows_of position,sh turned.out | sort >turned.rows
 rows_of position,sh one.probe | sort >one.rows
+probe-cat --rows 1: in.probe >rest.probe
+probe-cat --rows :1 in.probe | probe-cat --no-provenance rest.probe - >shifted.probe
+for order in in shifted; do
+    probe-capture --rays 1024 --sky 1,1,1 --sun .3,-1,.2,5,5,5 --cache auto court.obj \
+        $order.probe 2>&1 >shifted.out | grep 'cache: ' >$order.said
+done
+check "what it changes, too, in any order" cmp in.said shifted.said and test -s in.said
 check "any order of the probes" cmp turned.rows one.rows and test -s one.rows
 for i in 1 2; do auto --slice $i/2 >slice$i.probe; done
 probe-cat --fill slice2.probe slice1.probe >filled.probe

@@ -154,15 +154,41 @@ struct checking {
     const struct path_tracer *path;
     const struct capture_settings *settings;
     const struct cache_probes *probes;
-    size_t step;
+    size_t probe[CHECKED];
     struct capture_probe *result; /* CHECKED */
 };
+
+/* The probes with the least names: from all of the stream, whatever their order. How many. */
+static size_t choose(const struct cache_probes *probes, size_t probe[CHECKED])
+{
+    uint64_t least[CHECKED];
+    size_t count = 0;
+    for (size_t i = 0; i < probes->count; i++) {
+        uint64_t name = random_hash_position(probes->position + 3 * i);
+        if (probes->normal) {
+            const float *n = probes->normal + 3 * i;
+            const double normal[3] = {(double)n[0], (double)n[1], (double)n[2]};
+            name ^= random_hash_position(normal) >> 1;
+        }
+        size_t at = count < CHECKED ? count++ : CHECKED;
+        for (; at > 0 && name < least[at - 1]; at--)
+            if (at < CHECKED) {
+                least[at] = least[at - 1];
+                probe[at] = probe[at - 1];
+            }
+        if (at < CHECKED) {
+            least[at] = name;
+            probe[at] = i;
+        }
+    }
+    return count;
+}
 
 static struct error *check_one(void *context, size_t index, int thread)
 {
     (void)thread;
     const struct checking *c = context;
-    const size_t probe = index * c->step;
+    const size_t probe = c->probe[index];
     const float *normal = c->probes->normal ? c->probes->normal + 3 * probe : NULL;
     if (interrupt_came())
         return NULL;
@@ -281,7 +307,6 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
                            const struct capture_settings *settings,
                            const struct cache_probes *probes, int threads, struct change *change)
 {
-    const size_t count = probes->count < CHECKED ? probes->count : CHECKED;
     const double rays = cache->rays ? (double)cache->points.count * cache->rays / CHECKED / 4
                                     : (double)settings->rays;
     struct capture_probe with[CHECKED] = {0}, less[CHECKED] = {0}, half[CHECKED] = {0};
@@ -291,11 +316,8 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
     all.rays = (int)fmin(fmax(rays, CHECK_LEAST), CHECK_MOST);
     struct capture_settings scattered = all;
     scattered.light = CAPTURE_INDIRECT;
-    struct checking c = {.path = path,
-                         .settings = &all,
-                         .probes = probes,
-                         .step = probes->count / count,
-                         .result = with};
+    struct checking c = {.path = path, .settings = &all, .probes = probes, .result = with};
+    const size_t count = choose(probes, c.probe);
     memset(cache->cache.error, 0, sizeof cache->cache.error);
     path_use_cache(path, &cache->cache);
     struct error *err = threads_for(threads, count, check_one, &c);
@@ -524,17 +546,13 @@ static struct error *find_noise(const struct capture_cache *cache, struct path_t
                                 const struct capture_settings *settings,
                                 const struct cache_probes *probes, int threads, double *noise)
 {
-    const size_t count = probes->count < CHECKED ? probes->count : CHECKED;
     struct capture_probe result[CHECKED] = {0};
     struct capture_settings own = *settings;
     own.error = 0;
     own.columns = CAPTURE_ERROR;
     own.rays = CHECK_LEAST;
-    struct checking c = {.path = path,
-                         .settings = &own,
-                         .probes = probes,
-                         .step = probes->count / count,
-                         .result = result};
+    struct checking c = {.path = path, .settings = &own, .probes = probes, .result = result};
+    const size_t count = choose(probes, c.probe);
     path_use_cache(path, &cache->cache);
     struct error *err = threads_for(threads, count, check_one, &c);
     path_use_cache(path, NULL);
