@@ -709,15 +709,31 @@ static void fetch_discs(const struct discs *d, const struct place *at)
     }
 }
 
+/* Whether most places are far from the ones before them: what the others read is near already. */
+static bool are_scattered(size_t count, const struct place *at)
+{
+    enum { FAR = 16 /* cells */ };
+    size_t jumps = 0;
+    for (size_t i = 1; i < count; i++) {
+        float far = 0;
+        for (int k = 0; k < 3; k++)
+            far = fmaxf(far, fabsf(at[i].p[k] - at[i - 1].p[k]));
+        jumps += far > FAR;
+    }
+    return 2 * jumps > count;
+}
+
 void discs_fetch(const struct discs *d, size_t count, const double *p, const double *n,
                  size_t stride)
 {
     struct place at[FETCHED];
     count = count < FETCHED ? count : FETCHED;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; i++)
         at[i] = place_at(d, p + i * stride, n + i * stride);
+    if (!are_scattered(count, at))
+        return;
+    for (size_t i = 0; i < count; i++)
         __builtin_prefetch(&d->start[cell_at(d, &at[i])]);
-    }
     for (size_t i = 0; i < count; i++) {
         const struct covering c = covering_start(d, &at[i]);
         for (const uint32_t *word = c.word; word < c.end; word += LINE)

@@ -67,9 +67,9 @@ bool discs_cover(const struct discs *discs, const double p[3], const double n[3]
                  const float *value, float out[3]);
 uint32_t discs_draw(const struct discs *discs, const double p[3], const double n[3], float u);
 
-/* Brings nearer what lookups at `count` places, 64 at the most, are going to read: done for all
- * first, they need not wait for memory one by one. p and n: each begins `stride` doubles behind the
- * last. */
+/* Brings nearer what lookups at `count` places, 64 at the most, are going to read, where most
+ * are far from the ones before them: done for all first, they need not wait for memory one by one.
+ * p and n: each begins `stride` doubles behind the last. */
 void discs_fetch(const struct discs *discs, size_t count, const double *p, const double *n,
                  size_t stride);
 

@@ -349,6 +349,12 @@ struct error *interpolate_surface(const struct interpolate *in, const double poi
     return in->settings.kind->surface(in, point, n, out, covered);
 }
 
+void interpolate_fetch_surfaces(const struct interpolate *in, size_t count, const double *point,
+                                const double *n, size_t stride)
+{
+    in->settings.kind->fetch(in, count, point, n, stride);
+}
+
 struct error *interpolate_at(const struct interpolate *in, const double point[3],
                              const struct probe_place *place, float *out)
 {

@@ -142,6 +142,12 @@ bool interpolate_of_surfaces(const struct interpolate *interpolate);
 struct error *interpolate_surface(const struct interpolate *interpolate, const double point[3],
                                   const double n[3], float *out, bool *covered);
 
+/* Brings nearer what interpolate_surface will read at `count` points, 64 at the most; point and n:
+ * each begins `stride` doubles behind the last. A normal that is not of length 1 is no error: less
+ * is brought, or more. Needs interpolate_of_surfaces. */
+void interpolate_fetch_surfaces(const struct interpolate *interpolate, size_t count,
+                                const double *point, const double *n, size_t stride);
+
 /* The column's values at a point, whose place was found. Error: a probe's value is not known. */
 struct error *interpolate_at(const struct interpolate *interpolate, const double point[3],
                              const struct probe_place *place, float *out);

@@ -92,6 +92,12 @@ static struct error *surface(const struct interpolate *in, const double point[3]
                : NULL;
 }
 
+static void fetch(const struct interpolate *in, size_t count, const double *point, const double *n,
+                  size_t stride)
+{
+    discs_fetch(in->own, count, point, n, stride);
+}
+
 /* Points without a normal. */
 static struct error *no_surface(const struct interpolate *in, const double point[3],
                                 const struct probe_place *place, float *out)
@@ -106,4 +112,5 @@ const struct interpolate_kind interpolate_discs = {.name = "discs",
                                                    .open = open_discs,
                                                    .close = close_discs,
                                                    .surface = surface,
+                                                   .fetch = fetch,
                                                    .at = no_surface};

@@ -32,6 +32,9 @@ struct interpolate_kind {
     /* Of surfaces: values at a point with a unit normal (interpolate_surface). NULL: of points. */
     struct error *(*surface)(const struct interpolate *in, const double point[3], const double n[3],
                              float *out, bool *covered);
+    /* With surface: brings nearer what it will read (interpolate_fetch_surfaces). */
+    void (*fetch)(const struct interpolate *in, size_t count, const double *point, const double *n,
+                  size_t stride);
     /* The values at a point. NULL: the probes of the place blended with its weights. */
     struct error *(*at)(const struct interpolate *in, const double point[3],
                         const struct probe_place *place, float *out);

@@ -389,7 +389,14 @@ static void take_error(struct wrong *wrong, struct error *err, size_t point)
 }
 
 /* points whose places are found before their light; of these, how far memory is asked ahead */
-enum { RUN = 256, NEXT = 8 };
+enum { RUN = 256, NEXT = 8, DISCS = 64 /* points whose discs are asked for at once */ };
+
+/* Brings nearer what the discs of the next points are read from. */
+static void fetch_discs(const struct query *q, size_t left, const double *point)
+{
+    interpolate_fetch_surfaces(q->in, left < DISCS ? left : DISCS, point, point + q->normal_at,
+                               q->point_width);
+}
 
 /* Answers n points of the block: those that order names, or those behind `first`. Light is made of
  * all before the irradiance of any: what was just stored cannot be read at once. */
@@ -398,7 +405,8 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
 {
     const struct query *q = w->query;
     const struct points_block *block = &w->job->block;
-    const bool irradiance = q->normal_at && !q->normal;
+    const bool irradiance = q->normal_at && !q->normal,
+               discs = q->normal && interpolate_of_surfaces(q->in);
     const size_t width = q->in->width;
     struct probe_place place[RUN];
     place[0].cell = w->last;
@@ -407,6 +415,8 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
     w->last = place[n - 1].cell;
     for (size_t j = 0; j < n; j++) {
         const size_t i = order ? order[j] : first + j;
+        if (discs && j % DISCS == 0) /* without a volume there is no order */
+            fetch_discs(q, n - j, block->value + i * block->width);
         if (j + NEXT < n && (order || place[j + NEXT].cell != place[j + NEXT - 1].cell))
             interpolate_fetch(q->in, &place[j + NEXT]);
         if (i < wrong->point)
