@@ -59,6 +59,7 @@ struct gathering {
     int rays;
     float *direct, *half; /* 3 a point; half: of the first half of the rays */
     struct cache_link *link;
+    float *scatters; /* 2 a point: of its links by their shares, and these */
 };
 
 static struct error *gather(void *context, size_t index, int thread)
@@ -100,7 +101,12 @@ static struct error *gather(void *context, size_t index, int thread)
                 sum[k] += rgb[k];
                 half[k] += is_half ? rgb[k] : 0;
             }
-            g->link[index * (size_t)g->rays + (size_t)first + i] = sample[i].link;
+            const struct cache_link *link = &sample[i].link;
+            if (link->disc != CACHE_NONE) {
+                g->scatters[2 * index] += link->share[1] * (float)sample[i].scatters;
+                g->scatters[2 * index + 1] += link->share[1];
+            }
+            g->link[index * (size_t)g->rays + (size_t)first + i] = *link;
         }
     }
     for (size_t k = 0; k < 3; k++) {
@@ -108,6 +114,18 @@ static struct error *gather(void *context, size_t index, int thread)
         g->half[3 * index + k] = (float)(ANGLE_PI * half[k] / (g->rays / 2));
     }
     return NULL;
+}
+
+/* How often light is passed on from disc to disc so that it scatters `most` times: oftener than
+ * once on many links, whose paths went on where no disc was. */
+static int passes(const struct gathering *g, int most)
+{
+    double scatters = 0, shares = 0;
+    for (size_t i = 0; i < g->points->count; i++) {
+        scatters += (double)g->scatters[2 * i];
+        shares += (double)g->scatters[2 * i + 1];
+    }
+    return scatters > 0 ? (int)fmax(round(most * shares / scatters), 1) : most;
 }
 
 static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
@@ -118,11 +136,12 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
     struct gathering g = {
         .path = path, .points = &cache->points, .seed = settings->seed, .rays = cache->rays};
     const size_t rays = (size_t)cache->rays, half = rays / 2;
-    const int scatters = settings->bounces - after;
     float *value = NULL;
     struct error *err = array_create(&g.direct, 3 * count, sizeof *g.direct);
     if (!err)
         err = array_create(&g.half, 3 * count, sizeof *g.half);
+    if (!err)
+        err = array_create(&g.scatters, 2 * count, sizeof *g.scatters);
     if (!err)
         err = array_create(&cache->half, 3 * count, sizeof *cache->half);
     if (!err)
@@ -135,13 +154,15 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
         err = threads_for(threads, count, gather, &g);
     path_use_cache(path, NULL);
     cache->cache.after = after;
+    const int most = err ? 0 : passes(&g, settings->bounces - after);
     if (!err)
-        err = cache_solve(count, g.rays, g.direct, g.link, scatters, threads, value);
+        err = cache_solve(count, g.rays, g.direct, g.link, most, threads, value);
     for (size_t i = 1; i < count && !err; i++)
         memmove(g.link + i * half, g.link + i * rays, half * sizeof *g.link);
     if (!err)
-        err = cache_solve(count, (int)half, g.half, g.link, scatters, threads, cache->half);
+        err = cache_solve(count, (int)half, g.half, g.link, most, threads, cache->half);
     cache->cache.value = value;
+    free(g.scatters);
     free(g.half);
     free(g.direct);
     free(g.link);

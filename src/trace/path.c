@@ -604,14 +604,15 @@ static void leave_lit(struct wave *w)
 }
 
 /* Says what the discs' light would count of known paths that have turned. */
-static void set_links(const struct wave *w, struct path_sample *sample)
+static void set_links(const struct wave *w, int bounce, struct path_sample *sample)
 {
     for (size_t i = 0; i < w->count; i++) {
         if (!w->known[i])
             continue;
         const struct vec3f t = wave_get(&w->throughput, i);
-        struct cache_link *link = &sample[w->sample[i]].link;
-        link->share[0] = t.x, link->share[1] = t.y, link->share[2] = t.z;
+        struct path_sample *s = &sample[w->sample[i]];
+        s->link.share[0] = t.x, s->link.share[1] = t.y, s->link.share[2] = t.z;
+        s->scatters = bounce;
     }
 }
 
@@ -702,7 +703,7 @@ static void scatter_cached(struct wave *w, bool lit, struct path_sample *sample)
         bool known = reads && !cache->check && read_cache(w, sample);
         turn(w);
         if (known && !cache->value)
-            set_links(w, sample);
+            set_links(w, bounce, sample);
         if (known && !w->path->emissive) {
             if (w->path->sky_shines)
                 meet_sky(w);

@@ -59,6 +59,7 @@ struct path_sample {
     /* Of a cache without values: the disc where the path ended; share / pi times its irradiance is
      * to be added to scattered */
     struct cache_link link;
+    int scatters;  /* on the link's way */
     bool compared; /* with what a cache says (its check) */
 };
 
