@@ -162,6 +162,45 @@ static void room(void)
     bench_clear(&b);
 }
 
+/* Points of a coarse set that stay: the rest is filled about them. */
+static void kept(void)
+{
+    struct bench b;
+    bench_start(&b);
+    add_cube(&b, 4, material(0.5f, 0));
+    add_light(&b, (struct scene_light){
+                      .kind = SCENE_POINT, .position = {2.5, 2, 1.5}, .intensity = {5, 5, 5}});
+    bench_finish(&b, 8);
+    struct poisson_settings s = settings(0.6, 1.2);
+    struct poisson coarse = make(&b, &s);
+    s.kept = coarse.point;
+    s.kept_count = coarse.count;
+    struct poisson again = make(&b, &s);
+    ok(again.count <= coarse.count + coarse.count / 50 + 1,
+       "a full set of %zu points stays as it is: %zu", coarse.count, again.count);
+    s.kept_count = coarse.count / 4;
+    s.least = 0.3;
+    s.most = 0.6;
+    struct poisson set = make(&b, &s);
+    size_t stay = 0;
+    for (size_t i = 0; i < s.kept_count; i++)
+        stay += !memcmp(&set.point[i].position, &coarse.point[i].position, sizeof(struct vec3)) &&
+                !(set.point[i].radius > 0.6f);
+    ok(stay == s.kept_count && set.count > 2 * coarse.count && !too_near(&set),
+       "%zu of %zu stay, with the new radius at the most, and %zu come", stay, s.kept_count,
+       set.count - stay);
+    ok(covered(&set, 4, true) > 0.99, "what they leave is filled: %g", covered(&set, 4, true));
+    poisson_clear(&set);
+    set = (struct poisson){0};
+    must(poisson_make_count(&set, &b.path, &s, 2 * s.kept_count));
+    ok(set.count <= 2 * s.kept_count && set.count > s.kept_count + s.kept_count / 2,
+       "a number counts them too: %zu of %zu", set.count, 2 * s.kept_count);
+    poisson_clear(&set);
+    poisson_clear(&again);
+    poisson_clear(&coarse);
+    bench_clear(&b);
+}
+
 /* Where rays from a surface meet nothing, particles find all of it. */
 static void plain(void)
 {
@@ -203,6 +242,7 @@ static void dark(void)
 int main(void)
 {
     room();
+    kept();
     plain();
     dark();
     return tap_done();

@@ -707,6 +707,17 @@ check "--lift: the same in space, without normals" says lifted.probe \
 check "and probe-capture gives those with normals irradiance" into lit.probe \
     probe-capture -q --rays 16 --point 4,2,2.5,9,9,9 --text "$rooms" poisson.probe \
     and says lit.probe 'radius:f32:1 ao:f32:1.* irradiance:f32:3'
+awk '/^-?[0-9]/ && !seen++ { $1 += .01; $8 = 9 } { print }' poisson.probe >moved.probe
+$poisson -q --radii .3,1 --keep moved.probe --threads 1 "$rooms" >kept.probe
+check "--keep: those stay, first, and there is room for next to no others" \
+    sh -c 'for f in moved kept; do grep "^-*[0-9]" $f.probe | cut -d" " -f 1-6 >$f.rows; done
+    head -n $(wc -l <moved.rows) kept.rows | cmp - moved.rows &&
+    [ $(wc -l <kept.rows) -le $(($(wc -l <moved.rows) * 21 / 20)) ]'
+check "their radii are at most the greatest" each kept.probe '$8 > 0 && $8 <= 1'
+refused 2 "expected either --keep or --lift" $poisson --radii .3,1 --lift .2 --keep poisson.probe \
+    "$rooms"
+refused 1 "lifted.probe: expected surface probes" $poisson --radii .3,1 --keep lifted.probe "$rooms"
+refused 1 "--count: expected more than the" $poisson --count 9 --keep poisson.probe "$rooms"
 refused 1 "no light gets to any surface: --sky" probe-place poisson --count 9 --light-scale 0 \
     "$rooms"
 printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 900 0 0' 'v 901 0 0' 'v 900 0 1' \

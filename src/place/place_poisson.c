@@ -9,11 +9,13 @@
 #include "place/place_method.h"
 #include "place/poisson.h"
 #include "scene/scene.h"
+#include "stream/stream.h"
 #include "trace/path.h"
 #include "trace/trace.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Unless told otherwise: the greatest radius in units of the least, rays of occlusion, and the
@@ -113,6 +115,8 @@ static struct error *check(const struct place_options *o, bool scene)
         return error_usage("poisson: expected either --radii or --count");
     if (o->count_given && o->count > INT32_MAX)
         return error_usage("--count: expected at most %d, got %g", INT32_MAX, o->count);
+    if (o->light.keep && o->poisson.lift_given)
+        return error_usage("poisson: expected either --keep or --lift: what stays is on surfaces");
     return NULL;
 }
 
@@ -126,6 +130,75 @@ static struct error *check_radii(const double radius[2], double diagonal)
                          LEAST_SHARE, LEAST_SHARE * diagonal, radius[0]);
     return NULL;
 }
+
+/* -- points that stay ------------------------------------------------------------------------- */
+
+/* Starts as {0}. */
+struct kept {
+    struct stream *stream; /* owned, and so are: */
+    struct poisson_point *point;
+    size_t count;
+    const float *normal;   /* as they came, the stream's */
+    const int32_t *origin; /* NULL: not known */
+};
+
+static void kept_clear(struct kept *kept)
+{
+    free(kept->point);
+    stream_destroy(kept->stream);
+}
+
+static struct error *take_kept(struct kept *kept, const struct table *probes)
+{
+    struct column *position = NULL, *normal = NULL;
+    struct error *err = table_require(probes, "position", COLUMN_F64, 3, &position);
+    if (!err && !table_column(probes, "normal"))
+        return error_new("expected surface probes, which have a column normal, got probes in "
+                         "space");
+    if (!err)
+        err = table_require(probes, "normal", COLUMN_F32, 3, &normal);
+    if (!err)
+        err = array_create(&kept->point, probes->rows, sizeof *kept->point);
+    if (err)
+        return err;
+    const struct column *radius = table_column(probes, "radius"), *ao = table_column(probes, "ao"),
+                        *origin = table_column(probes, "origin");
+    kept->count = probes->rows;
+    kept->normal = column_f32(normal);
+    kept->origin = origin ? column_i32(origin) : NULL;
+    for (size_t i = 0; i < kept->count; i++) {
+        const float *n = kept->normal + 3 * i;
+        const struct vec3 unit =
+            vec3_normalize((struct vec3){(double)n[0], (double)n[1], (double)n[2]});
+        if (!(fabs(vec3_length(unit) - 1) < 1e-6))
+            return error_new("probe %zu: expected a normal with a length, got %g %g %g", i,
+                             (double)n[0], (double)n[1], (double)n[2]);
+        kept->point[i] = (struct poisson_point){
+            vec3_load(column_f64(position) + 3 * i),
+            {(float)unit.x, (float)unit.y, (float)unit.z},
+            radius && column_f32(radius)[i] > 0 ? column_f32(radius)[i] : NAN,
+            ao ? column_f32(ao)[i] : NAN};
+    }
+    return NULL;
+}
+
+static struct error *kept_read(struct kept *kept, const struct place_options *o, double most)
+{
+    const char *file = o->light.keep;
+    struct error *err = file ? stream_read(&kept->stream, file) : NULL;
+    if (err || !file)
+        return err;
+    const struct table *probes = stream_table(kept->stream, "probe");
+    err = probes ? take_kept(kept, probes) : error_new("there is no table probe");
+    if (err)
+        return error_wrap(err, "%s", file);
+    if (o->count_given && (double)kept->count >= o->count)
+        return error_new("--count: expected more than the %zu probes of %s, got %g", kept->count,
+                         file, o->count);
+    return place_check_count((double)kept->count + 1, most);
+}
+
+/* -- placing ---------------------------------------------------------------------------------- */
 
 /* Where a probe is that is lifted off a point: in the middle, where the next surface is nearer than
  * twice that. */
@@ -141,7 +214,7 @@ static struct vec3 lifted(const struct tracer *tracer, const struct poisson_poin
     return vec3_fma(point->position, hit.hit ? hit.distance / 2 : lift, n);
 }
 
-static struct error *give(struct place *place, const struct poisson *set,
+static struct error *give(struct place *place, const struct poisson *set, const struct kept *kept,
                           const struct tracer *tracer, const struct place_options *o)
 {
     struct column *radius = NULL, *ao = NULL;
@@ -156,8 +229,12 @@ static struct error *give(struct place *place, const struct poisson *set,
         vec3_store(p, o->poisson.lift_given ? lifted(tracer, point, o->poisson.lift)
                                             : point->position);
         if (place->normal)
-            memcpy(place->normal + 3 * i, &point->normal, 3 * sizeof *place->normal);
-        place->origin[i] = place_method_poisson.origin;
+            memcpy(place->normal + 3 * i,
+                   i < kept->count ? kept->normal + 3 * i : (const float *)&point->normal,
+                   3 * sizeof *place->normal);
+        place->origin[i] = i >= kept->count ? place_method_poisson.origin
+                           : kept->origin   ? kept->origin[i]
+                                            : -1;
         err = place_append(place, p);
     }
     if (!err)
@@ -173,8 +250,8 @@ static struct error *give(struct place *place, const struct poisson *set,
 }
 
 static struct error *make(struct poisson *set, const struct path_tracer *path,
-                          const struct place_options *o, const struct place_world *world,
-                          double diagonal)
+                          const struct kept *kept, const struct place_options *o,
+                          const struct place_world *world, double diagonal)
 {
     const double *radius = o->poisson.radii;
     const size_t most = (size_t)world->most;
@@ -188,6 +265,8 @@ static struct error *make(struct poisson *set, const struct path_tracer *path,
                                  .bounces = o->light.bounces > 0 ? o->light.bounces : 1,
                                  .misses = o->poisson.misses,
                                  .points_most = most,
+                                 .kept = kept->point,
+                                 .kept_count = kept->count,
                                  .seed = world->seed,
                                  .threads = world->inside.threads};
     if (s.rays > POISSON_RAYS_MOST)
@@ -216,26 +295,30 @@ static struct error *place_by_options(struct place *place, const struct place_op
     struct tracer *tracer = NULL;
     struct path_tracer path = {0};
     struct poisson set = {0};
-    struct error *err = trace_create(&tracer, scene);
+    struct kept kept = {0};
+    struct error *err = kept_read(&kept, o, world->most);
+    if (!err)
+        err = trace_create(&tracer, scene);
     if (!err)
         err = path_init(&path, tracer, o->light.bounces);
     if (!err) {
         interrupt_catch();
-        err = make(&set, &path, o, world, diagonal);
+        err = make(&set, &path, &kept, o, world, diagonal);
     }
     if (!err && world->program)
         fprintf(stderr,
                 "%s: %zu points, radii %g to %g: of %zu darts %zu were asked for occlusion\n",
                 world->program, set.count, set.least, set.most, set.darts, set.tested);
     if (!err)
-        err = give(place, &set, tracer, o);
+        err = give(place, &set, &kept, tracer, o);
     poisson_clear(&set);
+    kept_clear(&kept);
     path_clear(&path);
     trace_destroy(tracer);
     return err ? err : place_reach_keep(place, o, world);
 }
 
-static const char *const shares[] = {"count", "rays", "bounces", NULL};
+static const char *const shares[] = {"count", "rays", "bounces", "keep", NULL};
 
 const struct place_method place_method_poisson = {.name = "poisson",
                                                   .origin = 12,

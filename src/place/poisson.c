@@ -136,6 +136,7 @@ struct newcomer {
     struct point_grid *grid;
     struct vec3 p;
     struct vec3f n;
+    double least;  /* what is nearer is a twin, which kept points may have: it changes no radius */
     double square; /* of the distance to the nearest that faces alike, or of its radius */
 };
 
@@ -145,7 +146,7 @@ static void shrink_one(void *context, size_t i)
     const struct newcomer *c = context;
     struct grid_point *point = &c->grid->point[i];
     const double distance = vec3_length(vec3_sub(c->p, point->position));
-    if (distance < (double)point->radius && alike(point->normal, c->n))
+    if (distance < (double)point->radius && distance > c->least && alike(point->normal, c->n))
         point->radius = round_down(distance);
 }
 
@@ -155,14 +156,15 @@ static void find_nearest(void *context, size_t i)
     const struct grid_point *point = &c->grid->point[i];
     const struct vec3 way = vec3_sub(c->p, point->position);
     const double square = vec3_dot(way, way);
-    if (square < c->square && alike(point->normal, c->n))
+    if (square < c->square && square > c->least * c->least && alike(point->normal, c->n))
         c->square = square;
 }
 
 static struct error *keep(struct throwing *t, const struct dart *dart, const struct verdict *v)
 {
     const double most = t->settings->most * t->settings->most, radius = (double)v->radius;
-    struct newcomer c = {&t->grid, dart->position, dart->normal, radius * radius};
+    struct newcomer c = {&t->grid, dart->position, dart->normal, t->settings->least / 2,
+                         radius * radius};
     point_grid_near(&t->grid, c.p, &most, true, shrink_one, &c);
     point_grid_near(&t->grid, c.p, &c.square, false, find_nearest, &c);
     struct error *err =
@@ -572,6 +574,21 @@ static struct error *trace_particles(struct throwing *t, const struct exposed *e
     return err;
 }
 
+/* Puts the points that stay before all others. They throw no darts: nobody tells how much light
+ * gets there, and where it is little, finer points would fill what they cover. */
+static struct error *keep_given(struct throwing *t)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < t->settings->kept_count && !err; i++) {
+        const struct poisson_point *p = &t->settings->kept[i];
+        const struct dart dart = {p->position, p->normal, true, 0, 0};
+        const float most = round_down(t->settings->most);
+        err =
+            keep(t, &dart, &(struct verdict){p->radius < most ? p->radius : most, p->ao, true, 0});
+    }
+    return err;
+}
+
 /* exposed: of the tracer's scene. */
 static struct error *make(struct poisson *set, const struct path_tracer *path,
                           const struct exposed *exposed, const struct poisson_settings *settings)
@@ -587,6 +604,8 @@ static struct error *make(struct poisson *set, const struct path_tracer *path,
         err = array_create(&t.dart, BATCH_MOST, sizeof *t.dart);
     if (!err)
         err = array_create(&t.verdict, BATCH_MOST, sizeof *t.verdict);
+    if (!err)
+        err = keep_given(&t);
     set->darts = set->tested = 0;
     set->full = false;
     set->least = settings->least;
@@ -654,9 +673,10 @@ struct error *poisson_make_count(struct poisson *set, const struct path_tracer *
     struct poisson best = {0};
     struct exposed exposed;
     struct error *err = exposed_init(&exposed, path->tracer);
-    struct search search = {.wanted = (double)count};
-    bool pilot = count > PILOT;
-    double most = sqrt(2 * exposed.area / (pilot ? search.wanted / 16 : search.wanted));
+    const size_t kept = settings->kept_count;
+    struct search search = {.wanted = (double)(count - kept)};
+    bool pilot = count > PILOT && !kept;
+    double most = sqrt(2 * exposed.area / (pilot ? search.wanted / 16 : (double)count));
     for (int i = 0; i < TRIES && !err; i++) {
         struct poisson_settings s = *settings;
         s.most = most;
@@ -665,7 +685,8 @@ struct error *poisson_make_count(struct poisson *set, const struct path_tracer *
         err = make(set, path, &exposed, &s);
         if (err)
             break;
-        const double n = (double)set->count;
+        const double n = kept ? fmax((double)(set->count - kept), search.wanted / 16)
+                              : (double)set->count;
         if (set->count > count) {
             search.many = most;
             search.many_n = set->full ? 0 : n;
@@ -681,7 +702,7 @@ struct error *poisson_make_count(struct poisson *set, const struct path_tracer *
         if (n <= search.wanted &&
             (n >= 0.97 * search.wanted || (search.many > 0 && search.few < 1.01 * search.many)))
             break;
-        pilot = n < search.wanted / 3 && count > PILOT && !(search.many > 0);
+        pilot = n < search.wanted / 3 && count > PILOT && !kept && !(search.many > 0);
         most = next_radius(&search, pilot);
     }
     exposed_clear(&exposed);

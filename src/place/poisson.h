@@ -47,24 +47,27 @@ enum poisson_steer {
 
 enum { POISSON_RAYS_MOST = 4096 };
 
-struct poisson_settings {
-    double least, most; /* radii, above 0; units of the scene, and so is: */
-    double distance;    /* occlusion counts within it */
-    enum poisson_steer steer;
-    int rays;      /* of occlusion, from each place; POISSON_RAYS_MOST at the most */
-    int particles; /* of light, at the most at a time */
-    int bounces;   /* of theirs */
-    int misses;    /* the end: darts of particles for one that is kept, of as many as points */
-    size_t points_most;
-    uint64_t seed;
-    int threads;
-};
-
 struct poisson_point {
     struct vec3 position; /* off the surface by what rays need to start on its side */
     struct vec3f normal;  /* unit, of the side that is lit */
     float radius;
     float ao; /* the open share, by the cosine */
+};
+
+struct poisson_settings {
+    double least, most; /* radii, above 0; units of the scene, and so is: */
+    double distance;    /* occlusion counts within it */
+    enum poisson_steer steer;
+    int rays;           /* of occlusion, from each place; POISSON_RAYS_MOST at the most */
+    int particles;      /* of light, at the most at a time */
+    int bounces;        /* of theirs */
+    int misses;         /* the end: darts of particles for one that is kept, of as many as points */
+    size_t points_most; /* with those that are kept: */
+    /* points that stay, the first of the set; radii above the greatest become that, and NaN does */
+    const struct poisson_point *kept;
+    size_t kept_count; /* below points_most */
+    uint64_t seed;
+    int threads;
 };
 
 /* Starts as {0}. */
@@ -81,8 +84,8 @@ struct poisson {
 struct error *poisson_make(struct poisson *set, const struct path_tracer *path,
                            const struct poisson_settings *settings);
 
-/* With the least radii that make at most `count` points, up to some 3 %: settings' radii tell their
- * ratio alone. */
+/* With the least radii that make at most `count` points, kept ones too, up to some 3 %: settings'
+ * radii tell their ratio alone. */
 struct error *poisson_make_count(struct poisson *set, const struct path_tracer *path,
                                  const struct poisson_settings *settings, size_t count);
 
