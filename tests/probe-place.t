@@ -718,6 +718,10 @@ refused 2 "expected either --keep or --lift" $poisson --radii .3,1 --lift .2 --k
     "$rooms"
 refused 1 "lifted.probe: expected surface probes" $poisson --radii .3,1 --keep lifted.probe "$rooms"
 refused 1 "--count: expected more than the" $poisson --count 9 --keep poisson.probe "$rooms"
+sed '/^[0-9]/ { s/^[^ ]*/1e300/; q; }' poisson.probe >far.probe
+echo end >>far.probe
+refused 1 "far.probe: probe 0: expected a place within 1e+06 diagonals of the scene, got 1e+300" \
+    $poisson --radii .3,1 --keep far.probe "$rooms"
 refused 1 "no light gets to any surface: --sky" probe-place poisson --count 9 --light-scale 0 \
     "$rooms"
 printf '%s\n' 'v 0 0 0' 'v 1 0 0' 'v 0 0 1' 'v 900 0 0' 'v 901 0 0' 'v 900 0 1' \

@@ -148,8 +148,14 @@ static void kept_clear(struct kept *kept)
     stream_destroy(kept->stream);
 }
 
-static struct error *take_kept(struct kept *kept, const struct table *probes)
+/* Scenes that a kept point may be off: the grid of points has numbers for that, and more. */
+static const double far_off = 1e6;
+
+static struct error *take_kept(struct kept *kept, const struct table *probes,
+                               const struct scene *scene)
 {
+    const struct vec3 middle = vec3_scale(0.5, vec3_add(scene->box_min, scene->box_max));
+    const double diagonal = vec3_length(vec3_sub(scene->box_max, scene->box_min));
     struct column *position = NULL, *normal = NULL;
     struct error *err = table_require(probes, "position", COLUMN_F64, 3, &position);
     if (!err && !table_column(probes, "normal"))
@@ -173,8 +179,13 @@ static struct error *take_kept(struct kept *kept, const struct table *probes)
         if (!(fabs(vec3_length(unit) - 1) < 1e-6))
             return error_new("probe %zu: expected a normal with a length, got %g %g %g", i,
                              (double)n[0], (double)n[1], (double)n[2]);
+        const struct vec3 p = vec3_load(column_f64(position) + 3 * i);
+        if (!(vec3_length(vec3_sub(p, middle)) <= far_off * diagonal))
+            return error_new("probe %zu: expected a place within %g diagonals of the scene, got "
+                             "%g %g %g",
+                             i, far_off, p.x, p.y, p.z);
         kept->point[i] = (struct poisson_point){
-            vec3_load(column_f64(position) + 3 * i),
+            p,
             {(float)unit.x, (float)unit.y, (float)unit.z},
             radius && column_f32(radius)[i] > 0 ? column_f32(radius)[i] : NAN,
             ao ? column_f32(ao)[i] : NAN};
@@ -182,14 +193,15 @@ static struct error *take_kept(struct kept *kept, const struct table *probes)
     return NULL;
 }
 
-static struct error *kept_read(struct kept *kept, const struct place_options *o, double most)
+static struct error *kept_read(struct kept *kept, const struct place_options *o,
+                               const struct scene *scene, double most)
 {
     const char *file = o->light.keep;
     struct error *err = file ? stream_read(&kept->stream, file) : NULL;
     if (err || !file)
         return err;
     const struct table *probes = stream_table(kept->stream, "probe");
-    err = probes ? take_kept(kept, probes) : error_new("there is no table probe");
+    err = probes ? take_kept(kept, probes, scene) : error_new("there is no table probe");
     if (err)
         return error_wrap(err, "%s", file);
     if (o->count_given && (double)kept->count >= o->count)
@@ -296,7 +308,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     struct path_tracer path = {0};
     struct poisson set = {0};
     struct kept kept = {0};
-    struct error *err = kept_read(&kept, o, world->most);
+    struct error *err = kept_read(&kept, o, scene, world->most);
     if (!err)
         err = trace_create(&tracer, scene);
     if (!err)
