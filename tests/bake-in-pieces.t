@@ -62,12 +62,12 @@ probe-place grid -q --count 4500 --inside keep "$scene" >placed.binary
 probe-cat --text placed.binary >placed.text
 probes=$(grep -c '^[0-9-]' placed.text)
 capture --rays 64 "$scene" placed.binary >whole.binary
-half=$(($(wc -c <whole.binary) / 2))
+part=$(($(wc -c <whole.binary) / 4)) # so much is left that none ends before a signal comes
 for encoding in text binary; do
     probe-capture $options --rays 64 "$scene" placed.$encoding >pipe &
     program=$!
     exec 3<pipe
-    head -c $half <&3 >killed
+    head -c $part <&3 >killed
     kill -9 $program
     wait $program 2>/dev/null
     cat <&3 >>killed
@@ -97,7 +97,7 @@ for signal in TERM INT; do
     env --default-signal=INT probe-capture $options --rays 64 "$scene" placed.binary >pipe 2>err &
     program=$!
     exec 3<pipe
-    head -c $half <&3 >ended
+    head -c $part <&3 >ended
     kill -$signal $program
     cat <&3 >>ended
     exec 3<&-

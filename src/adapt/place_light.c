@@ -64,7 +64,7 @@ struct option_row *place_light_rows(struct place_options *options, struct option
          .value = &options->light.keep,
          .given = &options->light.keep_given,
          .shown = "none",
-         .help = "by light, poisson: a stream of probes that stay"}};
+         .help = "by light: a stream of probes that stay"}};
     memcpy(row, all, sizeof all);
     return row + sizeof all / sizeof *all;
 }
