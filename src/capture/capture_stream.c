@@ -115,13 +115,10 @@ static struct error *capture_blocks(struct capture_run *run, const struct table 
     return err;
 }
 
-/* Captures all probes with a cache for their rays. */
-static struct error *capture_cached(struct capture_run *run, const struct table *schema,
-                                    struct table *out)
+/* Reads all probes that are left, and makes room for what is captured. */
+static struct error *read_all(struct capture_run *run, const struct table *schema,
+                              struct table *out)
 {
-    struct capture_options *o = &run->options;
-    struct capture_job job = make_job(run);
-    struct capture_cache cache = {0};
     struct table in = {0};
     size_t got = 1;
     struct error *err = table_copy_schema(&in, schema);
@@ -129,6 +126,18 @@ static struct error *capture_cached(struct capture_run *run, const struct table 
         err = stream_reader_rows(run->reader, &in, BLOCK, &got);
     if (!err)
         err = take_rows(run, &in, out);
+    table_clear(&in);
+    return err;
+}
+
+/* Captures all probes with a cache for their rays. */
+static struct error *capture_cached(struct capture_run *run, const struct table *schema,
+                                    struct table *out)
+{
+    struct capture_options *o = &run->options;
+    struct capture_job job = make_job(run);
+    struct capture_cache cache = {0};
+    struct error *err = read_all(run, schema, out);
     struct column *position = NULL, *normal = NULL;
     if (!err)
         err = table_require(out, "position", COLUMN_F64, 3, &position);
@@ -155,7 +164,6 @@ static struct error *capture_cached(struct capture_run *run, const struct table 
     if (!err)
         err = stream_writer_rows(run->writer, out, 0, out->rows);
     capture_cache_clear(&cache);
-    table_clear(&in);
     return err;
 }
 
@@ -165,14 +173,8 @@ static struct error *capture_to_least_order(struct capture_run *run, const struc
 {
     struct capture_options *o = &run->options;
     struct capture_job job = make_job(run);
-    struct table in = {0};
     double lost = 0;
-    size_t got = 1;
-    struct error *err = table_copy_schema(&in, schema);
-    while (!err && got)
-        err = stream_reader_rows(run->reader, &in, BLOCK, &got);
-    if (!err)
-        err = take_rows(run, &in, out);
+    struct error *err = read_all(run, schema, out);
     if (!err)
         err = capture_least_order(&job, out, o->order_loss, &o->capture.order, &lost);
     if (!err)
@@ -185,7 +187,6 @@ static struct error *capture_to_least_order(struct capture_run *run, const struc
         note(run, out, &job);
     if (!err && !job.left)
         run->order_lost = lost;
-    table_clear(&in);
     return err;
 }
 
