@@ -571,7 +571,7 @@ static void test_flat(int corners)
  * x) = (1 - x)^3. */
 static void test_wrong_probe(void)
 {
-    enum { N = 20000 };
+    enum { N = SANITIZED ? 5000 : 20000 };
     struct hand h;
     struct hand_truth t;
     const double wrong[4] = {3, 3, 4, 3};
@@ -703,7 +703,7 @@ static double corner_is_dark(const double p[3])
 
 static void test_relative(void)
 {
-    enum { N = 20000 };
+    enum { N = SANITIZED ? 5000 : 20000 };
     struct hand h;
     struct hand_truth t;
     const double wrong[4] = {3, 3, 4, 3}, right[4] = {3, 3, 3, 3}, weak[4] = {0.3, 0.3, 0.3, 0.3};
@@ -1024,7 +1024,7 @@ static void test_wall(double c, double left, double right)
  * the unseen weight's share, what is seen is right. */
 static void test_seen(double c)
 {
-    enum { N = 20000 };
+    enum { N = SANITIZED ? 5000 : 20000 };
     struct bench b;
     struct hand h;
     struct hand_truth t;

@@ -241,7 +241,7 @@ static void test_every_byte(void)
     const size_t count = read_bytes(path_a, bytes, sizeof bytes);
     size_t accepted = 0;
     for (size_t i = 0; i < count; i++) {
-        for (int bit = 0; bit < 8; bit++) {
+        for (int bit = SANITIZED ? (int)(i % 8) : 0; bit < 8; bit += SANITIZED ? 8 : 1) {
             bytes[i] = (char)(bytes[i] ^ 1 << bit);
             write_memory(bytes, count);
             if (!refused(memory_path)) {
@@ -251,8 +251,8 @@ static void test_every_byte(void)
             bytes[i] = (char)(bytes[i] ^ 1 << bit);
         }
     }
-    ok(count > 500 && accepted == 0, "each of the 8 bits of each of %zu bytes flipped: refused",
-       count);
+    ok(count > 500 && accepted == 0, "%s of each of %zu bytes flipped: refused",
+       SANITIZED ? "a bit" : "each of the 8 bits", count);
     accepted = 0;
     for (size_t length = 0; length < count; length++) {
         write_memory(bytes, length);
