@@ -8,6 +8,7 @@
 #include "libprobe-query/sh.h"
 #include "light/convert.h"
 #include "light/light_options.h"
+#include "light/rotate.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
 #include "stream/stream_edit.h"
@@ -31,6 +32,8 @@ static struct error *parse_condition(void *value, const char *text)
 struct arguments {
     struct stream_selection selection;
     struct convert_settings convert;
+    double matrix[9];           /* by which to turn */
+    bool rotate, rotate_light;  /* all, or the light alone */
     struct stream_sources from; /* names point into argv */
     size_t fill_capacity;
     bool info, no_provenance;
@@ -40,6 +43,20 @@ struct arguments {
 static struct error *parse_basis(void *value, const char *text)
 {
     return basis_parse(value, text);
+}
+
+static struct error *parse_rotate(void *value, const char *text)
+{
+    struct arguments *a = value;
+    a->rotate = true;
+    return rotation_parse(a->matrix, "--rotate", text);
+}
+
+static struct error *parse_rotate_light(void *value, const char *text)
+{
+    struct arguments *a = value;
+    a->rotate_light = true;
+    return rotation_parse(a->matrix, "--rotate-light", text);
 }
 
 static struct error *parse_fill(void *value, const char *text)
@@ -115,11 +132,16 @@ static struct error *change_provenance(struct stream_header *header, const struc
     return NULL;
 }
 
+static bool is_converted(const struct arguments *a)
+{
+    return convert_is_asked(&a->convert) || a->rotate || a->rotate_light;
+}
+
 /* One stream all of whose rows pass, as they are. */
 static bool passes(const struct arguments *a)
 {
     return a->from.count == 1 && !a->from.fill_count && !a->from.salvage &&
-           !stream_selection_is_whole(&a->selection) && !convert_is_asked(&a->convert);
+           !stream_selection_is_whole(&a->selection) && !is_converted(a);
 }
 
 /* That one: block by block. */
@@ -147,6 +169,16 @@ static struct error *pass(const struct arguments *a, const char *recorded)
     return err;
 }
 
+static struct error *rotate(struct stream *all, const struct arguments *a,
+                            struct warnings *warnings)
+{
+    struct rotation rotation;
+    if (!a->rotate && !a->rotate_light)
+        return NULL;
+    struct error *err = rotation_init(&rotation, a->matrix);
+    return err ? err : rotate_stream(all, &rotation, a->rotate_light, warnings);
+}
+
 static struct error *convert(struct stream *all, const struct arguments *a, const char *program,
                              struct warnings *warnings)
 {
@@ -157,13 +189,15 @@ static struct error *convert(struct stream *all, const struct arguments *a, cons
     return err;
 }
 
-/* Streams that are merged, filled or salvaged, whose light is converted, whose rows are chosen or
- * whose tables are put in order: in memory. */
+/* Streams that are merged, filled, salvaged or turned, whose light is converted, whose rows are
+ * chosen or whose tables are put in order: in memory. */
 static struct error *gather(const struct arguments *a, const struct program *program,
                             struct warnings *warnings)
 {
     struct stream *all = NULL;
     struct error *err = stream_gather(&all, &a->from, warnings);
+    if (!err)
+        err = rotate(all, a, warnings);
     if (!err)
         err = convert(all, a, program->name, warnings);
     if (!err)
@@ -188,7 +222,9 @@ static struct error *check(const struct arguments *a)
         err = error_usage("--report is of --basis");
     if (!err)
         err = stream_selection_check(&a->selection);
-    if (!err && a->info && (a->from.salvage || a->from.fill_count || convert_is_asked(c)))
+    if (!err && a->rotate && a->rotate_light)
+        err = error_usage("expected one of --rotate and --rotate-light, got both");
+    if (!err && a->info && (a->from.salvage || a->from.fill_count || is_converted(a)))
         err = error_usage("--info describes streams as they are: without --fill and --salvage, "
                           "and without conversions");
     return err;
@@ -260,6 +296,21 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .kind = OPTION_FLAG,
          .value = &a->from.salvage,
          .help = "of streams that were cut short, keep the probes up to the damage"},
+        {.name = "rotate",
+         .argument = "X,Y,Z,DEGREES|MATRIX",
+         .kind = OPTION_CALL,
+         .value = a,
+         .parse = parse_rotate,
+         .shown = "as it is",
+         .help = "turn probes and light about the origin, by an axis and an angle, or\n"
+                 "by nine numbers, a row of the matrix after the other"},
+        {.name = "rotate-light",
+         .argument = "X,Y,Z,DEGREES|MATRIX",
+         .kind = OPTION_CALL,
+         .value = a,
+         .parse = parse_rotate_light,
+         .shown = "as it is",
+         .help = "turn the light alone: what comes to each probe, where it is"},
         {.name = "order",
          .argument = "N",
          .kind = OPTION_INT,

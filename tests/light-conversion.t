@@ -207,6 +207,69 @@ refused 1 "bad.probe" probe-cat bad.probe
 stream_of 'table probe position:f64:3 ahd:f32:3' </dev/null >bad.probe
 refused 1 "column ahd: expected f32:9, got f32:3" probe-cat bad.probe
 
+# -- turned ----------------------------------------------------------------------------------------
+# turn: X,Y,Z by a third of a turn about (1,1,1), which takes x to y, y to z, z to x, exactly
+turn="0,0,1,1,0,0,0,1,0"
+printf 'v %s\n' '0 0 0' '4 0 0' '0 0 4' >wall.obj
+printf 'v %s\n' '0 0 0' '0 4 0' '4 0 0' >turned.obj
+for i in wall turned; do echo 'f 1 2 3' >>$i.obj; done
+printf '%s\n' '1 1 1' '2 .5 .3' '.5 2 3' | stream_of 'table probe position:f64:3' >three.probe
+printf '%s\n' '1 1 1' '.3 2 .5' '3 .5 2' | stream_of 'table probe position:f64:3' >other.probe
+direct="-q --rays 16 --light direct --columns sh_error --order 4"
+probe-capture $direct --point 3,2,1,1,2,3 wall.obj three.probe >lit.probe
+probe-capture $direct --point 1,3,2,1,2,3 turned.obj other.probe >wanted.probe
+probe-cat --text --rotate $turn lit.probe >rotated.probe
+probe-cat --text --columns position,sh rotated.probe | numbers >got
+probe-cat --text --columns position,sh wanted.probe | numbers >want
+check "turned light is what the turned scene has" near 2e-6 want got
+probe-cat --text --rotate 1,1,1,120 lit.probe | probe-cat --text --columns position,sh |
+    numbers >axis
+check "by an axis and an angle, too" near 1e-6 got axis
+check "the header says that it was turned" says rotated.probe '^rotated 0,0,1,1,0,0,0,1,0$'
+refused 1 "the probes were turned (key rotated), and no scene fits them" \
+    probe-capture -q --again wall.obj rotated.probe
+probe-tet -q rotated.probe >baked.probe
+refused 1 "the probes were turned" probe-error -q wall.obj baked.probe
+probe-cat --rotate 1,1,1,-120 rotated.probe >back.probe
+info back.probe
+check "turned back, it is of its scene again" lacks info '^key rotated' and \
+    probe-capture -q --again -o /dev/null wall.obj back.probe
+probe-cat --text --rotate-light $turn lit.probe >turned.probe
+check "the light alone: probes stay" says turned.probe '^rotated-light 0,0,1,1,0,0,0,1,0$' and \
+    lacks turned.probe '^rotated '
+probe-cat --text --columns position,sh turned.probe | numbers | cut -d ' ' -f 4- >light
+probe-cat --text --columns position,sh rotated.probe | numbers | cut -d ' ' -f 4- >both
+check "and have the same light as where all is turned" cmp light both
+probe-tet -q turned.probe >baked.probe
+refused 1 "the light of the probes was turned" probe-leakfix -q wall.obj baked.probe
+probe-cat --rotate $turn turned.probe | probe-cat --rotate 1,1,1,-120 >back.probe
+info back.probe
+check "one after another: what is turned back goes" \
+    says info '^key rotated-light 0,0,1,1,0' and lacks info '^key rotated '
+# light between turned probes, and outside of their hull, is that between probes, turned
+probe-cat --rotate $turn fixed.radiance.probe >fixed.turned.probe
+awk 'BEGIN { srand(3); for (i = 0; i < 200; i++) print 8 * rand() - 2, 5 * rand() - 1,
+    8 * rand() - 2, 0, 1, 0 }' >points.txt
+awk '{ print $3, $1, $2, $6, $4, $5 }' points.txt >points.turned.txt
+probe-query -q fixed.radiance.probe points.txt >a
+probe-query -q fixed.turned.probe points.turned.txt >b
+info fixed.turned.probe
+check "probe-query answers a turned point and normal alike" near 2e-5 a b
+check "what cells see outside of the hull turns with them" says info '^  sight_outside'
+probe-cat -q --rotate $turn --basis cube bases.probe >a.probe 2>err
+info a.probe
+check "bases along the axes are made anew" says info 'ambient_cube' and lacks info 'ambient_dice'
+refused 2 "the matrix mirrors (its determinant is -1)" probe-cat --rotate -1,0,0,0,1,0,0,0,1
+refused 2 "expected a rotation: rows of length 1" probe-cat --rotate 1,0,0,0,2,0,0,0,1
+refused 2 "--rotate: expected X,Y,Z,DEGREES or the nine numbers of a matrix, got '1,2'" \
+    probe-cat --rotate 1,2
+refused 2 "expected an axis, got 0,0,0" probe-cat --rotate 0,0,0,90
+refused 2 "got both" probe-cat --rotate 0,1,0,90 --rotate-light 0,1,0,90
+refused 1 "the probes have no light to turn" probe-cat --rotate-light 0,1,0,90 placed.probe
+probe-cat -q --rotate 0,1,0,90 three.probe >a.probe
+info a.probe
+check "bare probes are turned, and of no scene" lacks info '^key rotated'
+
 # -- surfaces have neither -------------------------------------------------------------------------
 echo '1 0.5 0.5 0 1 0' | stream_of 'table probe position:f64:3 normal:f32:3' >surface.probe
 capture "$scene" surface.probe >plain.probe
@@ -216,4 +279,11 @@ refused 1 "the probes are of surfaces: they have irradiance (one colour), no SH 
 probes plain.probe >was
 probes asked.probe >asked
 check "irradiance of a surface is what it was" cmp was asked and test -s was
+probe-cat --text --columns position,normal,irradiance plain.probe | numbers |
+    awk '{ print $3, $1, $2, $6, $4, $5, $7, $8, $9 }' >want
+probe-cat --text --rotate $turn plain.probe | probe-cat --text --columns \
+    position,normal,irradiance | numbers >got
+check "turned, its place and normal turn, and its irradiance stays" near 1e-6 want got
+refused 1 "irradiance is of one normal: expected --rotate" \
+    probe-cat --rotate-light 0,1,0,90 plain.probe
 tap_done

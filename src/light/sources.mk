@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# what a stream's light is and becomes: content, order, de-ringing, other bases
+# what a stream's light is and becomes: content, order, de-ringing, other bases, turned
 light_sources = \
 	%D%/basis.c %D%/basis.h \
 	%D%/content.c %D%/content.h \
 	%D%/convert.c %D%/convert.h \
 	%D%/dering.c %D%/dering.h \
 	%D%/light_options.c %D%/light_options.h \
-	%D%/order.c %D%/order.h
+	%D%/order.c %D%/order.h \
+	%D%/rotate.c %D%/rotate.h

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # vectors, affine maps, boxes, directions, luminance, angles, powers, hashes, random numbers,
-# even points, sorting, cells, cubes of space, places on a lattice: the same bits on every machine
+# even points, a rule of integration, sorting, cells, cubes of space, places on a lattice: the same
+# bits on every machine
 math_sources = \
 	%D%/affine.h \
 	%D%/angle.c %D%/angle.h \
@@ -15,4 +16,5 @@ math_sources = \
 	%D%/random.c %D%/random.h \
 	%D%/sobol.h \
 	%D%/sort.c %D%/sort.h \
+	%D%/sphere_rule.c %D%/sphere_rule.h \
 	%D%/vec.h

@@ -3,6 +3,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/options.h"
+#include "light/rotate.h"
 #include "math/angle.h"
 #include "scene/scene_settings.h"
 #include "stream/header_number.h"
@@ -508,11 +509,29 @@ static struct error *get_light(struct scene_settings *settings, const struct str
     return error_wrap(as_data(add_light(settings, &light)), "header key %s", key);
 }
 
+/* What was turned is not what the scene makes. */
+static struct error *check_unturned(const struct stream_header *header)
+{
+    const char *all = header_key(header, ROTATED_KEY),
+               *light = header_key(header, ROTATED_LIGHT_KEY);
+    if (all)
+        return error_new("the probes were turned (key " ROTATED_KEY
+                         "), and no scene fits them: take the stream from before probe-cat "
+                         "--rotate, or turn it back");
+    if (light)
+        return error_new("the light of the probes was turned (key " ROTATED_LIGHT_KEY
+                         "), and is not the scene's: take the stream from before probe-cat "
+                         "--rotate-light, or turn it back");
+    return NULL;
+}
+
 struct error *scene_settings_from_header(struct scene_settings *settings,
                                          const struct stream_header *header)
 {
     int front = settings->emit_front_only;
-    struct error *err = sky_from_header(settings, header);
+    struct error *err = check_unturned(header);
+    if (!err)
+        err = sky_from_header(settings, header);
     if (!err)
         err = header_get_choice(header, "emit", emit_names, &front);
     if (!err)

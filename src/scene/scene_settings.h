@@ -79,7 +79,8 @@ const struct option_row *scene_settings_rows(struct scene_settings *settings,
  *
  * and reads them back into default settings: scene_settings_from_header(x) of
  * scene_settings_to_header(x) is x to the bit. Keys that are missing keep their default; lights
- * that the header held before are removed. */
+ * that the header held before are removed. From the header of a stream that was turned
+ * (light/rotate.h): an error, no scene has its light. */
 struct error *scene_settings_to_header(const struct scene_settings *settings,
                                        struct stream_header *header);
 struct error *scene_settings_from_header(struct scene_settings *settings,
