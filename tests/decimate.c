@@ -338,7 +338,7 @@ static void test_share(void)
     const double *const before = b.scene->meshes[0].position;
     decimate(&b, 1);
     ok(b.scene->meshes[0].position == before && b.scene->meshes[0].triangle_count == 320 &&
-           !b.scene->decimated,
+           !b.scene->keys_kept,
        "a share of 1 touches nothing");
     static const double bad[] = {0, -1, 1.5, (double)NAN};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {

@@ -29,6 +29,7 @@ MODULE_TESTS = \
 	tests/picture \
 	tests/polygon \
 	tests/scene \
+	tests/groups \
 	tests/scene_obj \
 	tests/scene_gltf \
 	tests/scene_files \

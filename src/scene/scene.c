@@ -121,8 +121,8 @@ static void hash_geometry(struct hash *hash, const struct scene *scene)
 
 uint64_t scene_surface_key(const struct scene *scene)
 {
-    if (scene->decimated)
-        return scene->whole_surface_key;
+    if (scene->keys_kept)
+        return scene->kept_surface_key;
     struct hash hash;
     hash_start(&hash, 0);
     const uint64_t shape[] = {scene->mesh_count, scene->instance_count, scene->material_count};
@@ -169,10 +169,18 @@ static uint64_t find_key(const struct scene *scene, bool picture)
 
 uint64_t scene_key(const struct scene *scene)
 {
-    return scene->decimated ? scene->whole_key : find_key(scene, false);
+    return scene->keys_kept ? scene->kept_key : find_key(scene, false);
 }
 
 uint64_t scene_key_with_sky(const struct scene *scene)
 {
-    return scene->decimated ? scene->whole_key_with_sky : find_key(scene, true);
+    return scene->keys_kept ? scene->kept_key_with_sky : find_key(scene, true);
+}
+
+void scene_keep_keys(struct scene *scene)
+{
+    scene->kept_key_with_sky = scene_key_with_sky(scene);
+    scene->kept_key = scene_key(scene);
+    scene->kept_surface_key = scene_surface_key(scene);
+    scene->keys_kept = true;
 }

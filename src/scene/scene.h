@@ -173,9 +173,8 @@ struct scene {
     /* of all instances in the scene's coordinates; min > max when there is no triangle */
     struct vec3 box_min, box_max;
     size_t degenerate_count; /* triangles left out */
-    /* by scene_decimate; the keys are then those of what it was */
-    bool decimated;
-    uint64_t whole_key, whole_key_with_sky, whole_surface_key;
+    bool keys_kept;          /* by scene_keep_keys: */
+    uint64_t kept_key, kept_key_with_sky, kept_surface_key;
     /* room in the lists */
     size_t mesh_capacity, instance_capacity, material_capacity, texture_capacity, light_capacity,
         part_capacity;
@@ -189,13 +188,16 @@ void scene_mesh_clear(struct scene_mesh *mesh);
 
 /* A key of everything that light depends on (geometry, materials, textures, lights, sky) but for
  * the sky's picture, which has its own: equal scenes have equal keys on every machine. XXH3-64. A
- * decimated scene keeps the key of the scene that it was. scene_key_with_sky is of the picture,
- * too, as keys of streams were at first. */
+ * decimated or dimmed scene keeps the key of the scene that it was. scene_key_with_sky is of the
+ * picture, too, as keys of streams were at first. */
 uint64_t scene_key(const struct scene *scene);
 uint64_t scene_key_with_sky(const struct scene *scene);
 
 /* The same of what decides what is seen from where: geometry, and what surfaces let through. */
 uint64_t scene_surface_key(const struct scene *scene);
+
+/* From here on the scene's keys are those that it has now, whatever is changed of it. */
+void scene_keep_keys(struct scene *scene);
 
 /* with instances counted as often as placed */
 size_t scene_triangle_count(const struct scene *scene);

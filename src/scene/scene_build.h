@@ -51,6 +51,9 @@ struct error *scene_push_light(struct scene *scene, struct scene_light light);
 struct error *scene_push_part(struct scene *scene, enum scene_part_kind kind, const char *name,
                               uint32_t above, uint32_t *part);
 
+/* Adds a copy of a mesh; *copy is its place. */
+struct error *scene_copy_mesh(struct scene *scene, size_t number, size_t *copy);
+
 /* Takes the triangles out of a mesh whose flag is set. Vertices stay. */
 void scene_mesh_drop(struct scene_mesh *mesh, const bool *drop);
 

@@ -453,24 +453,55 @@ static size_t count_others(const struct scene *scene, const char *pattern, enum 
     return found;
 }
 
-/* Sets the flag of what a pattern matches in this manner; how much does. */
+/* Sets the flag of what a pattern matches in this manner (NULL: not looked at); how much does. */
 static size_t mark_matches(const struct scene *scene, const char *pattern, enum manner manner,
-                           unsigned char flag, struct choice_flags *flags)
+                           unsigned char flag, unsigned char *part, unsigned char *material)
 {
     char name[PATH_MOST];
     size_t found = 0;
-    for (uint32_t k = 1; k <= scene->part_count; k++)
+    for (uint32_t k = 1; part && k <= scene->part_count; k++)
         if (matches_part(scene, pattern, k, manner)) {
-            flags->part[k] |= flag;
+            part[k] |= flag;
             found++;
         }
-    for (size_t m = 0; m < scene->material_count; m++) {
+    for (size_t m = 0; material && m < scene->material_count; m++) {
         scene_material_name(scene, (int32_t)m, name, sizeof name);
         if (!matches(pattern, name, manner))
             continue;
-        flags->material[m] |= flag;
+        material[m] |= flag;
         found++;
     }
+    return found;
+}
+
+/* Letters are UTF-8's, so that ? is one, not a byte; what was there before comes back. */
+struct letters {
+    locale_t utf8, before;
+};
+
+static struct letters letters_begin(void)
+{
+    struct letters letters = {.utf8 = newlocale(LC_CTYPE_MASK, "C.UTF-8", (locale_t)0)};
+    letters.before = letters.utf8 ? uselocale(letters.utf8) : (locale_t)0;
+    return letters;
+}
+
+static void letters_end(const struct letters *letters)
+{
+    if (!letters->utf8)
+        return;
+    uselocale(letters->before);
+    freelocale(letters->utf8);
+}
+
+size_t scene_match_names(const struct scene *scene, const char *pattern, unsigned char *part,
+                         unsigned char *material)
+{
+    const struct letters letters = letters_begin();
+    size_t found = 0;
+    for (int manner = AS_LISTED; manner <= AS_PATTERN && !found; manner++)
+        found = mark_matches(scene, pattern, (enum manner)manner, 1, part, material);
+    letters_end(&letters);
     return found;
 }
 
@@ -483,7 +514,8 @@ static struct error *find_matches(const struct scene *scene, const struct scene_
         size_t found = 0;
         flags->only = flags->only || p->only;
         for (int manner = AS_LISTED; manner <= AS_PATTERN && !found; manner++) {
-            found = mark_matches(scene, p->text, (enum manner)manner, flag, flags);
+            found = mark_matches(scene, p->text, (enum manner)manner, flag, flags->part,
+                                 flags->material);
             if (!found || manner == AS_PATTERN || !strpbrk(p->text, "*?["))
                 continue;
             const size_t others = count_others(scene, p->text, (enum manner)manner);
@@ -535,7 +567,7 @@ static struct error *copy_of(const void *from, size_t count, size_t size, void *
     return err;
 }
 
-static struct error *copy_mesh(struct scene *scene, size_t number, size_t *copy)
+struct error *scene_copy_mesh(struct scene *scene, size_t number, size_t *copy)
 {
     const struct scene_mesh *from = &scene->meshes[number];
     struct scene_mesh to = *from;
@@ -580,7 +612,7 @@ static struct error *choose_meshes(struct scene *scene, const struct choice_flag
     for (size_t m = 0; m < meshes && !err; m++) {
         size_t part = m;
         if (use[m] == (WHOLE | PART))
-            err = copy_mesh(scene, m, &part);
+            err = scene_copy_mesh(scene, m, &part);
         for (size_t i = 0; i < scene->instance_count && part != m && !err; i++)
             if (scene->instances[i].mesh == m &&
                 !(flags_of_instance(scene, flags, &scene->instances[i]) & ONLY))
@@ -650,9 +682,7 @@ struct error *scene_choose(struct scene *scene, const struct scene_choice *choic
     if (!choice->count)
         return NULL;
     const size_t triangles = scene_triangle_count(scene), lights = scene->light_count;
-    /* ? is a letter, not a byte */
-    const locale_t utf8 = newlocale(LC_CTYPE_MASK, "C.UTF-8", (locale_t)0),
-                   before = utf8 ? uselocale(utf8) : (locale_t)0;
+    const struct letters letters = letters_begin();
     struct choice_flags flags = {0};
     struct error *err = array_create(&flags.part, scene->part_count + 1, 1);
     if (!err)
@@ -661,10 +691,7 @@ struct error *scene_choose(struct scene *scene, const struct scene_choice *choic
         err = check_indices(scene);
     if (!err)
         err = find_matches(scene, choice, &flags, warnings);
-    if (utf8) {
-        uselocale(before);
-        freelocale(utf8);
-    }
+    letters_end(&letters);
     if (!err) {
         drop_instances(scene, &flags);
         drop_lights(scene, &flags);

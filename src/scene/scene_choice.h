@@ -71,6 +71,12 @@ void scene_material_name(const struct scene *scene, int32_t material, char *text
 struct scene_mesh;
 uint32_t scene_part_of(const struct scene_mesh *mesh, size_t triangle);
 
+/* Sets the flags (to 1) of what a pattern names: of parts (scene->part_count + 1 flags, by number;
+ * what hangs from one is not among it) and of materials; NULL: these are not looked at. How many it
+ * names. */
+size_t scene_match_names(const struct scene *scene, const char *pattern, unsigned char *part,
+                         unsigned char *material);
+
 /* How many triangles hang from each part, as placed: scene->part_count + 1 numbers, and how many
  * have each material. Arrays that the caller frees. */
 struct error *scene_count_names(const struct scene *scene, size_t **of_part, size_t **of_material);

@@ -661,10 +661,7 @@ struct error *scene_decimate(struct scene *scene, double share, struct warnings 
     const size_t before = scene_triangle_count(scene), degenerate = scene->degenerate_count;
     if (share == 1 || !before)
         return nullptr;
-    scene->whole_key_with_sky = scene_key_with_sky(scene);
-    scene->whole_key = scene_key(scene);
-    scene->whole_surface_key = scene_surface_key(scene);
-    scene->decimated = true;
+    scene_keep_keys(scene);
     struct error *err = surface_check_count(scene);
     if (!err)
         err = error_guard([=] { return decimate_scene(scene, share); });
