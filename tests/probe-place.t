@@ -735,6 +735,25 @@ done
 check "poisson: and the sun their upper sides alone" lacks set.probe ' 0 -1 0 12 '
 refused 1 "none of 15360 particles of light gets to a surface" \
     probe-place poisson --count 9 --spot 0,1,0,0,1,0,10,20,1,1,1 islands.obj
+printf '#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\200\200\200\177\100\100\100\177' >two.hdr
+printf '%s\n' 'newmtl two' 'map_Kd two.hdr' >two.mtl
+printf '%s\n' 'mtllib two.mtl' 'usemtl two' 'v 0 0 0' 'v 4 0 0' 'v 4 0 2' 'v 0 0 2' \
+    'vt 0 0' 'vt 1 0' 'vt 1 1' 'vt 0 1' 'f 4/4 3/3 2/2 1/1' >two.obj
+two="probe-place poisson --text --radii .3 --sun 0,-1,0,1,1,1"
+$two --areas 64 two.obj >two.probe 2>err
+check "--areas: those of a lit side sum to its 8, which is told" says two.probe \
+    ' radius:f32:1 ao:f32:1 area:f32:1 albedo:f32:3$' \
+    and says err 'stand for [78][.0-9]* of surface' \
+    and awk '/^[0-9]/ { area += $10 } END { exit !(area > 7.96 && area < 8.04) }' two.probe
+check "a texture of .25 and .125 gives each its own mean, all .1875" \
+    awk '/^[0-9]/ { area += $10; sum += $10 * $11; low += $11 < .14; high += $11 > .23 }
+        END { exit !(sum / area > .186 && sum / area < .189 && low && high) }' two.probe
+awk '/^[0-9]/ && n++ % 2 { $8 = "nan" } { print }' two.probe >unknown.probe
+$two -q --areas 64 --keep unknown.probe two.obj >kept.probe
+check "points whose radius is not known, nan, stay, with MAX at the most" each kept.probe \
+    '$8 > 0 && $8 <= .3001' \
+    and awk '/^[0-9]/ { area += $10 } END { exit !(area > 7.96 && area < 8.04) }' kept.probe
+refused 2 "--areas goes with the method poisson" probe-place grid --areas 9 --count 9 "$rooms"
 refused 2 "expected either --radii or --count" probe-place poisson "$rooms"
 for radii in 0 0,1 2,1 -1,1 '' nan 1, 1,inf; do
     refused 2 "expected MAX, or MIN,MAX" probe-place poisson --radii "$radii" "$rooms"

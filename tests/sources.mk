@@ -38,6 +38,7 @@ MODULE_TESTS = \
 	tests/sky \
 	tests/enter \
 	tests/particles \
+	tests/patches \
 	tests/poisson \
 	tests/path \
 	tests/cache \

@@ -80,6 +80,16 @@ static size_t instance_of(const struct exposed *e, size_t triangle)
     return low;
 }
 
+size_t exposed_triangle(const struct exposed *e, double area, uint32_t *instance,
+                        uint32_t *triangle)
+{
+    const size_t number = find_double(e->sum, e->first[e->tracer->scene->instance_count], area),
+                 of = instance_of(e, number);
+    *instance = (uint32_t)of;
+    *triangle = (uint32_t)(number - e->first[of]);
+    return number;
+}
+
 /* The k-th sun's direction to it; false: there are not so many. */
 static bool to_sun(const struct scene *scene, size_t k, struct vec3f *to)
 {
@@ -99,17 +109,15 @@ static bool choose(const struct exposed *e, size_t i, uint64_t seed, struct trac
     const struct tracer *tracer = e->tracer;
     const struct scene *scene = tracer->scene;
     struct random r = random_start(seed, NAME, (uint32_t)i);
-    const size_t all = e->first[scene->instance_count],
-                 triangle = find_double(e->sum, all, random_double(&r) * e->area),
-                 instance = instance_of(e, triangle);
+    uint32_t instance, triangle;
+    exposed_triangle(e, random_double(&r) * e->area, &instance, &triangle);
     const float root = sqrtf(random_float(&r)), b = root * (1 - random_float(&r));
     struct trace_point point;
     struct vec3f to = {0};
     size_t suns = 0;
     while (to_sun(scene, suns, &to))
         suns++;
-    trace_point_at(tracer, (uint32_t)instance, (uint32_t)(triangle - e->first[instance]), b,
-                   root - b, &point);
+    trace_point_at(tracer, instance, triangle, b, root - b, &point);
     const bool sun = to_sun(scene, i % (suns + 1), &to);
     const float u = random_float(&r), turn = random_float(&r);
     const bool front = sun ? vec3f_dot(to, point.normal) > 0 : random_u32(&r) & 1;

@@ -29,6 +29,11 @@ struct exposed {
 struct error *exposed_init(struct exposed *exposed, const struct tracer *tracer);
 void exposed_clear(struct exposed *exposed); /* of {0} is legal */
 
+/* Where `area` of it falls, from 0 to all: the instance and its triangle. Returns the number of
+ * that in `sum`. */
+size_t exposed_triangle(const struct exposed *exposed, double area, uint32_t *instance,
+                        uint32_t *triangle);
+
 /* Looks from `count` places, below 2^30, to suns and the sky in turn, to the latter by the cosine,
  * and adds those that see light as hits without flux, particle or bounce. Error: memory. */
 struct error *exposed_add(const struct exposed *exposed, size_t count, uint64_t seed,

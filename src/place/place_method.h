@@ -85,8 +85,9 @@ struct place_options {
     struct {
         double radii[2], distance, lift;
         int steer; /* enum poisson_steer */
-        int particles, misses;
-        bool radii_given, distance_given, lift_given, steer_given, particles_given, misses_given;
+        int particles, misses, areas;
+        bool radii_given, distance_given, lift_given, steer_given, particles_given, misses_given,
+            areas_given;
     } poisson;
     /* octree and spawn-merge: from where to where cells are cut; the latter has no least */
     int levels[2];

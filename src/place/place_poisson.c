@@ -5,6 +5,7 @@
 #include "base/interrupt.h"
 #include "base/options.h"
 #include "math/vec.h"
+#include "place/patches.h"
 #include "place/place.h"
 #include "place/place_method.h"
 #include "place/poisson.h"
@@ -103,7 +104,17 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
          .least = 1,
          .most = 1 << 20,
          .given = &o->poisson.misses_given,
-         .help = "poisson: end where fewer than one of N darts of particles finds room"}};
+         .help = "poisson: end where fewer than one of N darts of particles finds room"},
+        {.name = "areas",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &o->poisson.areas,
+         .least = 1,
+         .most = 1 << 16,
+         .given = &o->poisson.areas_given,
+         .shown = "none",
+         .help = "poisson: columns area and albedo of what each point stands for, from N\n"
+                 "places of the surface a point"}};
     memcpy(row, all, sizeof all);
     return row + sizeof all / sizeof *all;
 }
@@ -226,6 +237,31 @@ static struct vec3 lifted(const struct tracer *tracer, const struct poisson_poin
     return vec3_fma(point->position, hit.hit ? hit.distance / 2 : lift, n);
 }
 
+/* Adds columns area and albedo. *lit: the sum of the areas. */
+static struct error *give_areas(struct place *place, const struct poisson *set,
+                                const struct tracer *tracer, const struct place_options *o,
+                                const struct place_world *world, double *lit)
+{
+    const struct patches_settings settings = {o->poisson.areas, world->seed, world->inside.threads};
+    struct column *area = NULL, *albedo = NULL;
+    struct patch *patch = NULL;
+    struct error *err = array_create(&patch, set->count, sizeof *patch);
+    if (!err)
+        err = patches_measure(tracer, set->point, set->count, &settings, patch);
+    if (!err)
+        err = place_add_column(place, "area", COLUMN_F32, 1, &area);
+    if (!err)
+        err = place_add_column(place, "albedo", COLUMN_F32, 3, &albedo);
+    area = err ? NULL : table_column(&place->columns, "area");
+    for (size_t i = 0; i < set->count && !err; i++) {
+        *lit += (double)patch[i].area;
+        column_f32(area)[i] = patch[i].area;
+        memcpy(column_f32(albedo) + 3 * i, &patch[i].albedo, sizeof patch[i].albedo);
+    }
+    free(patch);
+    return err;
+}
+
 static struct error *give(struct place *place, const struct poisson *set, const struct kept *kept,
                           const struct tracer *tracer, const struct place_options *o)
 {
@@ -308,6 +344,7 @@ static struct error *place_by_options(struct place *place, const struct place_op
     struct path_tracer path = {0};
     struct poisson set = {0};
     struct kept kept = {0};
+    double lit = 0;
     struct error *err = kept_read(&kept, o, scene, world->most);
     if (!err)
         err = trace_create(&tracer, scene);
@@ -317,12 +354,19 @@ static struct error *place_by_options(struct place *place, const struct place_op
         interrupt_catch();
         err = make(&set, &path, &kept, o, world, diagonal);
     }
+    if (!err)
+        err = give(place, &set, &kept, tracer, o);
+    if (!err && o->poisson.areas_given)
+        err = give_areas(place, &set, tracer, o, world, &lit);
     if (!err && world->program)
         fprintf(stderr,
                 "%s: %zu points, radii %g to %g: of %zu darts %zu were asked for occlusion\n",
                 world->program, set.count, set.least, set.most, set.darts, set.tested);
-    if (!err)
-        err = give(place, &set, &kept, tracer, o);
+    if (!err && world->program && o->poisson.areas_given)
+        fprintf(stderr,
+                "%s: they stand for %g of surface that is lit, in units of the scene, "
+                "squared\n",
+                world->program, lit);
     poisson_clear(&set);
     kept_clear(&kept);
     path_clear(&path);

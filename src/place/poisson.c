@@ -373,13 +373,7 @@ static float albedo_at(const struct tracer *tracer, const struct particle_hit *h
 {
     struct trace_point point;
     trace_point_at(tracer, hit->instance, hit->triangle, hit->b, hit->c, &point);
-    if (!tracer->has_colour)
-        return vec3f_most(scene_albedo(tracer->scene, point.material, point.u, point.v));
-    float rgba[4];
-    trace_point_tint(tracer, &point, rgba);
-    return vec3f_most(scene_albedo_tinted(tracer->scene, point.material,
-                                          (struct vec3f){rgba[0], rgba[1], rgba[2]}, point.u,
-                                          point.v));
+    return vec3f_most(trace_point_albedo(tracer, &point));
 }
 
 /* The i-th dart of the round: where a particle arrived, in an order that spreads them over the

@@ -2,6 +2,7 @@
 # where probes go: a file a method, and what is inside solids
 place_sources = \
 	%D%/exposed.c %D%/exposed.h \
+	%D%/patches.c %D%/patches.h \
 	%D%/place.c %D%/place.h \
 	%D%/place_grid.c %D%/place_grid.h \
 	%D%/place_ground.c %D%/place_ground.h \

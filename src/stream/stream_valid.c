@@ -29,6 +29,8 @@ static const struct known {
     {"probe", "sky", COLUMN_F32, 1, 0},
     {"probe", "ao", COLUMN_F32, 1, 0},
     {"probe", "radius", COLUMN_F32, 1, 0},
+    {"probe", "area", COLUMN_F32, 1, 0},
+    {"probe", "albedo", COLUMN_F32, 3, 0},
     {"probe", "normal", COLUMN_F32, 3, 0},
     {"probe", "bent_normal", COLUMN_F32, 3, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0},

@@ -116,6 +116,18 @@ static inline float trace_point_transparency(const struct tracer *tracer,
     return scene_transparency_tinted(tracer->scene, point->material, rgba[3], point->u, point->v);
 }
 
+/* The share of light that it scatters, too. */
+static inline struct vec3f trace_point_albedo(const struct tracer *tracer,
+                                              const struct trace_point *point)
+{
+    if (!tracer->has_colour)
+        return scene_albedo(tracer->scene, point->material, point->u, point->v);
+    float rgba[4];
+    trace_point_tint(tracer, point, rgba);
+    return scene_albedo_tinted(tracer->scene, point->material,
+                               (struct vec3f){rgba[0], rgba[1], rgba[2]}, point->u, point->v);
+}
+
 static inline struct vec3f trace_point_emission(const struct tracer *tracer,
                                                 const struct trace_point *point)
 {
