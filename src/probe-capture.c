@@ -14,6 +14,7 @@
 #include "capture/capture_stream.h"
 #include "import/import_scene.h"
 #include "light/convert.h"
+#include "scene/relit.h"
 #include "scene/scene.h"
 #include "scene/scene_told.h"
 #include "stream/stream.h"
@@ -57,6 +58,17 @@ static void warn_after(const struct capture_run *run, struct warnings *warnings)
                      run->probes, run->options.slice.parts > 1 ? " of the slice" : "");
 }
 
+/* The light of a stream that was relit. */
+static struct error *relight(struct scene *scene, const struct capture_options *o,
+                             const struct stream_header *header, struct warnings *warnings)
+{
+    const struct scene_settings *s = &o->scene;
+    if (relit_is(header) && (s->sky_given || (s->light_count && !s->inherited)))
+        return error_new("the stream was relit, and its header names that light: expected no "
+                         "--sky, --sun, --point and --spot");
+    return relit_scene(scene, s, header, warnings);
+}
+
 int main(int argc, char **argv)
 {
     struct program program = {.name = "probe-capture",
@@ -90,6 +102,8 @@ int main(int argc, char **argv)
         err = scene_read(&scene, program.operands[0], &o->scene, o->scene.lenient, &warnings);
     if (!err)
         err = scene_settings_found_sky(&o->scene, scene);
+    if (!err)
+        err = relight(scene, o, stream_reader_header(run.reader), &warnings);
     if (!err)
         err = scene_told(&warnings, stream_reader_header(run.reader), o->common.quiet, &run.told);
     if (!err)

@@ -57,7 +57,8 @@ MODULE_TESTS = \
 	tests/tetra \
 	tests/thin \
 	tests/measure \
-	tests/render
+	tests/render \
+	tests/relight
 
 # What is broken on purpose: in the build with sanitizers alone, where a fault is seen.
 FUZZ_TESTS = \
@@ -104,6 +105,7 @@ PROGRAM_TESTS = \
 	tests/shadow-edges.t \
 	tests/probe-error.t \
 	tests/probe-query.t \
+	tests/probe-relight.t \
 	tests/probe-render.t \
 	tests/probe-vtk.t
 

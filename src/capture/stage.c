@@ -2,6 +2,7 @@
 #include "capture/stage.h"
 #include "base/error.h"
 #include "import/import_scene.h"
+#include "scene/relit.h"
 #include "scene/scene_settings.h"
 #include "stream/stream.h"
 #include "topology/decimate.h"
@@ -25,10 +26,6 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
                          warnings);
     if (!err)
         err = scene_settings_found_sky(&stage->scene_settings, stage->scene);
-    if (!err)
-        err = trace_create(&stage->tracer, stage->scene);
-    if (!err)
-        err = path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
     if (err)
         return err;
     const char *captured = header_key(header, "scene-key");
@@ -36,7 +33,11 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
     snprintf(stage->captured_key, sizeof stage->captured_key, "%s", captured ? captured : "");
     stage->other = scene_differs(stage->scene, header);
     stage->other_sky = scene_sky_differs(stage->scene, header);
-    return NULL;
+    relit_key(header, stage->relit);
+    err = stage->other ? NULL : relit_scene(stage->scene, &stage->scene_settings, header, warnings);
+    if (!err)
+        err = trace_create(&stage->tracer, stage->scene);
+    return err ? err : path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
 }
 
 struct error *stage_decimate(struct stage *stage, struct warnings *warnings)

@@ -25,12 +25,14 @@ struct stage {
     bool other_sky; /* or under another picture of the sky */
     /* of this scene, of the one that they were captured in ("": not known) */
     char key[24], captured_key[24];
+    char relit[24]; /* what became of the light (relit_key) */
     struct scene *scene;
     struct tracer *tracer;
     struct path_tracer path;
 };
 
-/* Reads the scene at `path` as the header says, and in its place `given` (scene_file_rows), which
+/* Reads the scene at `path` as the header says, in the light that it was relit with (scene/relit.h;
+ * another scene keeps its own), and in its place `given` (scene_file_rows), which
  * is taken over and left at its default. stage_clear is legal, and needed, on error too. */
 struct error *stage_init(struct stage *stage, const char *path, const struct stream_header *header,
                          struct scene_settings *given, struct warnings *warnings);

@@ -74,6 +74,8 @@ static struct error *describe(struct stream_header *header, const struct stage *
         err = header_set_reals(header, "truth-bounds", 6, bounds);
     if (!err)
         err = header_set_real(header, "truth-step", step);
+    if (!err && *stage->relit)
+        err = header_set_key(header, "truth-relit", stage->relit);
     char key[REACH_KEY];
     if (!err && s->reach_file)
         err = reach_key(s->reach_file, &s->reach, key);
@@ -108,6 +110,9 @@ static struct error *check_described(const struct stream_header *is,
                          key, header_key(wanted, "scene-key"));
     if (scene_sky_differs(scene, is))
         return error_new("this truth is under another sky than %s", scene->sky.file);
+    const char *relit = header_key(wanted, "truth-relit"), *was = header_key(is, "truth-relit");
+    if (!relit != !was || (relit && strcmp(relit, was)))
+        return error_new("this truth is of other light than the stream was relit with");
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
         const char *has = header_key(is, keys[i].key), *asked = header_key(wanted, keys[i].key);
         if (keys[i].asked && (!has || strcmp(has, asked)))

@@ -6,6 +6,7 @@
 #include "render/render_options.h"
 #include "render/view.h"
 #include "import/import_scene.h"
+#include "scene/relit.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
 #include "scene/scene_told.h"
@@ -111,6 +112,8 @@ struct error *scene_film_init(struct scene_film *film, const struct render_optio
     free(told);
     if (!err && stream)
         check_scene(film->scene, stream, warnings);
+    if (!err && stream && !scene_differs(film->scene, &stream->header))
+        err = relit_scene(film->scene, &options->scene, &stream->header, warnings);
     if (!err && film->baked.in && options->visible == INTERPOLATE_VISIBLE_RAYS)
         err = see_by_rays(film);
     if (!err)

@@ -16,6 +16,16 @@ void scene_mesh_clear(struct scene_mesh *mesh)
     *mesh = (struct scene_mesh){0};
 }
 
+void scene_sky_clear(struct scene_sky *sky)
+{
+    if (sky->picture)
+        free(sky->picture->texels);
+    free(sky->picture);
+    free(sky->file);
+    free(sky->from_scene);
+    *sky = (struct scene_sky){0};
+}
+
 void scene_destroy(struct scene *scene)
 {
     if (!scene)
@@ -28,11 +38,7 @@ void scene_destroy(struct scene *scene)
         free(scene->textures[i].texels);
     for (size_t i = 0; i < scene->part_count; i++)
         free(scene->parts[i].name);
-    if (scene->sky.picture)
-        free(scene->sky.picture->texels);
-    free(scene->sky.picture);
-    free(scene->sky.file);
-    free(scene->sky.from_scene);
+    scene_sky_clear(&scene->sky);
     free(scene->meshes);
     free(scene->instances);
     free(scene->materials);

@@ -183,6 +183,9 @@ struct scene {
 /* takes NULL */
 void scene_destroy(struct scene *scene);
 
+/* Leaves a sky black. */
+void scene_sky_clear(struct scene_sky *sky);
+
 /* Frees a mesh that is not in a scene. */
 void scene_mesh_clear(struct scene_mesh *mesh);
 

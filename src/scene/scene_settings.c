@@ -110,6 +110,7 @@ static struct error *parse_sky(void *value, const char *text)
         free(file);
         return err;
     }
+    settings->sky_given = true;
     memcpy(settings->sky, rgb, sizeof rgb);
     forget_sky(settings);
     settings->sky_file = file;

@@ -16,6 +16,7 @@ struct stream_header;
  * the stream's header so that a later stage sees the same light. */
 struct scene_settings {
     double sky[3];
+    bool sky_given; /* by the command line */
     char *sky_file; /* owned; NULL: uniform sky; absolute where it was found */
     /* of a header's: its name from the scene's folder, or NULL, owned; and the key of its bytes, or
      * 0: not known */

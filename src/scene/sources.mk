@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# triangles, materials, lights, sky, settings, shading
+# triangles, materials, lights, groups of them, sky, settings, shading
 scene_sources = \
 	%D%/groups.c %D%/groups.h \
+	%D%/relit.c %D%/relit.h \
 	%D%/scene.c %D%/scene.h \
 	%D%/scene_build.c %D%/scene_build.h \
 	%D%/scene_choice.c %D%/scene_choice.h \

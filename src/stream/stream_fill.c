@@ -25,7 +25,8 @@ static bool is_of_light(const char *key)
     static const char *const names[] = {
         "sky",          "sky-key",    "sky-map",     "sky-turn",  "sky-up",  "sky-scale",    "emit",
         "albedo-scale", "max-albedo", "light-scale", "scene-key", "rotated", "rotated-light"};
-    static const char *const families[] = {"sh-", "capture-", "sun-", "point-", "spot-"};
+    static const char *const families[] = {"sh-",   "capture-", "sun-",   "point-",
+                                           "spot-", "relit-",   "weight-"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (!strcmp(key, names[i]))
             return true;

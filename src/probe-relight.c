@@ -1,0 +1,561 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* probe-relight: gives probes other light, as weights of what was captured of groups of lights, of
+ * a sky and of suns, without tracing again. */
+#include "base/array.h"
+#include "base/claim.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/options.h"
+#include "base/warning.h"
+#include "math/angle.h"
+#include "relight/relight.h"
+#include "relight/sky_bands.h"
+#include "relight/sun_blend.h"
+#include "relight/weights.h"
+#include "scene/relit.h"
+#include "scene/scene.h"
+#include "scene/scene_settings.h"
+#include "scene/scene_sky.h"
+#include "stream/common_options.h"
+#include "stream/header_number.h"
+#include "stream/stream.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK_BYTES = 4 << 20, BLOCK_ROWS_MOST = 4096 };
+
+/* What is asked for. Texts point into argv. */
+struct arguments {
+    const char *table;    /* of weights; NULL: none */
+    const char **setting; /* NAME=w; owned */
+    size_t settings, setting_capacity;
+    const char *row;
+    struct scene_settings light; /* the sky and the suns */
+    const char *sun_path;
+    double time;
+    bool time_given, keep;
+    enum sun_between between;
+    struct common common;
+};
+
+static struct error *parse_weights(void *value, const char *text)
+{
+    struct arguments *a = value;
+    if (!weights_is_setting(text)) {
+        if (a->table)
+            return error_usage("--weights: expected one table, got '%s' and '%s'", a->table, text);
+        a->table = text;
+        return NULL;
+    }
+    struct error *err =
+        array_reserve(&a->setting, &a->setting_capacity, a->settings + 1, sizeof *a->setting);
+    if (!err)
+        a->setting[a->settings++] = text;
+    return err;
+}
+
+/* -- outputs ---------------------------------------------------------------------------------- */
+
+/* One stream that is written. */
+struct output {
+    struct stream_writer *writer;
+    struct table table; /* of probes */
+    char *path;
+    double *weight; /* three a part */
+};
+
+struct run {
+    const struct arguments *arguments;
+    const struct program *program;
+    struct warnings *warnings;
+    struct stream_reader *reader;
+    struct relight relight;
+    struct weights weights;
+    struct output *output; /* one a row of weights */
+    double *others;        /* weights of the sky's functions and the suns, three each */
+};
+
+/* The place of %s in a pattern; NULL: it has none. */
+static const char *find_place(const char *pattern)
+{
+    return strstr(pattern, "%s");
+}
+
+static struct error *name_output(const struct run *run, size_t row, char **path)
+{
+    const char *pattern = run->arguments->common.output, *place = find_place(pattern);
+    if (!place) {
+        *path = strdup(pattern);
+        return *path ? NULL : error_memory();
+    }
+    char *name = weights_row_name(&run->weights, row);
+    struct error *err = name ? NULL : error_memory();
+    if (!err && (!*name || strchr(name, '/') || *name == '.'))
+        err = error_new("row '%s': expected a name that a file can have, without /", name);
+    if (!err && asprintf(path, "%.*s%s%s", (int)(place - pattern), pattern, name, place + 2) < 0) {
+        *path = NULL;
+        err = error_memory();
+    }
+    free(name);
+    return err;
+}
+
+static struct error *check_pattern(const struct run *run)
+{
+    const struct arguments *a = run->arguments;
+    const char *place = find_place(a->common.output);
+    if (run->weights.rows > 1 && !place)
+        return error_usage("%s has %zu rows: expected --row, or --output with %%s for the name of "
+                           "each, as 'evening-%%s.probe'",
+                           a->table, run->weights.rows);
+    if (place && find_place(place + 2))
+        return error_usage("--output: expected one %%s, got '%s'", a->common.output);
+    return NULL;
+}
+
+/* -- the light that is asked for -------------------------------------------------------------- */
+
+/* Adds the sun of a time to those that were given. */
+static struct error *add_timed_sun(struct arguments *a, const struct scene_sky *axes)
+{
+    struct sun_place at;
+    struct error *err = sun_path_at(a->sun_path, a->time, &at);
+    if (err)
+        return err;
+    const double azimuth = fmod(at.azimuth, 360) * (ANGLE_PI / 180),
+                 elevation = at.elevation * (ANGLE_PI / 180), flat = angle_cos(elevation);
+    const struct vec3 front = axes->turned ? axes->front : (struct vec3){1, 0, 0},
+                      up = axes->turned ? axes->up : (struct vec3){0, 1, 0},
+                      right = axes->turned ? axes->right : (struct vec3){0, 0, 1};
+    const struct vec3 towards = vec3_add(vec3_scale(flat * angle_cos(azimuth), front),
+                                         vec3_add(vec3_scale(flat * angle_sin(azimuth), right),
+                                                  vec3_scale(angle_sin(elevation), up)));
+    struct scene_light sun = {.kind = SCENE_SUN, .direction = vec3_scale(-1, towards)};
+    memcpy(sun.intensity, at.rgb, sizeof sun.intensity);
+    err = array_reserve(&a->light.lights, &a->light.light_capacity, a->light.light_count + 1,
+                        sizeof sun);
+    if (!err)
+        a->light.lights[a->light.light_count++] = sun;
+    return err;
+}
+
+/* How far off the stored suns one may be before that is worth a word. */
+#define SUN_OFF_MOST 1.0
+
+/* Adds the weights of stored suns for one that is asked for. */
+static struct error *weigh_sun(const struct run *run, const struct scene_light *sun, double *weight)
+{
+    const struct relight *r = &run->relight;
+    const struct vec3 to = vec3_scale(-1, sun->direction);
+    const double towards[3] = {to.x, to.y, to.z};
+    double *blend = NULL;
+    if (!r->suns)
+        return error_new("there is no transfer of suns: expected a stream of probe-capture "
+                         "--transfer suns:FILE");
+    struct error *err = array_create(&blend, r->suns, sizeof *blend);
+    if (err)
+        return err;
+    const double off = sun_blend(run->arguments->between, r->suns, r->sun, towards, blend);
+    if (off > SUN_OFF_MOST)
+        warnings_add(run->warnings, "sun off",
+                     "a sun is %.1f degrees off those of the transfer: the light is that of the "
+                     "nearest direction between them",
+                     off);
+    for (size_t s = 0; s < r->suns; s++)
+        for (size_t c = 0; c < 3; c++)
+            weight[3 * s + c] += blend[s] * sun->intensity[c];
+    free(blend);
+    return NULL;
+}
+
+static struct error *weigh_sky(struct run *run, const struct scene_sky *sky)
+{
+    const struct relight *r = &run->relight;
+    return r->sky_order ? sky_bands(sky, r->sky_order, run->others)
+                        : error_new("there is no transfer of a sky: expected a stream of "
+                                    "probe-capture --transfer sky:N");
+}
+
+/* Fills the weights of all that is no group; takes over where the sky's picture was found. */
+static struct error *weigh_others(struct run *run, struct arguments *a)
+{
+    const struct relight *r = &run->relight;
+    const size_t functions = (size_t)(r->sky_order * r->sky_order);
+    struct scene_sky sky = {0};
+    struct error *err = array_create(&run->others, 3 * (functions + r->suns), sizeof(double));
+    if (!err)
+        err = scene_sky_finish(&sky, NULL, &a->light, run->warnings);
+    if (!err)
+        a->light.sky_key = sky.key;
+    if (!err && a->light.sky_given)
+        err = weigh_sky(run, &sky);
+    if (!err && a->sun_path)
+        err = add_timed_sun(a, &sky);
+    for (size_t i = 0; i < a->light.light_count && !err; i++)
+        err = weigh_sun(run, &a->light.lights[i], run->others + 3 * functions);
+    if (!err && functions && !a->light.sky_given)
+        warnings_add(run->warnings, "no sky",
+                     "the transfer of a sky adds nothing: no --sky is "
+                     "given");
+    if (!err && r->suns && !a->light.light_count)
+        warnings_add(run->warnings, "no sun",
+                     "the transfer of suns adds nothing: no --sun or --time is given");
+    scene_sky_clear(&sky);
+    return err;
+}
+
+/* -- weights of groups ------------------------------------------------------------------------ */
+
+/* Whether the stream was captured under a sky that shines. */
+static struct error *captured_sky(const struct stream_header *header, bool *shines)
+{
+    double rgb[3] = {0};
+    struct error *err = header_get_reals(header, "sky", 3, 0, 1e300, rgb);
+    *shines = header_key(header, "sky-file") || rgb[0] > 0 || rgb[1] > 0 || rgb[2] > 0;
+    return err;
+}
+
+/* The group that has the sky, and whether it has nothing else. */
+static size_t group_of_sky(const struct light_groups *groups, bool *alone)
+{
+    size_t group = groups->count - 1; /* the rest */
+    for (size_t g = groups->count; g-- > 0;)
+        for (size_t t = 0; t < groups->list[g].term_count; t++)
+            if (groups->list[g].term[t].kind == GROUP_SKY)
+                group = g;
+    const struct light_group *of = &groups->list[group];
+    *alone = of->term_count > 0;
+    for (size_t t = 0; t < of->term_count; t++)
+        *alone = *alone && of->term[t].kind == GROUP_SKY;
+    return group;
+}
+
+static bool is_zero(const double weight[3])
+{
+    return weight[0] == 0 && weight[1] == 0 && weight[2] == 0;
+}
+
+/* A scene has one sky: the captured one gives way to the one that is asked for. */
+static struct error *replace_sky(struct run *run)
+{
+    const struct light_groups *groups = &run->relight.groups;
+    struct weights *w = &run->weights;
+    bool shines = false, alone = false;
+    struct error *err = captured_sky(stream_reader_header(run->reader), &shines);
+    if (err || !shines || !run->arguments->light.sky_given)
+        return err;
+    if (run->relight.whole)
+        return error_new("the light was captured under a sky, and is no group of its own: expected "
+                         "a stream of --groups, or of a black sky, to put another in its place");
+    const size_t group = group_of_sky(groups, &alone);
+    for (size_t r = 0; r < w->rows && !err; r++) {
+        double *weight = w->weight + 3 * (r * w->groups + group);
+        if (!alone && !is_zero(weight))
+            err = error_new("group %s has the sky of the capture, which --sky replaces, and other "
+                            "light: expected weight 0, or a sky in a group of its own",
+                            w->group[group]);
+        memset(weight, 0, 3 * sizeof *weight);
+    }
+    if (!err && alone)
+        warnings_add(run->warnings, "sky replaced",
+                     "group %s, the sky of the capture, gives way to --sky: its weight is 0",
+                     w->group[group]);
+    return err;
+}
+
+static void warn_negative(const struct run *run)
+{
+    const struct weights *w = &run->weights;
+    for (size_t i = 0; i < 3 * w->rows * w->groups; i++)
+        if (w->weight[i] < 0) {
+            warnings_add(run->warnings, "negative",
+                         "group %s has a weight below 0: light is taken away, and no truth of it "
+                         "can be traced",
+                         w->group[i / 3 % w->groups]);
+            return;
+        }
+}
+
+static struct error *weigh_groups(struct run *run)
+{
+    static char rest[] = "rest", *const only[] = {rest};
+    const struct arguments *a = run->arguments;
+    struct relight *r = &run->relight;
+    struct error *err =
+        weights_init(&run->weights, r->whole ? 1 : r->groups.count, r->whole ? only : r->names);
+    if (!err && a->table)
+        err = weights_read(&run->weights, a->table);
+    for (size_t i = 0; i < a->settings && !err; i++)
+        err = weights_set(&run->weights, a->setting[i]);
+    if (!err && a->row)
+        err = weights_choose(&run->weights, a->row);
+    if (!err)
+        err = replace_sky(run);
+    if (!err)
+        warn_negative(run);
+    return err;
+}
+
+/* -- streams ---------------------------------------------------------------------------------- */
+
+static struct error *make_header(const struct run *run, size_t row, struct stream_header *header)
+{
+    const struct arguments *a = run->arguments;
+    const struct weights *w = &run->weights;
+    struct error *err = header_copy(header, stream_reader_header(run->reader));
+    if (err)
+        return err;
+    relit_remove(header);
+    if (run->relight.whole)
+        err = header_set_key(header, "group-1", "rest");
+    if (!err)
+        err = relit_weights_to_header(w->groups, w->weight + 3 * row * w->groups, header);
+    if (!err)
+        err = relit_light_to_header(&a->light, a->light.sky_given, header);
+    for (size_t k = header->key_count; k-- > 0 && !a->keep;)
+        if (!strncmp(header->keys[k].name, "transfer-", 9))
+            header_remove_key(header, header->keys[k].name);
+    return err ? err : header_add_provenance(header, run->program->recorded);
+}
+
+static struct error *open_output(struct run *run, size_t row)
+{
+    struct output *out = &run->output[row];
+    const enum stream_encoding asked = run->arguments->common.encoding;
+    const size_t groups = run->weights.groups, others = relight_parts(&run->relight) - groups;
+    struct stream_header header = {0};
+    struct error *err = name_output(run, row, &out->path);
+    if (!err)
+        err = array_create(&out->weight, 3 * (groups + others), sizeof *out->weight);
+    if (!err) {
+        memcpy(out->weight, run->weights.weight + 3 * row * groups, 3 * groups * sizeof(double));
+        memcpy(out->weight + 3 * groups, run->others, 3 * others * sizeof(double));
+        err = make_header(run, row, &header);
+    }
+    if (!err)
+        err = stream_writer_open(
+            &out->writer, out->path,
+            asked == STREAM_AS_READ ? stream_reader_encoding(run->reader) : asked, &header);
+    header_clear(&header);
+    return err;
+}
+
+static size_t block_rows(const struct table *schema)
+{
+    size_t bytes = 1;
+    for (size_t c = 0; c < schema->column_count; c++)
+        bytes += schema->columns[c].width * column_type_size(schema->columns[c].type);
+    const size_t rows = BLOCK_BYTES / bytes;
+    return rows < 1 ? 1 : rows > BLOCK_ROWS_MOST ? BLOCK_ROWS_MOST : rows;
+}
+
+/* The tables of a block of rows, for each output. */
+static struct error *write_rows(struct run *run, const struct table *in, bool probes)
+{
+    struct error *err = NULL;
+    for (size_t r = 0; r < run->weights.rows && !err; r++) {
+        struct output *out = &run->output[r];
+        if (probes)
+            err = relight_rows(&run->relight, out->weight, in, &out->table,
+                               run->arguments->common.threads);
+        if (!err)
+            err = stream_writer_rows(out->writer, probes ? &out->table : in, 0, in->rows);
+    }
+    return err;
+}
+
+static struct error *start_tables(struct run *run, const struct table *schema, bool probes)
+{
+    struct error *err = NULL;
+    if (probes)
+        err = relight_find(&run->relight, schema);
+    for (size_t r = 0; r < run->weights.rows && !err; r++) {
+        struct output *out = &run->output[r];
+        /* each says the same */
+        struct warnings *warnings = r ? NULL : run->warnings;
+        if (probes)
+            err = relight_schema(&run->relight, schema, &out->table, warnings);
+        if (!err)
+            err = stream_writer_table(out->writer, probes ? &out->table : schema);
+    }
+    return err;
+}
+
+static struct error *do_table(struct run *run, struct table *schema)
+{
+    const bool probes = !strcmp(schema->name, "probe");
+    const size_t most = block_rows(schema);
+    struct error *err = start_tables(run, schema, probes);
+    for (size_t got = 1; got && !err;) {
+        err = table_resize(schema, 0);
+        if (!err)
+            err = stream_reader_rows(run->reader, schema, most, &got);
+        if (!err && got)
+            err = write_rows(run, schema, probes);
+    }
+    return err;
+}
+
+static struct error *do_stream(struct run *run)
+{
+    struct error *err = array_create(&run->output, run->weights.rows, sizeof *run->output);
+    for (size_t r = 0; r < run->weights.rows && !err; r++)
+        err = open_output(run, r);
+    for (bool more = true; more && !err;) {
+        struct table schema = {0};
+        err = stream_reader_next_table(run->reader, &schema, &more);
+        if (!err && more)
+            err = do_table(run, &schema);
+        table_clear(&schema);
+    }
+    for (size_t r = 0; run->output && r < run->weights.rows; r++) {
+        struct output *out = &run->output[r];
+        if (!err)
+            err = stream_writer_finish(out->writer);
+        else
+            stream_writer_abandon(out->writer);
+        table_clear(&out->table);
+        free(out->path);
+        free(out->weight);
+    }
+    return err;
+}
+
+static struct error *relight(struct run *run, struct arguments *a, const char *input)
+{
+    struct error *err = stream_reader_open(&run->reader, input);
+    if (err)
+        return err;
+    err = relight_from_header(&run->relight, stream_reader_header(run->reader));
+    if (!err && a->keep && run->relight.whole)
+        err = error_new("--keep needs groups: the light that the stream has is overwritten");
+    err = error_wrap(err, "%s", file_input_name(input));
+    run->relight.keep = a->keep;
+    if (!err)
+        err = weigh_groups(run);
+    if (!err)
+        err = check_pattern(run);
+    if (!err)
+        err = weigh_others(run, a);
+    return err ? err : do_stream(run);
+}
+
+/* -- the command line ------------------------------------------------------------------------- */
+
+enum { LIGHT_ROWS = 6 };
+
+/* The rows of the sky and the suns, as the programs that trace have them. */
+static void light_rows(struct arguments *a, struct option_row rows[LIGHT_ROWS + 1])
+{
+    static const char *const names[LIGHT_ROWS] = {"sky",    "sky-map",   "sky-turn",
+                                                  "sky-up", "sky-scale", "sun"};
+    struct option_row all[SCENE_SETTINGS_ROWS];
+    scene_settings_rows(&a->light, all);
+    for (size_t i = 0; i < LIGHT_ROWS; i++)
+        rows[i] = *option_row(all, names[i]);
+    rows[0].help = "the sky, in place of the captured one: one colour, or a\n"
+                   "panorama (Radiance .hdr, OpenEXR)";
+    rows[0].shown = "none";
+    rows[LIGHT_ROWS] = (struct option_row){0};
+}
+
+static struct error *check(const struct arguments *a)
+{
+    if (a->row && !a->table)
+        return error_usage("--row needs a table: --weights FILE");
+    if (a->time_given != (a->sun_path != NULL))
+        return error_usage("expected --time and --sun-path together");
+    return NULL;
+}
+
+static struct error *parse(struct program *program, struct arguments *a, int argc, char **argv)
+{
+    static const char *const ways[] = {[SUN_PATH] = "path", [SUN_SPHERE] = "sphere", NULL};
+    const struct option_row rows[] = {
+        {.name = "weights",
+         .letter = 'w',
+         .argument = "NAME=W|NAME=R,G,B|FILE",
+         .kind = OPTION_CALL,
+         .value = a,
+         .parse = parse_weights,
+         .shown = "1 each",
+         .help = "what the light of group NAME is multiplied by; may repeat;\n"
+                 "or a table of weights, each row of which is an output"},
+        {.name = "row",
+         .argument = "NAME|N",
+         .kind = OPTION_TEXT,
+         .value = &a->row,
+         .shown = "all",
+         .help = "of the table, this row alone, by its name or its number\n"
+                 "from 0; without it --output is to have a %s for the name"},
+        {0}};
+    const struct option_row more[] = {
+        {.name = "time",
+         .argument = "T",
+         .kind = OPTION_REAL,
+         .value = &a->time,
+         .given = &a->time_given,
+         .shown = "none",
+         .help = "a sun where the path has it at this time"},
+        {.name = "sun-path",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &a->sun_path,
+         .shown = "none",
+         .help = "lines of time, azimuth, elevation (degrees), R G B"},
+        {.name = "sun-between",
+         .argument = "WAY",
+         .kind = OPTION_CHOICE,
+         .value = OPTION_ENUM(a->between),
+         .choices = ways,
+         .help = "how the captured suns stand: path, one after the other;\n"
+                 "sphere, anywhere"},
+        {.name = "keep",
+         .kind = OPTION_FLAG,
+         .value = &a->keep,
+         .help = "keep the columns of groups and transfers"},
+        {0}};
+    struct option_row light[LIGHT_ROWS + 1], shared[COMMON_ROWS];
+    const struct option_row *const groups[] = {
+        rows, light, more, common_rows(&a->common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
+    light_rows(a, light);
+    struct error *err = options_parse(program, groups, argc, argv);
+    return err ? err : check(a);
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments a = {.light = scene_settings_default(), .common = common_default()};
+    struct program program = {
+        .name = "probe-relight",
+        .usage = "[OPTION]... [STREAM]",
+        .summary = "Gives the probes of STREAM (standard input) other light: weights of the groups "
+                   "of lights that\n"
+                   "probe-capture --groups captured, and a sky and suns by what --transfer did, "
+                   "without tracing.",
+        .operands_most = 1};
+    struct warnings warnings = {0};
+    struct error *err = parse(&program, &a, argc, argv);
+    struct run run = {.arguments = &a, .program = &program, .warnings = &warnings};
+    const char *input = !err && program.operand_count ? program.operands[0] : "-";
+    if (!err && a.table)
+        err = file_inputs_differ(a.table, "the weights", input, "the probes");
+    claim_in_place(input);
+    if (!err)
+        err = relight(&run, &a, input);
+    if (!a.common.quiet)
+        warnings_print(&warnings, program.name);
+    warnings_clear(&warnings);
+    weights_clear(&run.weights);
+    relight_clear(&run.relight);
+    stream_reader_close(run.reader);
+    scene_settings_clear(&a.light);
+    free(run.output);
+    free(run.others);
+    free(a.setting);
+    program_clear(&program);
+    return error_exit(program.name, err);
+}

@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "relight/weights.h"
+#include "base/array.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/number.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CELLS_MOST = 8192, LISTED_BYTES = 400 };
+
+static void forget_rows(struct weights *w)
+{
+    for (size_t r = 0; r < w->rows; r++)
+        free(w->name[r]);
+    w->rows = 0;
+}
+
+static struct error *add_row(struct weights *w)
+{
+    size_t capacity = w->capacity, room = w->capacity * w->groups * 3;
+    struct error *err = array_reserve(&w->name, &capacity, w->rows + 1, sizeof *w->name);
+    if (!err)
+        err = array_reserve(&w->weight, &room, capacity * w->groups * 3, sizeof *w->weight);
+    if (err)
+        return err;
+    w->capacity = capacity;
+    w->name[w->rows] = NULL;
+    for (size_t i = 0; i < w->groups * 3; i++)
+        w->weight[w->rows * w->groups * 3 + i] = 1;
+    w->rows++;
+    return NULL;
+}
+
+struct error *weights_init(struct weights *w, size_t groups, char *const *group)
+{
+    *w = (struct weights){.groups = groups, .group = group};
+    return add_row(w);
+}
+
+void weights_clear(struct weights *w)
+{
+    forget_rows(w);
+    free(w->name);
+    free(w->weight);
+    *w = (struct weights){0};
+}
+
+/* -- names and numbers ------------------------------------------------------------------------ */
+
+static struct error *unknown(const struct weights *w, const char *name, size_t length)
+{
+    char list[LISTED_BYTES] = "";
+    size_t used = 0;
+    for (size_t g = 0; g < w->groups && used + 60 < sizeof list; g++)
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%.40s", g ? ", " : "",
+                                 w->group[g]);
+    if (!w->groups)
+        return error_new("there is no group '%.*s': the stream has none (probe-capture --groups)",
+                         (int)length, name);
+    return error_new("there is no group '%.*s': expected one of %s%s", (int)length, name, list,
+                     used + 60 < sizeof list ? "" : ", ...");
+}
+
+static struct error *find_group(const struct weights *w, const char *name, size_t length,
+                                size_t *group)
+{
+    for (*group = 0; *group < w->groups; ++*group)
+        if (strlen(w->group[*group]) == length && !memcmp(w->group[*group], name, length))
+            return NULL;
+    return unknown(w, name, length);
+}
+
+static const char *past_blanks(const char *at, const char *end)
+{
+    while (at < end && *at == ' ')
+        at++;
+    return at;
+}
+
+/* One number, or one a channel. */
+static struct error *read_weight(const char *text, size_t length, double rgb[3])
+{
+    const char *end = text + length, *at = text;
+    int count = 0;
+    while (count < 3) {
+        at = number_read_f64(past_blanks(at, end), end, &rgb[count]);
+        if (!at || !isfinite(rgb[count]))
+            break;
+        count++;
+        at = past_blanks(at, end);
+        if (at == end || *at != ',')
+            break;
+        at++;
+    }
+    if (!at || at != end || count == 2 || count == 0 || !isfinite(rgb[count - 1]))
+        return error_new("expected a finite number, or three as R,G,B, got '%.*s'", (int)length,
+                         text);
+    if (count == 1)
+        rgb[1] = rgb[2] = rgb[0];
+    return NULL;
+}
+
+/* -- settings --------------------------------------------------------------------------------- */
+
+int weights_is_setting(const char *text)
+{
+    return strchr(text, '=') != NULL;
+}
+
+/* What is said of data, said of a command line. */
+static struct error *as_usage(struct error *err)
+{
+    if (!err || err == error_memory())
+        return err;
+    struct error *usage = error_usage("--weights: %s", error_message(err));
+    error_destroy(err);
+    return usage;
+}
+
+struct error *weights_set(struct weights *w, const char *text)
+{
+    const char *equals = strchr(text, '=');
+    size_t group = 0;
+    double rgb[3];
+    struct error *err = find_group(w, text, (size_t)(equals - text), &group);
+    if (!err)
+        err = read_weight(equals + 1, strlen(equals + 1), rgb);
+    for (size_t r = 0; r < w->rows && !err; r++)
+        memcpy(w->weight + 3 * (r * w->groups + group), rgb, sizeof rgb);
+    return as_usage(err);
+}
+
+/* -- tables ----------------------------------------------------------------------------------- */
+
+struct cell {
+    const char *text;
+    size_t length;
+};
+
+enum { NAME_COLUMN = -1 };
+
+struct table_reader {
+    struct weights *weights;
+    struct cell *cell; /* of a line */
+    long *column;      /* group or NAME_COLUMN */
+    size_t columns;    /* 0: the first line is still to come */
+};
+
+static size_t split(const char *line, size_t length, struct cell *cell)
+{
+    size_t count = 0;
+    const char *end = line + length;
+    for (const char *at = line; count < CELLS_MOST; count++) {
+        const char *tab = memchr(at, '\t', (size_t)(end - at));
+        const char *to = tab ? tab : end;
+        const char *from = past_blanks(at, to);
+        while (to > from && to[-1] == ' ')
+            to--;
+        cell[count] = (struct cell){from, (size_t)(to - from)};
+        if (!tab)
+            return count + 1;
+        at = tab + 1;
+    }
+    return count;
+}
+
+static struct error *read_head(struct table_reader *t, size_t count)
+{
+    struct error *err = NULL;
+    for (size_t c = 0; c < count && !err; c++) {
+        const struct cell *cell = &t->cell[c];
+        size_t group = 0;
+        t->column[c] = NAME_COLUMN;
+        if (cell->length != 4 || memcmp(cell->text, "name", 4)) {
+            err = find_group(t->weights, cell->text, cell->length, &group);
+            t->column[c] = (long)group;
+        }
+        for (size_t b = 0; b < c && !err; b++)
+            if (t->column[b] == t->column[c])
+                err = error_new("column '%.*s' stands twice", (int)cell->length, cell->text);
+    }
+    t->columns = count;
+    return err;
+}
+
+static struct error *name_row(struct weights *w, const struct cell *cell)
+{
+    const size_t row = w->rows - 1;
+    for (size_t r = 0; r < row; r++)
+        if (w->name[r] && strlen(w->name[r]) == cell->length &&
+            !memcmp(w->name[r], cell->text, cell->length))
+            return error_new("there is a row '%s' already", w->name[r]);
+    w->name[row] = strndup(cell->text, cell->length);
+    return w->name[row] ? NULL : error_memory();
+}
+
+static struct error *read_row(struct table_reader *t, size_t count)
+{
+    struct weights *w = t->weights;
+    if (count != t->columns)
+        return error_new("expected %zu cells, as the first line has, got %zu", t->columns, count);
+    struct error *err = add_row(w);
+    double *weight = err ? NULL : w->weight + 3 * (w->rows - 1) * w->groups;
+    for (size_t c = 0; c < count && !err; c++) {
+        const long column = t->column[c];
+        err = column == NAME_COLUMN
+                  ? name_row(w, &t->cell[c])
+                  : read_weight(t->cell[c].text, t->cell[c].length, weight + 3 * column);
+        if (column != NAME_COLUMN)
+            err = error_wrap(err, "group %s", w->group[column]);
+    }
+    return err;
+}
+
+static struct error *read_table(struct table_reader *t, struct file_input *in)
+{
+    struct error *err = NULL;
+    while (!err) {
+        const char *line;
+        size_t length, bytes;
+        err = file_input_line(in, &line, &length, &bytes);
+        if (err || !line)
+            return err;
+        in->line++;
+        if (length && line[length - 1] == '\r')
+            length--;
+        const size_t count = split(line, length, t->cell);
+        if (length && *line != '#' && (count > 1 || t->cell[0].length))
+            err = t->columns ? read_row(t, count) : read_head(t, count);
+        err = error_wrap(err, "%s:%zu", in->name, in->line);
+        file_input_consume(in, bytes);
+    }
+    return err;
+}
+
+struct error *weights_read(struct weights *w, const char *path)
+{
+    struct file_input in;
+    struct table_reader t = {.weights = w};
+    struct error *err = array_create(&t.cell, CELLS_MOST, sizeof *t.cell);
+    if (!err)
+        err = array_create(&t.column, CELLS_MOST, sizeof *t.column);
+    if (!err)
+        err = file_input_open(&in, path);
+    if (!err) {
+        forget_rows(w);
+        err = read_table(&t, &in);
+        if (!err && !w->rows)
+            err = error_new("%s: expected a line of groups and one a row of weights, got no row",
+                            in.name);
+        file_input_close(&in);
+    }
+    free(t.cell);
+    free(t.column);
+    return err;
+}
+
+char *weights_row_name(const struct weights *w, size_t row)
+{
+    char *text = NULL;
+    if (w->name[row])
+        return strdup(w->name[row]);
+    return asprintf(&text, "%zu", row) < 0 ? NULL : text;
+}
+
+/* By number where no row has that name. */
+static size_t find_row(const struct weights *w, const char *row)
+{
+    size_t found = 0;
+    while (found < w->rows && (!w->name[found] || strcmp(w->name[found], row)))
+        found++;
+    char *end;
+    const unsigned long number = strtoul(row, &end, 10);
+    if (found == w->rows && *row >= '0' && *row <= '9' && !*end && number < w->rows)
+        found = number;
+    return found;
+}
+
+struct error *weights_choose(struct weights *w, const char *row)
+{
+    const size_t found = find_row(w, row), width = 3 * w->groups;
+    if (found == w->rows)
+        return error_usage("--row: expected the name of a row, or a number below %zu, got '%s'",
+                           w->rows, row);
+    memmove(w->weight, w->weight + found * width, width * sizeof *w->weight);
+    char *name = w->name[found];
+    w->name[found] = NULL;
+    forget_rows(w);
+    w->rows = 1;
+    w->name[0] = name;
+    return NULL;
+}

@@ -1,0 +1,218 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# probe-relight as people run it: light is the weighted sum of its parts, whichever way they are
+# asked for; errors are those of the sum; the header names the light, so that what sees the scene
+# traces it; what is wrong is said.
+. "${SRC:?}/tests/support/setup.sh"
+
+# Three groups, a sky of order 2, three suns; one probe of order 1 with light, one without.
+cat >parts.probe <<END
+#?probe 1
+# made by hand
+sh-order 1
+sh-content radiance
+sky 0,0,0
+group-1 lamps light=lamp*
+group-2 windows material=glass
+group-3 rest
+transfer-sky 2
+transfer-sun-1 0,1,0
+transfer-sun-2 1,0,0
+transfer-sun-3 0,0,1
+table probe position:f64:3 sh:f32:3 sh_error:f32:3 depth:f32:1 \
+sh_lamps:f32:3 sh_windows:f32:3 sh_rest:f32:3 \
+sh_error_lamps:f32:3 sh_error_windows:f32:3 sh_error_rest:f32:3 \
+transfer_sky:f32:12 transfer_sky_error:f32:12 transfer_suns:f32:9 transfer_suns_error:f32:9
+1 2 3 7 7 7 .5 .5 .5 9 1 1 1 2 2 2 4 4 4 .3 .3 .3 .4 .4 .4 0 0 0 \
+1 1 1 0 0 0 .5 .5 .5 0 0 0 .1 .1 .1 .2 .2 .2 .1 .1 .1 .1 .1 .1 \
+1 2 3 4 5 6 7 8 9 .1 .1 .1 .1 .1 .1 .1 .1 .1
+END
+{
+    printf '2 2 2'
+    for i in 1 2 3 4 5 6 7; do printf ' nan nan nan nan nan nan nan nan nan nan'; done |
+        cut -d ' ' -f 1-68
+    printf '%s\n' 'table other thing:i32:1' 5 end
+} >>parts.probe
+
+# relit OPTION...: the light of the first probe and its error
+relit() { probe-relight -q "$@" parts.probe | sed -n 's/^1 2 3 //p'; }
+# is NUMBERS OPTION...
+is() {
+    echo "$1" >wanted.light
+    shift
+    relit "$@" >got.light
+    near 1e-6 wanted.light got.light
+}
+
+# -- weights ---------------------------------------------------------------------------------------
+check "without weights all are 1: the plain sum and its error" is '7 7 7 0.5 0.5 0.5 9'
+check "a weight multiplies a group" is '4.5 4.5 4.5 0.4272 0.4272 0.4272 9' -w lamps=.5 -w rest=.5
+check "channel by channel" is '6 7 8 0.4 0.5 0.72111026 9' -w lamps=0,1,2
+check "light is taken away" is '5 5 5 0.5 0.5 0.5 9' --weights lamps=-1
+probe-relight parts.probe -w lamps=-1 2>said >out
+check "which is said" says said 'group lamps has a weight below 0' \
+    'transfer of a sky adds nothing' 'transfer of suns adds nothing'
+check "a probe without light stays so" says out '^2 2 2 nan nan nan nan nan nan nan$'
+check "other tables pass, parts go" says out '^table other thing:i32:1$' \
+    '^table probe position:f64:3 sh:f32:3 sh_error:f32:3 depth:f32:1$'
+check "the header names the light" says out '^group-2 windows material=glass$' \
+    '^weight-1 -1,-1,-1$' '^weight-3 1,1,1$' '^# made by hand$' '^# probe-relight '
+check "and no transfer that is no more" lacks out '^transfer'
+probe-relight -q --keep -w lamps=0 parts.probe | probe-relight -q -w rest=2 - >out
+check "--keep keeps the parts, to be weighed anew" says out '^1 2 3 11 11 11 ' '^weight-1 1,1,1$'
+refused 1 "(the stream was relit without --keep)" probe-relight -q out
+
+# -- a sky and suns --------------------------------------------------------------------------------
+# of the sky 1,2,3 the SH are 1,2,3 / 0.28209479 in function 0, whose answer is 1 and error 0.1
+check "a sky of one colour" is '3.5449077 7.0898154 10.634723 0.35449077 0.70898154 1.0634723 9' \
+    -w lamps=0 -w windows=0 -w rest=0 --sky 1,2,3
+check "--sky-scale" is '7.0898154 7.0898154 7.0898154 0.70898154 0.70898154 0.70898154 9' \
+    -w lamps=0 -w windows=0 -w rest=0 --sky 1,1,1 --sky-scale 2
+dark="-w lamps=0 -w windows=0 -w rest=0"
+check "a sun of the list" is '4 10 18 0.1 0.2 0.3 9' $dark --sun -1,0,0,1,2,3
+check "one between two, along their way" is '2.5 3.5 4.5 .1 .1 .1 9' $dark --sun -1,-1,0,1,1,1
+check "a third of the way, by the angle" is '2 3 4 .1 .1 .1 9' \
+    $dark --sun -.5,-.8660254037844386,0,1,1,1
+check "two suns" is '5 7 9 .2 .2 .2 9' $dark --sun -1,0,0,1,1,1 --sun 0,-1,0,1,1,1
+check "anywhere on the sphere" is '4 5 6 .1 .1 .1 9' \
+    $dark --sun -1,-1,-1,1,1,1 --sun-between sphere
+probe-relight $dark --sun -1,-1,-1,1,1,1 parts.probe 2>said >out
+check "a sun that is off the way is said" says said 'a sun is 35.3 degrees off'
+check "the header has the sun" says out '^relit-sun-1 -0.577350269'
+printf '%s\n' '# a day' '' '6 0 0 0 0 0' '12 0 90 2 2 2 # noon' '18 180 0 0 0 0' >day.txt
+check "--time: at noon" is '2 4 6 .2 .2 .2 9' $dark --time 12 --sun-path day.txt
+check "half of the morning" is '2.5 3.5 4.5 .1 .1 .1 9' $dark --time 9 --sun-path day.txt
+refused 2 "expected a time from 6 to 18, which day.txt has, got 5" \
+    probe-relight -q --time 5 --sun-path day.txt parts.probe
+refused 2 "--time and --sun-path together" probe-relight --time 5 parts.probe
+for bad in '1 2 3 4 5' 'noon 0 0 1 1 1' '1 0 91 1 1 1' '1 0 0 1 1 -1'; do
+    printf '%s\n' '0 0 0 1 1 1' "$bad" >bad.txt
+    refused 1 "bad.txt:2: expected" probe-relight -q --time 0 --sun-path bad.txt parts.probe
+done
+printf '%s\n' '1 0 0 1 1 1' '1 0 0 1 1 1' >bad.txt
+refused 1 "bad.txt:2: expected a time after 1, got 1" \
+    probe-relight -q --time 1 --sun-path bad.txt parts.probe
+
+# -- a table ---------------------------------------------------------------------------------------
+printf 'name\tlamps\trest\r\n# comment\n\nevening\t.5\t0\n%s\n' 'night	1,2,3	.1' >rows.tsv
+check "a row by its name" is '2.5 2.5 2.5 .4272002 .4272002 .4272002 9' \
+    --weights rows.tsv --row evening
+check "or its number" is '3.4 4.4 5.4 .5 .72111026 .98488577 9' --weights rows.tsv --row 1
+check "a weight of the command line is of all rows" is '5.4 6.4 7.4 .854400 1 1.204159 9' \
+    --weights rows.tsv --row night -w windows=2
+probe-relight -q -w rows.tsv -o 'at %s.probe' parts.probe
+for i in evening night; do
+    probe-relight -q -w rows.tsv --row $i parts.probe >one
+    check "all rows at once: $i" same_stream one "at $i.probe"
+done
+printf 'lamps\n1\n2\n' >bare.tsv
+probe-relight -q -w bare.tsv -o '%s.probe' parts.probe
+check "rows without names have numbers" says 1.probe '^weight-1 2,2,2$' and says 0.probe \
+    '^weight-1 1,1,1$'
+refused 2 "rows.tsv has 2 rows: expected --row, or --output with %s" \
+    probe-relight -q -w rows.tsv parts.probe
+refused 2 "expected one %s" probe-relight -q -w rows.tsv -o '%s%s' parts.probe
+refused 2 "expected the name of a row, or a number below 2, got 'noon'" \
+    probe-relight -q -w rows.tsv --row noon parts.probe
+refused 2 "--row needs a table" probe-relight --row 1 parts.probe
+# bad TEXT MESSAGE: a table of these lines
+bad() {
+    printf "$1" >bad.tsv
+    refused 1 "$2" probe-relight -q -w bad.tsv -o '%s.probe' parts.probe
+}
+bad 'name\tlamps\na\t1\t2\n' "bad.tsv:2: expected 2 cells, as the first line has, got 3"
+bad 'name\tlamps\trest\na\t1\n' "bad.tsv:2: expected 3 cells, as the first line has, got 2"
+bad 'lamp\n1\n' "bad.tsv:1: there is no group 'lamp': expected one of lamps, windows, rest"
+bad 'lamps\nbright\n' "bad.tsv:2: group lamps: expected a finite number, or three as R,G,B"
+bad 'lamps\nnan\n' "got 'nan'"
+bad 'lamps\n1,2\n' "got '1,2'"
+bad 'lamps\n' "bad.tsv: expected a line of groups and one a row of weights, got no row"
+bad 'lamps\tlamps\n1\t1\n' "bad.tsv:1: column 'lamps' stands twice"
+bad 'name\tlamps\na\t1\na\t2\n' "bad.tsv:3: there is a row 'a' already"
+bad 'name\tlamps\na/b\t1\n' "expected a name that a file can have"
+refused 2 "there is no group 'lamp': expected one of lamps, windows, rest" \
+    probe-relight -w lamp=1 parts.probe
+refused 2 "expected a finite number" probe-relight -w lamps=inf parts.probe
+refused 2 "expected one table" probe-relight -w rows.tsv -w bad.tsv parts.probe
+
+# -- what cannot be relit --------------------------------------------------------------------------
+sed -e '/^group/d' -e '/^transfer/d' parts.probe >plain.probe
+refused 1 "there is nothing to relight" probe-relight plain.probe
+sed -e '/^transfer/d' parts.probe >groups.probe
+refused 1 "no transfer of a sky" probe-relight -q --sky 1,1,1 groups.probe
+refused 1 "no transfer of suns" probe-relight -q --sun 1,0,0,1,1,1 groups.probe
+sed -e 's/^sh-order 1/&\nsh-dering radiance 0/' parts.probe >derung.probe
+refused 1 "was de-rung" probe-relight -q derung.probe
+sed -e 's/ sh_rest:f32:3/ sh_other:f32:3/' parts.probe >missing.probe
+refused 1 "column sh_rest: the header names it, there is none" probe-relight -q missing.probe
+sed -e 's/^sky 0,0,0/sky 1,1,1/' parts.probe >sky.probe
+refused 1 "group rest has the sky of the capture, which --sky replaces" \
+    probe-relight -q --sky 2,2,2 sky.probe
+check "with weight 0 it may" probe-relight -q --sky 2,2,2 -w rest=0 -o out sky.probe
+sed -e 's/^group-2.*/group-2 windows sky/' sky.probe >own.probe
+probe-relight --sky 0,0,0 own.probe >out 2>said
+check "a sky that is a group gives way" says out '^weight-2 0,0,0$' '^relit-sky 0,0,0$' \
+    '^1 2 3 5 5 5 ' and says said 'group windows, the sky of the capture, gives way to --sky'
+
+# -- without groups, the light is one --------------------------------------------------------------
+sed -e '/^group/d' parts.probe >whole.probe
+probe-relight -q -w rest=2 --sun 0,-1,0,1,1,1 whole.probe >out
+check "a transfer beside plain light" says out '^1 2 3 15 16 17 ' '^group-1 rest$' \
+    '^weight-1 2,2,2$'
+refused 1 "--keep needs groups" probe-relight -q --keep whole.probe
+
+# -- surfaces --------------------------------------------------------------------------------------
+sed -e 's/ sh\([:_]\)/ irradiance\1/g' -e '/^sh-order/d' -e 's/depth:f32:1/& normal:f32:3/' \
+    -e 's/^\(1 2 3 7 7 7 .5 .5 .5 9\)/\1 0 1 0/' -e 's/^2 2 2/& nan nan nan/' parts.probe \
+    >surface.probe
+probe-relight -q -w lamps=0 --sky 1,2,3 surface.probe >out
+check "irradiance of surfaces" says out 'irradiance:f32:3 irradiance_error:f32:3' \
+    '^1 2 3 9.544908 13.089815 16.634724 '
+
+# -- the truth of relit light ----------------------------------------------------------------------
+# Points without bounces are exact: two captures are two groups; what is traced for the header of
+# relit light is that light.
+printf 'v %s\n' '-9 0 -9' '9 0 -9' '0 0 9' '9 9 9' >floor.obj
+echo 'f 1 3 2' >>floor.obj
+printf '%s\n' '1 1 1' '2 .5 .3' '.5 2 3' '0 1 0' '1 2 3' | stream_of 'table probe position:f64:3' |
+    probe-tet -q >placed.probe
+lamps="--point 3,2,1,1,2,3 --point -2,3,1,5,5,2"
+direct() { probe-capture -q --rays 16 --light direct --text "$@" floor.obj placed.probe; }
+direct $lamps >both.probe
+direct --point 3,2,1,1,2,3 --point -2,3,1,0,0,0 | probe-cat --columns position,sh | numbers |
+    cut -d ' ' -f 4- >first
+direct --point 3,2,1,0,0,0 --point -2,3,1,5,5,2 | probe-cat --columns position,sh | numbers |
+    cut -d ' ' -f 4- >second
+{
+    sed -e '/^table/,$d' both.probe
+    printf '%s\n' 'group-1 key point-1' 'group-2 rest'
+    echo 'table probe position:f64:3 sh:f32:27 sh_key:f32:27 sh_rest:f32:27'
+    probe-cat --columns position,sh both.probe | numbers | paste -d ' ' - first second
+    sed -n '/^table tet/,$p' both.probe
+} >parts.probe
+probe-relight -q --text -w key=2,1,.5 -w rest=.25 parts.probe >dim.probe
+probe-capture -q --text --again floor.obj dim.probe >again.probe
+probe-cat --columns position,sh dim.probe | numbers >relit
+probe-cat --columns position,sh again.probe | numbers >traced
+check "captured anew in the light of its header, it is the same" near 2e-5 relit traced
+check "which stays there" says again.probe '^weight-1 2,1,0.5$'
+probe-cat --columns position,sh both.probe | numbers >was
+check "and is other light" not near .1 relit was
+probe-error -q --points 30 --paths 0 --truth dim.truth floor.obj dim.probe >dim.report
+probe-error -q --points 30 --paths 0 floor.obj both.probe >both.report
+probe-error -q --points 30 --paths 0 --truth dim.truth floor.obj dim.probe >again.report
+check "probe-error measures against the light of the header" not cmp -s dim.report both.report
+probe-relight -q -w key=0 parts.probe >other.probe
+refused 1 "this truth is of other light than the stream was relit with" \
+    probe-error -q --points 30 --paths 0 --truth dim.truth floor.obj other.probe
+probe-render -q --size 8x8 --samples 4 --mode truth --eye 0,5,0.1 --look-at 0,0,0 -o dim.pfm \
+    floor.obj dim.probe
+probe-render -q --size 8x8 --samples 4 --mode truth --eye 0,5,0.1 --look-at 0,0,0 -o both.pfm \
+    floor.obj both.probe
+check "probe-render, too" not cmp -s dim.pfm both.pfm
+refused 1 "the stream was relit, and its header names that light" \
+    probe-capture -q --again --sky 1,1,1 floor.obj dim.probe
+probe-relight -q -w key=-1 parts.probe >dim.probe
+refused 1 "light below 0 (key weight-1), which cannot be traced" \
+    probe-capture -q --again floor.obj dim.probe
+tap_done

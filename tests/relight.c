@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What relighting rests on: the bands of a sky's picture, against a sum over many directions; suns
+ * between suns; and the error of a weighted sum of parts whose errors know of each other. */
+#include "relight/relight.h"
+#include "base/warning.h"
+#include "math/direction.h"
+#include "relight/sky_bands.h"
+#include "relight/sun_blend.h"
+#include "scene/scene.h"
+#include "scene/scene_shade.h"
+#include "stream/stream.h"
+#include "support/sh_light.h"
+
+#include <string.h>
+
+/* -- a sky ------------------------------------------------------------------------------------- */
+
+enum { WIDE = 16, HIGH = 8 };
+
+static void set_axes(struct scene_sky *sky)
+{
+    double d[3], e[3];
+    draw_direction(d);
+    draw_direction(e);
+    sky->turned = true;
+    sky->up = vec3_load(d);
+    sky->front = vec3_normalize(vec3_cross(sky->up, vec3_load(e)));
+    sky->right = vec3_cross(sky->front, sky->up);
+}
+
+/* The largest difference from a sum over directions, as a share of the largest. */
+static double off_sum(const struct scene *scene, int order)
+{
+    enum { DIRECTIONS = 200000 };
+    double sum[3 * SH_COUNT_MAX] = {0}, c[3 * SH_COUNT_MAX], worst = 0, most = 0;
+    for (int i = 0; i < DIRECTIONS; i++) {
+        const struct vec3 d = direction_even(i, DIRECTIONS);
+        const struct vec3f to = {(float)d.x, (float)d.y, (float)d.z},
+                           rgb = scene_sky_radiance(scene, to);
+        double y[SH_COUNT_MAX];
+        sh_basis(order, (const double[3]){d.x, d.y, d.z}, y);
+        sh_project(order, y, (const double[3]){(double)rgb.x, (double)rgb.y, (double)rgb.z},
+                   4 * PI / DIRECTIONS, sum);
+    }
+    must(sky_bands(&scene->sky, order, c));
+    for (int i = 0; i < 3 * order * order; i++) {
+        worst = fmax(worst, fabs(c[i] - sum[i]));
+        most = fmax(most, fabs(sum[i]));
+    }
+    return worst / most;
+}
+
+static void test_sky(void)
+{
+    float texel[3 * WIDE * HIGH];
+    struct scene_texture picture = {
+        .width = WIDE, .height = HIGH, .channels = 3, .texels = texel, .wrap_v = SCENE_CLAMP};
+    struct scene scene = {.sky = {.radiance = {1, 2, 3}, .picture = &picture}};
+    for (int i = 0; i < 3 * WIDE * HIGH; i++)
+        texel[i] = (float)draw();
+    const double plain = off_sum(&scene, 5);
+    set_axes(&scene.sky);
+    const double turned = off_sum(&scene, 5);
+    ok(plain < 1e-4, "the bands of a picture are its sum over directions: %.1e", plain);
+    ok(turned < 1e-4, "and where it is turned: %.1e", turned);
+    /* one texel of many */
+    memset(texel, 0, sizeof texel);
+    texel[3 * (2 * WIDE + 5)] = 1;
+    const double one = off_sum(&scene, 5);
+    ok(one < 2e-4, "one bright texel: %.1e", one);
+    double c[3];
+    scene.sky.picture = NULL;
+    must(sky_bands(&scene.sky, 1, c));
+    ok(fabs(c[1] - 2 * sqrt(4 * PI)) < 1e-12, "a sky of one colour: sqrt(4 pi) times that");
+}
+
+/* -- suns -------------------------------------------------------------------------------------- */
+
+static double sum_of(const double *weight, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += weight[i];
+    return sum;
+}
+
+static void test_suns(void)
+{
+    /* a day at some latitude: a small circle */
+    enum { SUNS = 9 };
+    double sun[3 * SUNS], weight[SUNS];
+    for (int i = 0; i < SUNS; i++) {
+        const double a = PI * i / (SUNS - 1), lean = 0.5;
+        sun[3 * i] = cos(a);
+        sun[3 * i + 1] = sin(a) * cos(lean);
+        sun[3 * i + 2] = sin(a) * sin(lean);
+    }
+    bool sums = true, near = true, linear = true;
+    double off = 0;
+    for (int k = 0; k < 200; k++) {
+        const double at = (SUNS - 1) * draw(), a = PI * at / (SUNS - 1), lean = 0.5;
+        const double d[3] = {cos(a), sin(a) * cos(lean), sin(a) * sin(lean)};
+        off = fmax(off, sun_blend(SUN_PATH, SUNS, sun, d, weight));
+        sums = sums && fabs(sum_of(weight, SUNS) - 1) < 1e-12;
+        for (int i = 0; i < SUNS; i++)
+            linear = linear && fabs(weight[i] - fmax(0, 1 - fabs(at - i))) < 1e-9;
+    }
+    ok(sums && linear && off < 1e-6, "along a way, weights are linear in the angle");
+    for (int k = 0; k < 500; k++) {
+        double d[3], away = 180;
+        draw_direction(d);
+        const double is = sun_blend(SUN_PATH, SUNS, sun, d, weight);
+        for (int i = 0; i <= 4000; i++) {
+            const double a = PI * i / 4000, lean = 0.5,
+                         dot = d[0] * cos(a) + sin(a) * (d[1] * cos(lean) + d[2] * sin(lean));
+            away = fmin(away, acos(fmin(dot, 1)) * 180 / PI);
+        }
+        near = near && fabs(is - away) < 0.05;
+    }
+    ok(near, "elsewhere, of the nearest point of it");
+
+    enum { MANY = 40 };
+    double all[3 * MANY], blend[MANY], worst = 0, least = 0, inside = 0, jump = 0;
+    bool one = true;
+    for (int i = 0; i < MANY; i++)
+        draw_direction(all + 3 * i);
+    for (int k = 0; k < 200; k++) {
+        double d[3], sum[3] = {0}, e[3], next[MANY];
+        draw_direction(d);
+        inside = fmax(inside, sun_blend(SUN_SPHERE, MANY, all, d, blend));
+        for (int i = 0; i < MANY; i++) {
+            least = fmin(least, blend[i]);
+            for (int c = 0; c < 3; c++)
+                sum[c] += blend[i] * all[3 * i + c];
+        }
+        const double length = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst, fabs(sum[c] / length - d[c]));
+        sums = sums && fabs(sum_of(blend, MANY) - 1) < 1e-12;
+        for (int c = 0; c < 3; c++)
+            e[c] = d[c] + 1e-6 * all[3 * (k % MANY) + c];
+        const double size = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+        for (int c = 0; c < 3; c++)
+            e[c] /= size;
+        sun_blend(SUN_SPHERE, MANY, all, e, next);
+        for (int i = 0; i < MANY; i++)
+            jump = fmax(jump, fabs(next[i] - blend[i]));
+    }
+    for (int i = 0; i < MANY; i++) {
+        sun_blend(SUN_SPHERE, MANY, all, all + 3 * i, blend);
+        one = one && fabs(blend[i] - 1) < 1e-9;
+    }
+    ok(inside == 0 && sums && least >= 0 && worst < 1e-9,
+       "on the sphere, weights of three, none below 0, blend the suns to the direction");
+    ok(jump < 1e-4, "a little farther, they are a little different: %.1e", jump);
+    ok(one, "at a sun, it alone");
+    const double upright[6] = {0, 1, 0, 1, 0, 0};
+    ok(fabs(sun_blend(SUN_SPHERE, 1, upright, (const double[3]){1, 0, 0}, weight) - 90) < 1e-9 &&
+           weight[0] == 1,
+       "of one sun all is its own, however far off");
+    ok(fabs(sun_blend(SUN_SPHERE, 2, upright, (const double[3]){0.6, 0.8, 0}, weight)) < 1e-9 &&
+           fabs(weight[0] + weight[1] - 1) < 1e-12 && weight[1] > 0.3 && weight[1] < 0.5,
+       "of two, the way between them");
+}
+
+/* -- errors ------------------------------------------------------------------------------------ */
+
+enum { GROUPS = 3, ORDER = 1, WIDTH = 3 };
+
+static float *add(struct table *t, const char *name)
+{
+    struct column *c;
+    must(table_add_column(t, name, COLUMN_F32, WIDTH, &c));
+    return column_f32(c);
+}
+
+/* A table of one probe whose groups have errors e and whose plain sum has error `whole` (NAN: no
+ * column). */
+static void make_table(struct table *t, const double e[GROUPS], double whole)
+{
+    static const char *const names[] = {"sh_a", "sh_b", "sh_c"}, *const errors[] = {"sh_error_a",
+                                                                                    "sh_error_b",
+                                                                                    "sh_error_c"};
+    must(table_init(t, "probe"));
+    must(table_add_column(t, "position", COLUMN_F64, 3, NULL));
+    must(table_resize(t, 1));
+    for (int k = 0; k < 3; k++)
+        column_f64(table_column(t, "position"))[k] = 0;
+    float *sh = add(t, "sh");
+    for (int k = 0; k < WIDTH; k++)
+        sh[k] = 6;
+    if (!isnan(whole)) {
+        float *error = add(t, "sh_error");
+        for (int k = 0; k < WIDTH; k++)
+            error[k] = (float)whole;
+    }
+    for (int g = 0; g < GROUPS; g++) {
+        float *light = add(t, names[g]);
+        for (int k = 0; k < WIDTH; k++)
+            light[k] = (float)(g + 1);
+        float *error = add(t, errors[g]);
+        for (int k = 0; k < WIDTH; k++)
+            error[k] = (float)e[g];
+    }
+}
+
+static double error_of(const double e[GROUPS], double whole, const double w[GROUPS])
+{
+    struct stream_header header = {0};
+    struct table in = {0}, out = {0};
+    struct relight r = {0};
+    struct warnings warnings = {0};
+    double weight[3 * GROUPS];
+    for (int i = 0; i < 3 * GROUPS; i++)
+        weight[i] = w[i / 3];
+    must(header_set_key(&header, "group-1", "a emissive"));
+    must(header_set_key(&header, "group-2", "b point"));
+    must(header_set_key(&header, "group-3", "c sky"));
+    make_table(&in, e, whole);
+    must(relight_from_header(&r, &header));
+    must(relight_find(&r, &in));
+    must(relight_schema(&r, &in, &out, &warnings));
+    must(relight_rows(&r, weight, &in, &out, 1));
+    const double error = (double)column_f32(table_column(&out, "sh_error"))[0];
+    warnings_clear(&warnings);
+    relight_clear(&r);
+    table_clear(&in);
+    table_clear(&out);
+    header_clear(&header);
+    return error;
+}
+
+/* Errors that are drawn with one correlation, whose weighted sums' spread is known. */
+static void test_errors(void)
+{
+    static const double e[GROUPS] = {0.3, 0.5, 0.2}, correlations[] = {0, 0.4, -0.3, 1};
+    static const double weights[][GROUPS] = {{1, 1, 1},   {1, 0, 0},  {0, 2, 1},
+                                             {0.5, 3, 0}, {1, -1, 0}, {2, 2, 2}};
+    double worst = 0;
+    bool bound = true;
+    for (int c = 0; c < 4; c++)
+        for (int k = 0; k < 6; k++) {
+            double whole = 0, wanted = 0;
+            for (int i = 0; i < GROUPS; i++)
+                for (int j = 0; j < GROUPS; j++) {
+                    const double r = i == j ? 1 : correlations[c];
+                    whole += r * e[i] * e[j];
+                    wanted += r * weights[k][i] * weights[k][j] * e[i] * e[j];
+                }
+            const double is = error_of(e, sqrt(fmax(whole, 0)), weights[k]);
+            worst = fmax(worst, fabs(is - sqrt(fmax(wanted, 0))));
+            bound = bound && error_of(e, (double)NAN, weights[k]) >= sqrt(fmax(wanted, 0)) - 1e-6;
+        }
+    ok(worst < 1e-6, "errors of one correlation: the weighted sum's is found: %.1e", worst);
+    ok(bound, "without the error of the plain sum, it is a bound");
+    ok(error_of(e, 9, weights[3]) <= 0.15 + 1.5 + 1e-6 && error_of(e, 0, weights[4]) >= 0,
+       "an error that cannot be is taken for the nearest that can");
+}
+
+int main(void)
+{
+    test_sky();
+    test_suns();
+    test_errors();
+    return tap_done();
+}
