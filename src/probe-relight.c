@@ -34,6 +34,7 @@ struct arguments {
     size_t settings, setting_capacity;
     const char *row;
     struct scene_settings light; /* the sky and the suns */
+    const char *sky_probe;       /* the stream of a probe whose light is the sky */
     const char *sun_path;
     double time;
     bool time_given, keep;
@@ -171,12 +172,20 @@ static struct error *weigh_sun(const struct run *run, const struct scene_light *
     return NULL;
 }
 
+static bool gives_sky(const struct arguments *a)
+{
+    return a->light.sky_given || a->sky_probe;
+}
+
 static struct error *weigh_sky(struct run *run, const struct scene_sky *sky)
 {
     const struct relight *r = &run->relight;
-    return r->sky_order ? sky_bands(sky, r->sky_order, run->others)
-                        : error_new("there is no transfer of a sky: expected a stream of "
-                                    "probe-capture --transfer sky:N");
+    const char *probe = run->arguments->sky_probe;
+    if (!r->sky_order)
+        return error_new("there is no transfer of a sky: expected a stream of probe-capture "
+                         "--transfer sky:N");
+    return probe ? sky_bands_of_probe(probe, r->sky_order, run->others)
+                 : sky_bands(sky, r->sky_order, run->others);
 }
 
 /* Fills the weights of all that is no group; takes over where the sky's picture was found. */
@@ -190,13 +199,13 @@ static struct error *weigh_others(struct run *run, struct arguments *a)
         err = scene_sky_finish(&sky, NULL, &a->light, run->warnings);
     if (!err)
         a->light.sky_key = sky.key;
-    if (!err && a->light.sky_given)
+    if (!err && gives_sky(a))
         err = weigh_sky(run, &sky);
     if (!err && a->sun_path)
         err = add_timed_sun(a, &sky);
     for (size_t i = 0; i < a->light.light_count && !err; i++)
         err = weigh_sun(run, &a->light.lights[i], run->others + 3 * functions);
-    if (!err && functions && !a->light.sky_given)
+    if (!err && functions && !gives_sky(a))
         warnings_add(run->warnings, "no sky",
                      "the transfer of a sky adds nothing: no --sky is "
                      "given");
@@ -245,7 +254,7 @@ static struct error *replace_sky(struct run *run)
     struct weights *w = &run->weights;
     bool shines = false, alone = false;
     struct error *err = captured_sky(stream_reader_header(run->reader), &shines);
-    if (err || !shines || !run->arguments->light.sky_given)
+    if (err || !shines || !gives_sky(run->arguments))
         return err;
     if (run->relight.whole)
         return error_new("the light was captured under a sky, and is no group of its own: expected "
@@ -315,6 +324,8 @@ static struct error *make_header(const struct run *run, size_t row, struct strea
         err = relit_weights_to_header(w->groups, w->weight + 3 * row * w->groups, header);
     if (!err)
         err = relit_light_to_header(&a->light, a->light.sky_given, header);
+    if (!err && a->sky_probe)
+        err = relit_sky_sh_to_header(run->relight.sky_order, run->others, header);
     for (size_t k = header->key_count; k-- > 0 && !a->keep;)
         if (!strncmp(header->keys[k].name, "transfer-", 9))
             header_remove_key(header, header->keys[k].name);
@@ -466,6 +477,8 @@ static struct error *check(const struct arguments *a)
 {
     if (a->row && !a->table)
         return error_usage("--row needs a table: --weights FILE");
+    if (a->sky_probe && a->light.sky_given)
+        return error_usage("expected one of --sky and --sky-probe, got both");
     if (a->time_given != (a->sun_path != NULL))
         return error_usage("expected --time and --sun-path together");
     return NULL;
@@ -493,6 +506,13 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
                  "from 0; without it --output is to have a %s for the name"},
         {0}};
     const struct option_row more[] = {
+        {.name = "sky-probe",
+         .argument = "STREAM",
+         .kind = OPTION_TEXT,
+         .value = &a->sky_probe,
+         .shown = "none",
+         .help = "the sky is the light of the one probe of STREAM: that of an\n"
+                 "object that stands there"},
         {.name = "time",
          .argument = "T",
          .kind = OPTION_REAL,
@@ -543,6 +563,8 @@ int main(int argc, char **argv)
     const char *input = !err && program.operand_count ? program.operands[0] : "-";
     if (!err && a.table)
         err = file_inputs_differ(a.table, "the weights", input, "the probes");
+    if (!err && a.sky_probe)
+        err = file_inputs_differ(a.sky_probe, "the sky's probe", input, "the probes");
     claim_in_place(input);
     if (!err)
         err = relight(&run, &a, input);

@@ -93,6 +93,24 @@ printf '%s\n' '1 0 0 1 1 1' '1 0 0 1 1 1' >bad.txt
 refused 1 "bad.txt:2: expected a time after 1, got 1" \
     probe-relight -q --time 1 --sun-path bad.txt parts.probe
 
+# -- a sky that a probe sees -----------------------------------------------------------------------
+echo '0 0 0 1 2 3 4 5 6 0 0 0 0 0 0' |
+    stream_of 'sh-order 2' 'table probe position:f64:3 sh:f32:12' >sees.probe
+check "the light of a probe is the sky" is '1 2 3 .80622577 1.0198039 1.2369317 9' \
+    $dark --sky-probe sees.probe
+probe-relight -q --sky-probe sees.probe parts.probe >out
+check "the header has its SH" says out '^relit-sky-sh 1,2,3,4,5,6,0,0,0,0,0,0$'
+refused 2 "one of --sky and --sky-probe" \
+    probe-relight --sky 1,1,1 --sky-probe sees.probe parts.probe
+probe-cat --order 1 sees.probe >low.probe
+refused 1 "low.probe: expected light of order 2, that of the transfer, or more, got 1" \
+    probe-relight -q --sky-probe low.probe parts.probe
+probe-cat -q sees.probe sees.probe >two.probe
+refused 1 "two.probe: expected one probe, got 2" probe-relight -q --sky-probe two.probe parts.probe
+probe-cat --content irradiance sees.probe >convolved.probe
+refused 1 "expected radiance, got irradiance" \
+    probe-relight -q --sky-probe convolved.probe parts.probe
+
 # -- a table ---------------------------------------------------------------------------------------
 printf 'name\tlamps\trest\r\n# comment\n\nevening\t.5\t0\n%s\n' 'night	1,2,3	.1' >rows.tsv
 check "a row by its name" is '2.5 2.5 2.5 .4272002 .4272002 .4272002 9' \
@@ -194,6 +212,9 @@ probe-relight -q --text -w key=2,1,.5 -w rest=.25 parts.probe >dim.probe
 probe-capture -q --text --again floor.obj dim.probe >again.probe
 probe-cat --columns position,sh dim.probe | numbers >relit
 probe-cat --columns position,sh again.probe | numbers >traced
+sed -e 's/^sh-order 3/&\nrelit-sky-sh 1,1,1/' dim.probe >sky.probe
+refused 1 "relit with the SH of a sky (key relit-sky-sh), which no scene has" \
+    probe-error -q --points 3 --paths 0 floor.obj sky.probe
 check "captured anew in the light of its header, it is the same" near 2e-5 relit traced
 check "which stays there" says again.probe '^weight-1 2,1,0.5$'
 probe-cat --columns position,sh both.probe | numbers >was

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "relight/sky_bands.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "libprobe-query/sh.h"
+#include "light/content.h"
 #include "light/rotate.h"
 #include "math/angle.h"
 #include "scene/scene.h"
 #include "scene/scene_shade.h"
+#include "stream/stream.h"
 
 #include <math.h>
 #include <string.h>
@@ -121,4 +124,39 @@ struct error *sky_bands(const struct scene_sky *sky, int order, double *c)
         own[i] *= sky->radiance[i % 3];
     rotation_sh(&rotation, order, 3, own, c);
     return NULL;
+}
+
+static struct error *read_probe(const struct stream *stream, int order, double *c)
+{
+    const struct table *probes = stream_table(stream, "probe");
+    const struct column *sh = probes ? table_column(probes, "sh") : NULL;
+    bool convolved;
+    struct error *err = content_from_header(&stream->header, &convolved);
+    if (err)
+        return err;
+    if (!sh)
+        return error_new("expected a probe with light (column sh), there is none");
+    if (probes->rows != 1)
+        return error_new("expected one probe, got %zu: probe-cat --rows N keeps one", probes->rows);
+    if (convolved)
+        return error_new("expected radiance, got irradiance: probe-cat --content radiance turns it "
+                         "back");
+    if (sh_order_of(sh->width) < order)
+        return error_new("expected light of order %d, that of the transfer, or more, got %d", order,
+                         sh_order_of(sh->width));
+    if (isnan(column_f32(sh)[0]))
+        return error_new("the probe has no light yet: run probe-capture");
+    for (int i = 0; i < 3 * order * order; i++)
+        c[i] = (double)column_f32(sh)[i];
+    return NULL;
+}
+
+struct error *sky_bands_of_probe(const char *path, int order, double *c)
+{
+    struct stream *stream = NULL;
+    struct error *err = stream_read(&stream, path);
+    if (!err)
+        err = error_wrap(read_probe(stream, order, c), "%s", file_input_name(path));
+    stream_destroy(stream);
+    return err;
 }

@@ -15,4 +15,9 @@ struct scene_sky;
 /* c: 3 * order^2, coefficient by coefficient. An error where its axes are none. */
 struct error *sky_bands(const struct scene_sky *sky, int order, double *c);
 
+/* The same of what a probe sees, as the sky of an object that stands there: the light of the one
+ * probe of the stream at `path` ("-": standard input). Errors: more probes or none, no light,
+ * irradiance, fewer bands than order. */
+struct error *sky_bands_of_probe(const char *path, int order, double *c);
+
 #endif

@@ -2,6 +2,8 @@
 #include "scene/relit.h"
 #include "base/array.h"
 #include "base/error.h"
+#include "base/number.h"
+#include "libprobe-query/sh.h"
 #include "math/hash.h"
 #include "scene/groups.h"
 #include "scene/scene.h"
@@ -70,6 +72,17 @@ struct error *relit_light_to_header(const struct scene_settings *light, bool sky
     }
     header_clear(&keys);
     return err;
+}
+
+struct error *relit_sky_sh_to_header(int order, const double *sh, struct stream_header *header)
+{
+    char text[3 * SH_COUNT_MAX * (NUMBER_ROOM + 1)], *at = text;
+    for (int i = 0; i < 3 * order * order; i++) {
+        at = number_write_f64(at, sh[i]);
+        *at++ = ',';
+    }
+    at[-1] = 0;
+    return header_set_key(header, RELIT_SKY_SH_KEY, text);
 }
 
 /* -- read ------------------------------------------------------------------------------------- */

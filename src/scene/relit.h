@@ -10,7 +10,7 @@
  *     relit-sky 0.3,0.2,0.1             a sky in place of the captured one: the keys sky,
  *     relit-sky-file ...                sky-file, sky-key, sky-map, ... (scene_settings.h)
  *     relit-sun-1 DX,DY,DZ,R,G,B        suns beside the captured ones
- *     relit-sky-sh R,G,B,...            a sky of these SH, which no scene has: it cannot be traced
+ *     relit-sky-sh R,G,B,R,G,B,...      a sky of these SH, which no scene has: it cannot be traced
  */
 #ifndef RELIT_H
 #define RELIT_H
@@ -39,6 +39,9 @@ struct error *relit_weights_to_header(size_t groups, const double *weight,
 /* Of the settings, the sky (where `sky`) and the suns. */
 struct error *relit_light_to_header(const struct scene_settings *light, bool sky,
                                     struct stream_header *header);
+
+/* sh: 3 * order^2. */
+struct error *relit_sky_sh_to_header(int order, const double *sh, struct stream_header *header);
 
 /* Makes the light of a scene, read by these settings as it was captured, that of the header; its
  * keys stay. A sky and lights that the command line gave stay as they are. Errors: light that
