@@ -318,16 +318,14 @@ static struct error *make_header(const struct run *run, size_t row, struct strea
     if (err)
         return err;
     relit_remove(header);
-    if (run->relight.whole)
-        err = header_set_key(header, "group-1", "rest");
-    if (!err)
-        err = relit_weights_to_header(w->groups, w->weight + 3 * row * w->groups, header);
+    err = relit_weights_to_header(&run->relight.groups, w->weight + 3 * row * w->groups, header);
     if (!err)
         err = relit_light_to_header(&a->light, a->light.sky_given, header);
     if (!err && a->sky_probe)
         err = relit_sky_sh_to_header(run->relight.sky_order, run->others, header);
     for (size_t k = header->key_count; k-- > 0 && !a->keep;)
-        if (!strncmp(header->keys[k].name, "transfer-", 9))
+        if (!strncmp(header->keys[k].name, "transfer-", 9) ||
+            !strncmp(header->keys[k].name, "group-", 6))
             header_remove_key(header, header->keys[k].name);
     return err ? err : header_add_provenance(header, run->program->recorded);
 }

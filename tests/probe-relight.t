@@ -55,9 +55,9 @@ check "which is said" says said 'group lamps has a weight below 0' \
 check "a probe without light stays so" says out '^2 2 2 nan nan nan nan nan nan nan$'
 check "other tables pass, parts go" says out '^table other thing:i32:1$' \
     '^table probe position:f64:3 sh:f32:3 sh_error:f32:3 depth:f32:1$'
-check "the header names the light" says out '^group-2 windows material=glass$' \
+check "the header names the light" says out '^relit-group-2 windows material=glass$' \
     '^weight-1 -1,-1,-1$' '^weight-3 1,1,1$' '^# made by hand$' '^# probe-relight '
-check "and no transfer that is no more" lacks out '^transfer'
+check "and no transfer that is no more" lacks out '^transfer' '^group'
 probe-relight -q --keep -w lamps=0 parts.probe | probe-relight -q -w rest=2 - >out
 check "--keep keeps the parts, to be weighed anew" says out '^1 2 3 11 11 11 ' '^weight-1 1,1,1$'
 refused 1 "(the stream was relit without --keep)" probe-relight -q out
@@ -175,7 +175,7 @@ check "a sky that is a group gives way" says out '^weight-2 0,0,0$' '^relit-sky 
 # -- without groups, the light is one --------------------------------------------------------------
 sed -e '/^group/d' parts.probe >whole.probe
 probe-relight -q -w rest=2 --sun 0,-1,0,1,1,1 whole.probe >out
-check "a transfer beside plain light" says out '^1 2 3 15 16 17 ' '^group-1 rest$' \
+check "a transfer beside plain light" says out '^1 2 3 15 16 17 ' '^relit-group-1 rest$' \
     '^weight-1 2,2,2$'
 refused 1 "--keep needs groups" probe-relight -q --keep whole.probe
 

@@ -58,8 +58,9 @@ struct error *relight_from_header(struct relight *r, const struct stream_header 
     if (!err)
         err = read_suns(r, header);
     if (!err && !r->groups.count && !r->sky_order && !r->suns)
-        err = error_new("there is nothing to relight: expected groups of lights or a transfer "
-                        "(probe-capture --groups, --transfer)");
+        err = error_new("there is nothing to relight: expected groups of lights or a transfer (%s)",
+                        header_key(header, "weight-1") ? "the stream was relit without --keep"
+                                                       : "probe-capture --groups, --transfer");
     r->whole = !r->groups.count;
     r->again = header_key(header, "weight-1") != NULL;
     if (!err)
@@ -105,8 +106,7 @@ static struct error *add_parts(struct relight *r, const struct table *t, enum re
     const size_t column = find_column(t, name), error = find_column(t, error_name);
     struct column *c;
     if (column == RELIGHT_NONE)
-        return error_new("column %s: the header names it, there is none%s", name,
-                         r->again ? " (the stream was relit without --keep)" : "");
+        return error_new("column %s: the header names it, there is none", name);
     struct error *err = table_require(t, name, COLUMN_F32, r->width * count, &c);
     if (!err && error != RELIGHT_NONE)
         err = table_require(t, error_name, COLUMN_F32, r->width * count, &c);

@@ -45,15 +45,35 @@ void relit_remove(struct stream_header *header)
 
 /* -- written ---------------------------------------------------------------------------------- */
 
-struct error *relit_weights_to_header(size_t groups, const double *weight,
-                                      struct stream_header *header)
+/* Takes over the keys of `from` that begin so, as relit-KEY. */
+static struct error *take_keys(const struct stream_header *from, const char *beginning,
+                               struct stream_header *header)
 {
     struct error *err = NULL;
-    for (size_t g = 0; g < groups && !err; g++) {
+    for (size_t k = 0; k < from->key_count && !err; k++) {
+        char name[KEY_ROOM];
+        if (!starts(from->keys[k].name, beginning))
+            continue;
+        snprintf(name, sizeof name, "%s%s", prefix, from->keys[k].name);
+        err = header_set_key(header, name, from->keys[k].value);
+    }
+    return err;
+}
+
+struct error *relit_weights_to_header(const struct light_groups *groups, const double *weight,
+                                      struct stream_header *header)
+{
+    struct stream_header keys = {0};
+    struct error *err = groups->count ? groups_to_header(groups, &keys)
+                                      : header_set_key(&keys, "group-1", "rest");
+    if (!err)
+        err = take_keys(&keys, "group-", header);
+    for (size_t g = 0; g < (groups->count ? groups->count : 1) && !err; g++) {
         char key[KEY_ROOM];
         snprintf(key, sizeof key, "%s%zu", weight_prefix, g + 1);
         err = header_set_reals(header, key, 3, weight + 3 * g);
     }
+    header_clear(&keys);
     return err;
 }
 
@@ -62,14 +82,10 @@ struct error *relit_light_to_header(const struct scene_settings *light, bool sky
 {
     struct stream_header keys = {0};
     struct error *err = scene_settings_to_header(light, &keys);
-    for (size_t k = 0; k < keys.key_count && !err; k++) {
-        char name[KEY_ROOM];
-        const char *key = keys.keys[k].name;
-        if (!starts(key, "sun-") && !(sky && starts(key, "sky")))
-            continue;
-        snprintf(name, sizeof name, "%s%s", prefix, key);
-        err = header_set_key(header, name, keys.keys[k].value);
-    }
+    if (!err && sky)
+        err = take_keys(&keys, "sky", header);
+    if (!err)
+        err = take_keys(&keys, "sun-", header);
     header_clear(&keys);
     return err;
 }
@@ -88,17 +104,13 @@ struct error *relit_sky_sh_to_header(int order, const double *sh, struct stream_
 /* -- read ------------------------------------------------------------------------------------- */
 
 /* The keys relit-NAME as keys NAME. */
-static struct error *read_light(const struct stream_header *header, struct scene_settings *light)
+static struct error *bare_keys(const struct stream_header *header, struct stream_header *keys)
 {
-    struct stream_header keys = {0};
     struct error *err = NULL;
     for (size_t k = 0; k < header->key_count && !err; k++)
         if (starts(header->keys[k].name, prefix))
             err =
-                header_set_key(&keys, header->keys[k].name + strlen(prefix), header->keys[k].value);
-    if (!err)
-        err = error_wrap(scene_settings_from_header(light, &keys), "keys relit-*");
-    header_clear(&keys);
+                header_set_key(keys, header->keys[k].name + strlen(prefix), header->keys[k].value);
     return err;
 }
 
@@ -127,14 +139,20 @@ static bool gives_lights(const struct scene_settings *settings)
 }
 
 static struct error *weigh(struct scene *scene, const struct scene_settings *settings,
-                           const struct stream_header *header)
+                           const struct stream_header *header, const struct stream_header *bare)
 {
     struct light_groups groups = {0};
     struct group_map map = {0};
     double *weight = NULL;
-    struct error *err = groups_from_header(&groups, header);
+    struct error *err = groups_from_header(&groups, bare);
+    const size_t count = groups.count;
+    if (!err && !count)
+        err = header_require(header, "relit-group-1");
+    /* lights of the command line may be left for one more group, which stays as it is */
     if (!err)
-        err = array_create(&weight, 3 * groups.count, sizeof *weight);
+        err = array_create(&weight, 3 * (count + 1), sizeof *weight);
+    for (size_t c = 0; c < 3 && !err; c++)
+        weight[3 * count + c] = 1;
     if (!err)
         err = read_weights(header, groups.count, weight);
     if (!err)
@@ -167,15 +185,19 @@ struct error *relit_scene(struct scene *scene, const struct scene_settings *sett
     if (header_key(header, RELIT_SKY_SH_KEY) && !settings->sky_given)
         return error_new("the stream was relit with the SH of a sky (key " RELIT_SKY_SH_KEY
                          "), which no scene has");
+    struct stream_header bare = {0};
     scene_keep_keys(scene);
-    struct error *err = header_key(header, "weight-1") ? weigh(scene, settings, header) : NULL;
+    struct error *err = bare_keys(header, &bare);
     if (!err)
-        err = read_light(header, &light);
+        err = weigh(scene, settings, header, &bare);
+    if (!err)
+        err = error_wrap(scene_settings_from_header(&light, &bare), "keys relit-*");
     if (!err && header_key(header, "relit-sky") && !settings->sky_given)
         err = replace_sky(scene, &light, warnings);
     for (size_t i = 0; i < light.light_count && !err && !gives_lights(settings); i++)
         err = scene_push_light(scene, light.lights[i]);
     scene_settings_clear(&light);
+    header_clear(&bare);
     return err;
 }
 
@@ -185,8 +207,7 @@ void relit_key(const struct stream_header *header, char text[RELIT_KEY_ROOM])
     hash_start(&hash, 0);
     for (size_t k = 0; k < header->key_count; k++) {
         const struct key *key = &header->keys[k];
-        if (starts(key->name, prefix) || starts(key->name, weight_prefix) ||
-            starts(key->name, "group-")) {
+        if (starts(key->name, prefix) || starts(key->name, weight_prefix)) {
             hash_add(&hash, key->name, strlen(key->name) + 1);
             hash_add(&hash, key->value, strlen(key->value) + 1);
         }

@@ -4,9 +4,8 @@
  * The header's other keys say what light the stream was captured in, of which scene-key is; these
  * say what became of it:
  *
- *     group-1 lamps material=lamp*      as captured (groups.h)
- *     weight-1 0.5,0.5,0.4              what the group's light is multiplied by; where there is
- *                                       weight-1, every group has one
+ *     relit-group-1 lamps material=lamp*   what was group-1 (groups.h): its columns may be gone
+ *     weight-1 0.5,0.5,0.4              what the group's light is multiplied by
  *     relit-sky 0.3,0.2,0.1             a sky in place of the captured one: the keys sky,
  *     relit-sky-file ...                sky-file, sky-key, sky-map, ... (scene_settings.h)
  *     relit-sun-1 DX,DY,DZ,R,G,B        suns beside the captured ones
@@ -19,6 +18,7 @@
 #include <stddef.h>
 
 struct error;
+struct light_groups;
 struct scene;
 struct scene_settings;
 struct stream_header;
@@ -29,11 +29,11 @@ struct warnings;
 /* Whether a header's light was relit. */
 bool relit_is(const struct stream_header *header);
 
-/* Removes the keys of this page but for those of groups. */
+/* Removes the keys of this page. */
 void relit_remove(struct stream_header *header);
 
-/* Weights of groups, three a group. */
-struct error *relit_weights_to_header(size_t groups, const double *weight,
+/* Groups and their weights, three each. Without groups there is one weight, of all light. */
+struct error *relit_weights_to_header(const struct light_groups *groups, const double *weight,
                                       struct stream_header *header);
 
 /* Of the settings, the sky (where `sky`) and the suns. */
