@@ -60,6 +60,28 @@ PY
 printf '%s\n' 11.111 'below 0.500' 'below 0.200' 2.000 'below 4.000' 'above 5.000' >expected
 check "bench error: seconds to an error, if few are lost in those without rays" \
     into got env PYTHONDONTWRITEBYTECODE=1 python3 time_to.py "$SRC/scripts" and diff expected got
+cat >seconds_to.py <<'PY'
+import sys
+sys.path.insert(0, sys.argv[1])
+from benches.cache import Curve, error_of
+def curve(*points):
+    c = Curve("way", "rays")
+    for i, (error, seconds) in enumerate(points):
+        c.add(i, seconds, [[[1 + error] + 26 * [0]], [[1 - error] + 26 * [0]]], [[1] + 26 * [0]])
+    return c
+for c in (curve((.1, 1), (.01, 100)), curve((.02, 2), (.01, 4)), curve((.1, 1), (.05, 2)),
+          curve((.1, 1), (.02, 2), (.04, 3), (.01, 4))):
+    seconds = c.seconds_to(.03)
+    print("never" if seconds is None else f"{seconds:.3f}")
+print(f"{error_of([3, 4], [3, 0]):.3f}")
+PY
+printf '%s\n' 11.111 2.000 never 3.185 1.333 >expected
+check "bench cache: seconds until an error stays below a goal" \
+    into got env PYTHONDONTWRITEBYTECODE=1 python3 seconds_to.py "$SRC/scripts" \
+    and diff expected got
+$bench --short --light '--point 1,1,1,1,1,1' cycles 2>skipped
+check "bench cycles: what Cycles cannot be told is not compared" \
+    says skipped '^bench: cycles: skipped: .*[a-z]'
 case "${LDFLAGS-} " in
 *-fsanitize*) skip "sanitizers have memory of their own" ;;
 *) check "bench scene: the peak is the program's, not Python's" \
