@@ -5,6 +5,7 @@
 #include "base/threads.h"
 #include "interpolate/scatter.h"
 #include "math/vec.h"
+#include "stream/light_columns.h"
 #include "stream/stream_edit.h"
 #include "trace/trace.h"
 
@@ -15,10 +16,9 @@
 /* How far valid probes are looked for, in scatter_spacing; how many backs a ray goes through. */
 enum { RADIUS_MOST = 4, BACKS_MOST = 8 };
 
-/* What comes of the light that reaches a probe. */
-static const char *const light_columns[] = {"sh",           "sh_error",           "sh_gradient",
-                                            "sh_window",    "visibility",         "ambient_cube",
-                                            "ambient_dice", "ambient_dice_cubic", "ahd"};
+/* What comes of the light that reaches a probe, beside the light itself. */
+static const char *const of_light[] = {"sh_window",    "visibility",         "ambient_cube",
+                                       "ambient_dice", "ambient_dice_cubic", "ahd"};
 
 struct job {
     const struct tracer *tracer;
@@ -122,13 +122,23 @@ static struct error *look_for(void *context, size_t i, int thread)
 
 /* -- all together ----------------------------------------------------------------------------- */
 
+static bool is_given(const struct column *column, size_t sh_width)
+{
+    struct light_column what;
+    bool given = light_column_of(column, sh_width, &what);
+    for (size_t k = 0; k < sizeof of_light / sizeof *of_light; k++)
+        given = given || !strcmp(column->name, of_light[k]);
+    return given;
+}
+
 /* Gives the light of the donors, which are none of those that get any. */
 static void give(struct table *probes, const struct job *job, size_t count)
 {
-    for (size_t k = 0; k < sizeof light_columns / sizeof *light_columns; k++) {
-        const struct column *c = table_column(probes, light_columns[k]);
-        const size_t bytes = c ? c->width * column_type_size(c->type) : 0;
-        for (size_t i = 0; i < count && bytes; i++)
+    const size_t sh_width = table_column(probes, "sh")->width;
+    for (size_t k = 0; k < probes->column_count; k++) {
+        const struct column *c = &probes->columns[k];
+        const size_t bytes = c->width * column_type_size(c->type);
+        for (size_t i = 0; i < count && is_given(c, sh_width); i++)
             memcpy((char *)c->data + (size_t)job->asking[i] * bytes,
                    (const char *)c->data + (size_t)job->donor[i] * bytes, bytes);
     }

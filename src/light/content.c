@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "libprobe-query/sh.h"
 #include "stream/header_number.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -45,6 +46,20 @@ void content_convolve(int order, float *sh, float *error, float *gradient)
     scale(order, factor, sh, error, gradient);
 }
 
+/* Multiplies the bands of a column that holds light. */
+static void convert_column(const struct column *column, size_t rows, size_t width, int order,
+                           const double factor[SH_ORDER_MAX])
+{
+    struct light_column what;
+    double own[SH_ORDER_MAX];
+    if (!light_column_of(column, width, &what) || what.surface)
+        return;
+    for (int l = 0; l < order; l++)
+        own[l] = what.role == LIGHT_ERROR ? fabs(factor[l]) : factor[l];
+    for (size_t i = 0; i < rows * what.blocks; i++)
+        sh_scale_bands(order, own, column_f32(column) + i * width);
+}
+
 struct error *content_convert(struct table *probes, bool from, bool to)
 {
     struct column *sh;
@@ -60,11 +75,7 @@ struct error *content_convert(struct table *probes, bool from, bool to)
     double factor[SH_ORDER_MAX];
     for (int l = 0; l < order; l++)
         factor[l] = from ? 1 / sh_cosine(l) : sh_cosine(l);
-    const struct column *error = table_column(probes, "sh_error"),
-                        *gradient = table_column(probes, "sh_gradient");
-    for (size_t i = 0; i < probes->rows; i++)
-        scale(order, factor, column_f32(sh) + i * sh->width,
-              error ? column_f32(error) + i * sh->width : NULL,
-              gradient ? column_f32(gradient) + 3 * i * sh->width : NULL);
+    for (size_t i = 0; i < probes->column_count; i++)
+        convert_column(&probes->columns[i], probes->rows, sh->width, order, factor);
     return NULL;
 }

@@ -26,8 +26,8 @@ struct error *content_to_header(struct stream_header *header, bool convolved);
  * d/dx, d/dy, d/dz. NULL: not there. */
 void content_convolve(int order, float *sh, float *error, float *gradient);
 
-/* Turns columns sh, sh_error and sh_gradient of a table into the other kind. An error where
- * irradiance cannot be undone. */
+/* Turns all columns of a table that hold SH of light (light_columns.h) into the other kind. An
+ * error where irradiance cannot be undone. */
 struct error *content_convert(struct table *probes, bool from, bool to);
 
 #endif

@@ -11,6 +11,7 @@
 #include "libprobe-query/sh.h"
 #include "light/content.h"
 #include "math/vec.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -225,16 +226,32 @@ struct job {
     const struct dering_settings *settings;
     bool convolved;
     int order;
-    float *sh, *error, *gradient, *window;
+    const struct table *probes; /* whose columns of the scene's light are windowed with sh: */
+    float *sh, *window;
     double *r; /* what each probe needed; NaN: it has no light */
 };
+
+/* Puts a probe's window on all of its light of the scene; the response to other light has none. */
+static void window_row(const struct job *job, size_t row, double r)
+{
+    const size_t width = (size_t)(3 * job->order * job->order);
+    for (size_t i = 0; i < job->probes->column_count; i++) {
+        const struct column *c = &job->probes->columns[i];
+        struct light_column what;
+        if (!light_column_of(c, width, &what) || what.surface || what.transfer)
+            continue;
+        for (size_t k = 0; k < what.blocks; k++)
+            dering_apply(job->order, r, column_f32(c) + (row * what.blocks + k) * width, NULL,
+                         NULL);
+    }
+}
 
 static struct error *dering_one(void *context, size_t row, int thread)
 {
     (void)thread;
     const struct job *job = context;
     const size_t width = (size_t)(3 * job->order * job->order);
-    float *sh = job->sh + row * width;
+    const float *sh = job->sh + row * width;
     job->r[row] = (double)NAN;
     if (isnan(sh[0]))
         return NULL;
@@ -244,8 +261,7 @@ static struct error *dering_one(void *context, size_t row, int thread)
     if (r < 0 || r == 1)
         return NULL;
     job->window[row] = (float)(before * r);
-    dering_apply(job->order, r, sh, job->error ? job->error + row * width : NULL,
-                 job->gradient ? job->gradient + 3 * row * width : NULL);
+    window_row(job, row, r);
     return NULL;
 }
 
@@ -273,8 +289,7 @@ struct error *dering_table(struct table *probes, const struct dering_settings *s
     if (!err) {
         job.order = sh_order_of(table_column(probes, "sh")->width);
         job.sh = values(probes, "sh");
-        job.error = values(probes, "sh_error");
-        job.gradient = values(probes, "sh_gradient");
+        job.probes = probes;
         job.window = values(probes, "sh_window");
         err = threads_for(threads, probes->rows, dering_one, &job);
     }

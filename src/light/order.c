@@ -2,6 +2,7 @@
 #include "light/order.h"
 #include "base/error.h"
 #include "libprobe-query/sh.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
 #include <math.h>
@@ -85,12 +86,10 @@ struct error *order_reduce(struct table *probes, int order)
     if (err)
         return err;
     const size_t was = sh->width / 3, is = (size_t)(order * order);
-    err = cut(probes, "sh", 3 * was, 3 * is);
-    if (!err)
-        err = cut(probes, "sh_error", 3 * was, 3 * is);
-    if (!err)
-        err = cut(probes, "sh_gradient", 3 * was, 3 * is);
-    if (!err)
-        err = cut(probes, "visibility", was, is);
-    return err;
+    for (size_t i = 0; i < probes->column_count && !err; i++) {
+        struct light_column what;
+        if (light_column_of(&probes->columns[i], 3 * was, &what) && !what.surface)
+            err = cut(probes, probes->columns[i].name, 3 * was, 3 * is);
+    }
+    return err ? err : cut(probes, "visibility", was, is);
 }

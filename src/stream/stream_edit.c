@@ -5,6 +5,7 @@
 #include "base/number.h"
 #include "base/warning.h"
 #include "stream/cells.h"
+#include "stream/light_columns.h"
 #include "stream/sight_key.h"
 
 #include <math.h>
@@ -456,7 +457,8 @@ static struct error *merge_header(struct stream_header *to, const struct stream_
             continue;
         if (!ours)
             err = header_set_key(to, name, theirs);
-        else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") || !strcmp(name, "sh-content")))
+        else if (strcmp(ours, theirs) && (!strcmp(name, "sh-order") ||
+                                          !strcmp(name, "sh-content") || light_key_is_split(name)))
             err = error_new("the streams cannot be merged: %s is %s in the first and %s in another",
                             name, ours, theirs);
         else if (strcmp(ours, theirs) && strcmp(name, "scene-told"))

@@ -3,6 +3,7 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "base/warning.h"
+#include "stream/light_columns.h"
 #include "stream/sight_key.h"
 
 #include <math.h>
@@ -27,6 +28,8 @@ static bool is_of_light(const char *key)
         "albedo-scale", "max-albedo", "light-scale", "scene-key", "rotated", "rotated-light"};
     static const char *const families[] = {"sh-",   "capture-", "sun-",   "point-",
                                            "spot-", "relit-",   "weight-"};
+    if (light_key_is_split(key))
+        return true;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (!strcmp(key, names[i]))
             return true;
@@ -36,10 +39,28 @@ static bool is_of_light(const char *key)
     return false;
 }
 
+/* That the light of both, where both have some, is split into the same parts. */
+static struct error *check_parts(const struct stream_header *to, const struct stream_header *from)
+{
+    const struct stream_header *const both[] = {to, from};
+    if (!header_key(to, "capture-rays") || !header_key(from, "capture-rays"))
+        return NULL;
+    for (int turn = 0; turn < 2; turn++)
+        for (size_t i = 0; i < both[turn]->key_count; i++) {
+            const char *name = both[turn]->keys[i].name, *ours = header_key(to, name),
+                       *theirs = header_key(from, name);
+            if (light_key_is_split(name) && (!ours || !theirs))
+                return error_new("its light is not split as that of the probes to be filled: %s is "
+                                 "%s, and theirs is %s",
+                                 name, theirs ? theirs : "none", ours ? ours : "none");
+        }
+    return NULL;
+}
+
 static struct error *fill_header(struct stream_header *to, const struct stream_header *from,
                                  const char *file, struct warnings *warnings)
 {
-    struct error *err = NULL;
+    struct error *err = check_parts(to, from);
     for (size_t i = 0; i < from->provenance_count && !err; i++)
         if (!has_provenance(to, from->provenance[i]))
             err = header_add_provenance(to, from->provenance[i]);

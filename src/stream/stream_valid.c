@@ -2,6 +2,8 @@
 /* What every stream must satisfy (man probe.5, "Validity"). */
 #include "base/error.h"
 #include "libprobe-query/sh.h"
+#include "stream/header_number.h"
+#include "stream/light_columns.h"
 #include "stream/stream_private.h"
 
 #include <math.h>
@@ -112,6 +114,36 @@ static struct error *check_known(const struct known *known, const struct table *
     return NULL;
 }
 
+/* Where a header says that light is split, the columns of its parts. */
+static struct error *check_parts(const struct stream_header *header, const struct table *table)
+{
+    const struct column *sh = table_column(table, "sh");
+    const size_t width = sh ? sh->width : 3;
+    struct error *err = NULL;
+    int64_t order = 0;
+    if (!sh && !table_column(table, "irradiance")) /* whose width it has is not there */
+        return NULL;
+    if (!header_key(header, "group-1") && !header_key(header, "transfer-sky") &&
+        !header_key(header, "transfer-sun-1"))
+        return NULL;
+    err = header_get_whole(header, "transfer-sky", 1, SH_ORDER_MAX, &order);
+    for (size_t i = 0; i < table->column_count && !err; i++) {
+        const struct column *c = &table->columns[i];
+        struct light_column what;
+        const bool sky = !strncmp(c->name, "transfer_sky", strlen("transfer_sky"));
+        if (!light_column_is_split(c->name))
+            continue;
+        if (!light_column_of(c, sh ? sh->width : 0, &what))
+            err = error_new("column %s: expected f32 and %zu values, as its light has, or a "
+                            "multiple of them, got %s:%zu",
+                            c->name, width, column_type_name(c->type), c->width);
+        else if (sky && order && what.blocks != (size_t)(order * order))
+            err = error_new("column %s has %zu blocks, but the header's transfer-sky is %d",
+                            c->name, what.blocks, (int)order);
+    }
+    return err;
+}
+
 struct error *validity_schema(const struct stream_header *header, const struct table *table)
 {
     struct error *err = NULL;
@@ -133,6 +165,8 @@ struct error *validity_schema(const struct stream_header *header, const struct t
         if (column && !err)
             err = check_known(known, table, column);
     }
+    if (!err && !strcmp(table->name, "probe"))
+        err = check_parts(header, table);
     return error_wrap(err, "table %s", table->name);
 }
 

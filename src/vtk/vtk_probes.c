@@ -6,6 +6,7 @@
 #include "libprobe-query/sh.h"
 #include "light/content.h"
 #include "stream/cells.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 #include "vtk/vtk_derive.h"
 
@@ -42,16 +43,16 @@ static struct error *sh_names(struct vtk_fields *fields, size_t width, bool grad
     return err;
 }
 
-static struct error *component_names(struct vtk_fields *fields, const struct column *c,
-                                     const char *const **names)
+static struct error *component_names(struct vtk_fields *fields, const struct table *table,
+                                     const struct column *c, const char *const **names)
 {
+    const struct column *sh = table_column(table, "sh");
+    struct light_column what;
     static const char *const vector[] = {"x", "y", "z"}, *const edges[] = {"01", "02", "03",
                                                                            "12", "13", "23"},
                              *const edges_of_three[] = {"01", "02", "12"};
-    if (!strcmp(c->name, "sh") || !strcmp(c->name, "sh_error"))
-        return sh_names(fields, c->width, false, names);
-    if (!strcmp(c->name, "sh_gradient"))
-        return sh_names(fields, c->width, true, names);
+    if (light_column_of(c, sh ? sh->width : 0, &what) && !what.surface && !what.transfer)
+        return sh_names(fields, c->width, what.role == LIGHT_GRADIENT, names);
     if (c->width == 3 && c->type != COLUMN_I32)
         *names = vector;
     if (!strcmp(c->name, "occlusion") && c->width == 6)
@@ -100,7 +101,7 @@ static struct error *add_columns(struct vtk_fields *fields, const struct table *
     for (size_t i = 0; i < table->column_count && !err; i++) {
         const struct column *c = &table->columns[i];
         struct vtk_array array = {.name = c->name, .type = types[c->type], .width = c->width};
-        err = component_names(fields, c, &array.components);
+        err = component_names(fields, table, c, &array.components);
         if (!err)
             err = present(fields, table, c, &array.data, warnings);
         if (!err)
