@@ -113,6 +113,8 @@ int main(int argc, char **argv)
     if (!err)
         err = path_init(&path, tracer, o->capture.bounces);
     if (!err)
+        err = capture_split_open(&o->split, scene, o->scene.light_count, &path);
+    if (!err)
         warn_before(scene, &warnings);
     if (!o->common.quiet)
         warnings_print(&warnings, program.name);
@@ -121,6 +123,9 @@ int main(int argc, char **argv)
         run.command_line = program.recorded;
         run.scene = scene;
         run.path = &path;
+        run.program = program.name;
+        run.say = o->common.quiet ? NULL : stderr;
+        o->capture.split = capture_split_count(&o->split) ? &o->split : NULL;
         interrupt_catch(); /* from here on there is something to lose */
         run.progress =
             progress_start(o->common.progress && !o->common.quiet, program.name, "probes", 0);
@@ -132,11 +137,11 @@ int main(int argc, char **argv)
     if (!isnan(run.order_lost) && !o->common.quiet)
         fprintf(stderr, "%s: order %d loses %.2g of the irradiance\n", program.name,
                 o->capture.order, run.order_lost);
-    if (!err) {
+    if (!err && !o->dry_run) {
         warn_after(&run, &warnings);
         err = capture_black_warn(&run.black, tracer, &warnings);
     }
-    if (!err) {
+    if (!err && !o->dry_run) {
         err = stream_writer_finish(run.writer);
     } else {
         stream_writer_abandon(run.writer);

@@ -91,6 +91,7 @@ PROGRAM_TESTS = \
 	tests/place-by-light.t \
 	tests/probe-capture.t \
 	tests/capture-cache.t \
+	tests/probe-capture-groups.t \
 	tests/libprobe-query.t \
 	tests/manual.t \
 	tests/probe-bake.t \

@@ -6,11 +6,13 @@
 #include "base/progress.h"
 #include "base/threads.h"
 #include "capture/cache_options.h"
+#include "capture/capture_split.h"
 #include "light/basis.h"
 #include "light/content.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
 #include "stream/header_number.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
 #include <float.h>
@@ -151,12 +153,13 @@ struct error *capture_check_same(const struct stream_header *before,
                 "the probes were captured in another scene, or with other light in it");
         return error_new("the probes were captured with %s %s, not %s", keys[i], was, is);
     }
-    return NULL;
+    return capture_split_check_same(before, now);
 }
 
 struct error *capture_make_header(struct stream_header *header, const struct stream_header *before,
                                   const struct capture_record *record)
 {
+    static const struct capture_split whole = {0};
     struct error *err = header_copy(header, before);
     if (!err)
         err = header_add_provenance(header, record->command_line);
@@ -166,6 +169,8 @@ struct error *capture_make_header(struct stream_header *header, const struct str
         err = cache_options_to_header(record->cache, header);
     if (!err)
         err = scene_settings_to_header(record->light, header);
+    if (!err)
+        err = capture_split_to_header(record->split ? record->split : &whole, header);
     if (!err)
         err = header_set_key(header, "scene-key", record->scene_key);
     header_remove_key(header, CAPTURE_BY_KEY);
@@ -216,6 +221,48 @@ static struct error *add_column(struct table *table, const char *name, enum colu
                : NULL;
 }
 
+size_t capture_row_bytes(const struct table *table, size_t *split)
+{
+    size_t all = 0;
+    *split = 0;
+    for (size_t i = 0; i < table->column_count; i++) {
+        const struct column *c = &table->columns[i];
+        const size_t bytes = c->width * column_type_size(c->type);
+        all += bytes;
+        *split += light_column_is_split(c->name) ? bytes : 0;
+    }
+    return all;
+}
+
+/* What a stream can hold. */
+static struct error *check_room(const struct table *table)
+{
+    enum { ROW_MOST = 1 << 20, COLUMNS_MOST = 4096 };
+    size_t split;
+    const size_t bytes = capture_row_bytes(table, &split);
+    if (bytes <= ROW_MOST && table->column_count <= COLUMNS_MOST)
+        return NULL;
+    return error_new("a probe takes %zu bytes in %zu columns, %zu bytes of them for groups and "
+                     "transfers: a stream holds at most %d bytes in %d columns (fewer of them, a "
+                     "lower --order or --columns none take less)",
+                     bytes, table->column_count, split, (int)ROW_MOST, (int)COLUMNS_MOST);
+}
+
+/* Adds the columns of parts. */
+static struct error *add_split_columns(const struct capture_settings *settings, bool surface,
+                                       struct table *table)
+{
+    const size_t width = surface ? 3 : (size_t)(3 * settings->order * settings->order);
+    struct split_column column;
+    struct error *err = NULL;
+    for (int error = 0; error < (settings->columns & CAPTURE_ERROR ? 2 : 1); error++)
+        for (size_t i = 0; settings->split && !err &&
+                           capture_split_column(settings->split, i, surface, error, &column);
+             i++)
+            err = add_column(table, column.name, COLUMN_F32, width * column.count, true);
+    return !err && settings->split ? check_room(table) : err;
+}
+
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table)
 {
     const bool surface = table_column(table, "normal");
@@ -235,7 +282,9 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
                             output[i].point ? output[i].point : output[i].surface,
                             surface ? "without" : "with");
     }
-    return err ? err : add_column(table, "rays", COLUMN_I32, 1, settings->columns & CAPTURE_RAYS);
+    if (!err)
+        err = add_column(table, "rays", COLUMN_I32, 1, settings->columns & CAPTURE_RAYS);
+    return err ? err : add_split_columns(settings, surface, table);
 }
 
 void capture_drop_stale(struct table *table)
@@ -243,6 +292,9 @@ void capture_drop_stale(struct table *table)
     table_remove_column(table, "sh_gradient");
     table_remove_column(table, "sh_window");
     table_remove_column(table, "filled");
+    for (size_t i = table->column_count; i-- > 0;)
+        if (light_column_is_split(table->columns[i].name))
+            table_remove_column(table, table->columns[i].name);
     basis_drop(table);
 }
 
@@ -262,6 +314,11 @@ struct error *capture_forget(struct table *table)
         if (c)
             err = table_add_column(table, names[i], c->type, c->width, NULL);
     }
+    for (size_t i = 0; i < table->column_count && !err; i++) {
+        const struct column *c = &table->columns[i];
+        if (light_column_is_split(c->name))
+            err = table_add_column(table, c->name, c->type, c->width, NULL);
+    }
     return err;
 }
 
@@ -279,6 +336,29 @@ void capture_shape(const struct capture_settings *settings, struct capture_probe
         content_convolve(settings->order, result->sh, error, gradient);
 }
 
+/* The same to parts of a point's light: a window is that of the whole, so that they add up to it;
+ * what is the response to other light has none. */
+static void shape_parts(const struct capture_settings *settings, double window, float *part,
+                        float *error)
+{
+    const size_t width = (size_t)(3 * settings->order * settings->order),
+                 groups = split_sky(&settings->split->split),
+                 count = capture_split_count(settings->split);
+    for (size_t p = 0; p < count; p++) {
+        if (p < groups && window < 1)
+            dering_apply(settings->order, window, part + p * width, error + p * width, NULL);
+        if (settings->convolved)
+            content_convolve(settings->order, part + p * width, error + p * width, NULL);
+    }
+}
+
+/* A column of parts that results go to. */
+struct part_column {
+    struct column *column;
+    size_t first; /* value of all parts' */
+    bool error;
+};
+
 /* Rows that are due, and where their results go. */
 struct due_rows {
     const struct path_tracer *path;
@@ -287,14 +367,41 @@ struct due_rows {
     const float *normal; /* NULL: points */
     struct output output[OUTPUTS];
     struct column *column[OUTPUTS], *rays; /* NULL: not in the table */
+    struct part_column *part;              /* owned */
+    size_t part_count, part_capacity;
+    size_t part_width; /* values of a part */
+    float **parts;     /* by thread: of all parts the light, then its error; owned */
+    int part_threads;
     const size_t *row;
     atomic_size_t left; /* rows that a signal came before */
     struct progress *progress;
 };
 
+/* Puts what was found into a row of a column. */
+static struct error *put(const struct column *column, size_t row, const float *value)
+{
+    for (size_t k = 0; k < column->width; k++)
+        if (!isfinite(value[k]))
+            return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale "
+                             "brings light down",
+                             row, column->name);
+    memcpy(column_f32(column) + row * column->width, value, column->width * sizeof *value);
+    return NULL;
+}
+
+static struct error *put_parts(const struct due_rows *due, size_t row, const float *light,
+                               const float *error)
+{
+    struct error *err = NULL;
+    for (size_t i = 0; i < due->part_count && !err; i++) {
+        const struct part_column *c = &due->part[i];
+        err = put(c->column, row, (c->error ? error : light) + c->first);
+    }
+    return err;
+}
+
 static struct error *capture_one(void *context, size_t index, int thread)
 {
-    (void)thread;
     struct due_rows *due = context;
     if (interrupt_came()) {
         due->left++;
@@ -306,28 +413,68 @@ static struct error *capture_one(void *context, size_t index, int thread)
         return error_new("probe %zu: expected a normal, got (%g, %g, %g)", row, (double)normal[0],
                          (double)normal[1], (double)normal[2]);
     struct capture_probe result;
-    struct error *err =
-        capture_probe(due->path, &due->settings, due->position + 3 * row, normal, &result);
+    float *light = due->part_count ? due->parts[thread] : NULL,
+          *light_error = light ? light + capture_split_count(due->settings.split) * due->part_width
+                               : NULL;
+    struct error *err = capture_probe_split(due->path, &due->settings, due->position + 3 * row,
+                                            normal, &result, light, light_error);
     if (err)
         return error_wrap(err, "probe %zu", row);
     if (!normal)
         capture_shape(&due->settings, &result);
-    for (size_t i = 0; i < OUTPUTS; i++) {
-        const struct column *column = due->column[i];
-        if (!column)
-            continue;
-        const float *value = (const float *)((const char *)&result + due->output[i].offset);
-        for (size_t k = 0; k < column->width; k++)
-            if (!isfinite(value[k]))
-                return error_new("probe %zu: %s is beyond what 32 bits can hold: --light-scale "
-                                 "brings light down",
-                                 row, column->name);
-        memcpy(column_f32(column) + row * column->width, value, column->width * sizeof *value);
-    }
+    if (!normal && light)
+        shape_parts(&due->settings, (double)result.sh_window, light, light_error);
+    for (size_t i = 0; i < OUTPUTS && !err; i++)
+        if (due->column[i])
+            err = put(due->column[i], row,
+                      (const float *)((const char *)&result + due->output[i].offset));
+    if (!err)
+        err = put_parts(due, row, light, light_error);
+    if (err)
+        return err;
     if (due->rays)
         column_i32(due->rays)[row] = result.rays;
     progress_add(due->progress, 1);
     return NULL;
+}
+
+/* Finds the columns that parts go to: those that the table has of all that there are. */
+static struct error *find_part_columns(struct due_rows *due, const struct table *table)
+{
+    const bool surface = due->normal;
+    struct split_column c;
+    struct error *err = NULL;
+    due->part_width = surface ? 3 : (size_t)(3 * due->settings.order * due->settings.order);
+    for (int error = 0; error < 2; error++)
+        for (size_t i = 0; due->settings.split && !err &&
+                           capture_split_column(due->settings.split, i, surface, error, &c);
+             i++) {
+            struct part_column part = {.first = c.first * due->part_width, .error = error};
+            if (!table_column(table, c.name))
+                continue;
+            err = table_require(table, c.name, COLUMN_F32, c.count * due->part_width, &part.column);
+            if (!err)
+                err = array_reserve(&due->part, &due->part_capacity, due->part_count + 1,
+                                    sizeof part);
+            if (!err)
+                due->part[due->part_count++] = part;
+        }
+    return err;
+}
+
+/* Room for the parts of a probe for each thread. */
+static struct error *make_parts(struct due_rows *due, int threads)
+{
+    struct error *err = NULL;
+    if (!due->part_count)
+        return NULL;
+    err = array_create(&due->parts, (size_t)threads, sizeof *due->parts);
+    due->part_threads = err ? 0 : threads;
+    for (int t = 0; t < threads && !err; t++)
+        err = array_create(&due->parts[t],
+                           2 * capture_split_count(due->settings.split) * due->part_width,
+                           sizeof **due->parts);
+    return err;
 }
 
 /* Finds the columns that results go to. */
@@ -353,7 +500,7 @@ static struct error *find_columns(struct due_rows *due, const struct table *tabl
     due->settings.columns = columns;
     if (!err && table_column(table, "rays"))
         err = table_require(table, "rays", COLUMN_I32, 1, &due->rays);
-    return err;
+    return err ? err : find_part_columns(due, table);
 }
 
 struct error *capture_rows(struct capture_job *job, struct table *table, size_t first, size_t count)
@@ -366,18 +513,23 @@ struct error *capture_rows(struct capture_job *job, struct table *table, size_t 
     struct error *err = find_columns(&due, table);
     if (!err)
         err = array_create(&row, count, sizeof *row);
-    if (err)
-        return err;
+    if (!err)
+        err = make_parts(&due, job->threads);
     const struct column *light = due.column[0];
-    for (size_t i = first; i < first + count; i++) {
+    for (size_t i = first; i < first + count && !err; i++) {
         const bool turn = !slice || (slice->number + i - first) % slice->parts == slice->part;
         if (turn && (job->again || isnan(column_f32(light)[i * light->width])))
             row[due_count++] = i;
     }
     due.row = row;
-    err = threads_for(job->threads, due_count, capture_one, &due);
+    if (!err)
+        err = threads_for(job->threads, due_count, capture_one, &due);
     job->captured = due_count - due.left;
     job->left = due.left;
+    for (int t = 0; t < due.part_threads; t++)
+        free(due.parts[t]);
+    free(due.parts);
+    free(due.part);
     free(row);
     return err;
 }

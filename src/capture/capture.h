@@ -34,6 +34,7 @@
 #include <stdint.h>
 
 struct cache_options;
+struct capture_split;
 struct error;
 struct progress;
 struct scene;
@@ -73,6 +74,9 @@ struct capture_settings {
     unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
     bool convolved;     /* sh, its error and gradient are written as irradiance (content.h) */
     struct dering_settings dering; /* what is done to sh before that; of surfaces, nothing */
+    /* open: parts of the light that tables get columns of (capture_split.h); borrowed; NULL:
+     * none */
+    const struct capture_split *split;
     /* For capture_probe at points: instead of SH, the irradiance of surfaces with these unit
      * normals (3 * normal_count, at most SH_COUNT_MAX of them), in sh and sh_error, 3 values each;
      * error is then that of their mean. 0: SH. Gradients and visibility are not to be had. */
@@ -145,9 +149,10 @@ struct capture_record {
     const struct capture_settings *settings;
     const struct cache_options *cache;
     const struct scene_settings *light;
-    const char *scene_key;    /* as the header is to have it; borrowed */
-    bool again;               /* all probes are captured anew */
-    const char *command_line; /* as recorded */
+    const struct capture_split *split; /* NULL: none */
+    const char *scene_key;             /* as the header is to have it; borrowed */
+    bool again;                        /* all probes are captured anew */
+    const char *command_line;          /* as recorded */
 };
 
 /* The header of a captured stream: `before` with the record. An error where probes that are not
@@ -163,11 +168,22 @@ int capture_ray_count(int rays);
 struct error *capture_probe(const struct path_tracer *path, const struct capture_settings *settings,
                             const double p[3], const float *normal, struct capture_probe *result);
 
+/* The same, and by parts of settings->split their light and its error: as many floats of sh each
+ * (3 order^2, of a surface 3), one part behind the other. */
+struct error *capture_probe_split(const struct path_tracer *path,
+                                  const struct capture_settings *settings, const double p[3],
+                                  const float *normal, struct capture_probe *result, float *part,
+                                  float *part_error);
+
 /* De-rings and convolves what was captured of a point, as the settings say. */
 void capture_shape(const struct capture_settings *settings, struct capture_probe *result);
 
-/* Adds the columns that the settings ask for to a probe table, where they are missing. */
+/* Adds the columns that the settings ask for to a probe table, where they are missing. An error
+ * where parts of light make a row that no stream holds. */
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table);
+
+/* Bytes of a row of a table, and of what in it is light of parts. */
+size_t capture_row_bytes(const struct table *table, size_t *split);
 
 /* For capturing anew. Removes columns that no capture fills unless it is asked to, and those made
  * of the light that was. */

@@ -27,6 +27,7 @@ struct capture_options capture_options_default(void)
 void capture_options_clear(struct capture_options *o)
 {
     scene_settings_clear(&o->scene);
+    capture_split_clear(&o->split);
     free(o->cache_held);
     o->cache_held = NULL;
 }
@@ -89,6 +90,25 @@ static struct error *parse_content(void *value, const char *text)
     if (strcmp(text, "radiance") && strcmp(text, "irradiance"))
         return error_usage("expected one of radiance, irradiance, got '%s'", text);
     *(bool *)value = !strcmp(text, "irradiance");
+    return NULL;
+}
+
+/* "sky:3", "suns:FILE" or "off". */
+static struct error *parse_transfer(void *value, const char *text)
+{
+    struct capture_options *o = value;
+    const bool sky = !strncmp(text, "sky:", 4), suns = !strncmp(text, "suns:", 5);
+    const char *what = text + (sky ? 4 : suns ? 5 : 0);
+    if (sky ? !(what[0] >= '1' && what[0] <= '5' && !what[1])
+            : !(suns && *what) && strcmp(text, "off") != 0)
+        return error_usage("expected sky:N, N from 1 to 5, suns:FILE or off, got '%s'", text);
+    o->transfer_given = true;
+    if (sky)
+        o->transfer_sky = *what - '0';
+    else
+        o->transfer_suns = suns ? what : NULL;
+    if (!sky && !suns)
+        o->transfer_sky = 0;
     return NULL;
 }
 
@@ -226,6 +246,27 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .shown = "sh_error,validity,depth,sky",
          .help = "what to write beside light: of these, sh_gradient,\n"
                  "visibility, ao, bent_normal, rays; none: nothing"},
+        {.name = "groups",
+         .argument = "FILE|each",
+         .kind = OPTION_TEXT,
+         .value = &o->groups,
+         .shown = "off",
+         .help = "light of each group of lights in columns of its own: groups\n"
+                 "that FILE names, or each light and emissive material"},
+        {.name = "transfer",
+         .argument = "sky:N|suns:FILE",
+         .kind = OPTION_CALL,
+         .value = o,
+         .parse = parse_transfer,
+         .shown = "off",
+         .help = "the response to light that may be: to each of the N * N SH\n"
+                 "functions of a sky, or to suns of the directions in FILE; may\n"
+                 "repeat"},
+        {.name = "dry-run",
+         .kind = OPTION_FLAG,
+         .value = &o->dry_run,
+         .unrecorded = true,
+         .help = "say what a probe and the stream would take, and stop"},
         {.name = "ao-distance",
          .argument = "D",
          .kind = OPTION_REAL,
@@ -317,6 +358,8 @@ static struct error *read_over(struct capture_options *o, struct program *progra
         err = capture_settings_from_header(&o->capture, header);
     if (!err)
         err = take_cache(o, header);
+    if (!err)
+        err = capture_split_from_header(&o->split, header);
     if (other_rays) {
         o->capture.rays = usual.rays;
         o->capture.rays_most = usual.rays_most;
@@ -337,14 +380,33 @@ static bool asks_otherwise(const struct capture_options *o, const struct stream_
         err = cache_options_to_header(&o->cache, &now);
     if (!err)
         err = capture_check_same(header, &now);
-    const bool other = err || o->order_auto || o->capture.columns & ~(unsigned)CAPTURE_DEFAULT;
+    const bool other = err || o->order_auto || o->groups || o->transfer_given ||
+                       o->capture.columns & ~(unsigned)CAPTURE_DEFAULT;
     error_destroy(err);
     header_clear(&now);
     return other;
 }
 
-struct error *capture_options_take_over(struct capture_options *o, struct program *program,
-                                        const struct stream_header *header, int argc, char **argv)
+/* What the command line says of parts of light takes the place of the header's. */
+static struct error *read_split(struct capture_options *o)
+{
+    struct error *err = o->groups ? capture_split_read_groups(&o->split, o->groups) : NULL;
+    if (o->transfer_given) {
+        o->split.sky_order = o->transfer_sky;
+        o->split.sun_count = 0;
+    }
+    if (!err && o->transfer_suns)
+        err = capture_split_read_suns(&o->split, o->transfer_suns, &o->scene);
+    const bool groups = o->split.groups.count || o->split.groups.each;
+    if (!err && o->cache.name && (groups || o->split.sky_order || o->split.sun_count))
+        err = error_usage("%s needs --cache off: a cache keeps the light of all lights in one",
+                          groups ? "--groups" : "--transfer");
+    return err;
+}
+
+/* Takes over what the header says, but for parts of light. */
+static struct error *take_over(struct capture_options *o, struct program *program,
+                               const struct stream_header *header, int argc, char **argv)
 {
     const bool again = o->again;
     if (!capture_header_has_settings(header))
@@ -355,4 +417,11 @@ struct error *capture_options_take_over(struct capture_options *o, struct progra
     err = read_over(o, program, header, true, argc, argv);
     o->again = true;
     return err;
+}
+
+struct error *capture_options_take_over(struct capture_options *o, struct program *program,
+                                        const struct stream_header *header, int argc, char **argv)
+{
+    struct error *err = take_over(o, program, header, argc, argv);
+    return err ? err : read_split(o);
 }

@@ -12,6 +12,7 @@
 
 #include "capture/cache_options.h"
 #include "capture/capture.h"
+#include "capture/capture_split.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
 #include "stream/common_options.h"
@@ -28,6 +29,13 @@ struct capture_options {
     struct cache_options cache;
     char *cache_held;      /* its name, where it is a header's; owned */
     const char *cache_out; /* NULL: it is not written */
+    /* parts of light: of the header, and over it the command line; to be opened */
+    struct capture_split split;
+    const char *groups;        /* --groups; NULL: not given */
+    bool transfer_given;       /* then: */
+    int transfer_sky;          /* 0: none */
+    const char *transfer_suns; /* NULL: none */
+    bool dry_run;
     struct scene_settings scene;
     struct common common; /* but for the seed */
 };

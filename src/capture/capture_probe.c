@@ -3,7 +3,9 @@
 #include "base/array.h"
 #include "base/error.h"
 #include "capture/capture.h"
+#include "capture/capture_split.h"
 #include "capture/gradient.h"
+#include "capture/probe_split.h"
 #include "capture/strata.h"
 #include "math/angle.h"
 #include "math/luminance.h"
@@ -83,6 +85,7 @@ struct work {
     double *lit;        /* lit_weigh of the cache's sunlit points; owned; NULL: none */
     uint32_t asked_lit; /* of them */
     bool sparse;        /* that is of pictures which are bright at few points, and none was found */
+    struct probe_split *parts; /* NULL: light is not split */
 };
 
 /* -- samples ----------------------------------------------------------------------------------- */
@@ -158,22 +161,25 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
     const size_t count = 4 * draw->fours;
     struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
     struct path_sample met[PATH_WAVE];
+    float solid_angle[PATH_WAVE]; /* 1 / density */
     for (size_t i = 0; i < count; i++)
         direction[i] = own_direction(w, draw->x[i], draw->y[i]);
-    path_samples(w->path, &w->receiver,
-                 &(struct path_rays){.count = count,
-                                     .direction = direction,
-                                     .random = draw->random,
-                                     .straight_alone = which == CAPTURE_DIRECT},
-                 met);
+    if (w->parts)
+        split_light_start(&w->parts->light);
+    path_samples_split(w->path, &w->receiver,
+                       &(struct path_rays){.count = count,
+                                           .direction = direction,
+                                           .random = draw->random,
+                                           .straight_alone = which == CAPTURE_DIRECT},
+                       met, w->parts ? &w->parts->light : NULL);
     for (size_t i = 0; i < count; i++) {
         const struct path_sample *m = &met[i];
         const struct vec3f straight = which != CAPTURE_INDIRECT ? m->straight : (struct vec3f){0};
-        float solid_angle = 4 * (float)ANGLE_PI; /* 1 / density */
+        solid_angle[i] = 4 * (float)ANGLE_PI;
         if (w->surface)
-            solid_angle = (float)ANGLE_PI /
-                          float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
-        light[i] = vec3f_scale(solid_angle, vec3f_fma(m->scattered, m->weight, straight));
+            solid_angle[i] = (float)ANGLE_PI /
+                             float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+        light[i] = vec3f_scale(solid_angle[i], vec3f_fma(m->scattered, m->weight, straight));
         note(w, m, direction[i]);
         if (cells->cell) {
             struct gradient_cell *cell = &cells->cell[draw->cell[i]];
@@ -185,6 +191,9 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
         }
     }
     strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
+    if (w->parts)
+        probe_split_own(w->parts, wave, draw->fours, direction, met, solid_angle,
+                        which != CAPTURE_INDIRECT);
     for (size_t i = 0; i < count && w->settings->columns & CAPTURE_VISIBILITY && !w->surface; i++)
         for (int k = 0; k < w->light.functions && !met[i].hit; k++)
             w->visibility[k] += strata_function(wave, k, i / draw->fours, i % draw->fours);
@@ -204,6 +213,8 @@ static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata
         light[i] = found[i].light;
     }
     strata_add(&w->light, wave, draw->fours, direction, light, w->receiver.at.normal);
+    if (w->parts)
+        probe_split_asked(w->parts, wave, draw->fours, found);
 }
 
 /* Questions to the sunlit points, `count` of them: corner k of four f is at their place 4 f + k. */
@@ -403,12 +414,39 @@ static void add_to_normals(struct work *w, const double d[3], const double rgb[3
     }
 }
 
+/* The part of a delta: the SH in its direction, or a surface's cosine. */
+static void add_to_part(struct work *w, size_t part, const double d[3], const double rgb[3],
+                        double visible)
+{
+    double y[SH_COUNT_MAX];
+    const struct vec3f n = w->receiver.at.normal;
+    if (w->surface)
+        y[0] = fmax(d[0] * (double)n.x + d[1] * (double)n.y + d[2] * (double)n.z, 0);
+    else
+        sh_basis(w->settings->order, d, y);
+    probe_split_certain(w->parts, part, y, rgb, visible);
+}
+
+/* The light of suns that are asked for by themselves. */
+static void add_split_suns(struct work *w, const double start[3])
+{
+    static const double white[3] = {1, 1, 1};
+    const struct split *split = w->parts->split;
+    for (size_t s = 0; s < split->sun_count; s++) {
+        const double *to = split->sun + 3 * s;
+        add_to_part(w, split_suns(split) + s, to, white,
+                    (double)trace_visibility_sky(w->path->tracer, start, to));
+    }
+}
+
 /* Light that comes straight from point, spot and sun lights: a delta in its direction, certain. */
 static void add_punctual(const struct path_tracer *path, struct work *w, const double p[3])
 {
     const struct scene *scene = trace_scene(path->tracer);
     double start[3];
     vec3_store(start, trace_to_world(path->tracer, w->receiver.at.position));
+    if (w->parts)
+        add_split_suns(w, start);
     for (size_t i = 0; i < scene->light_count; i++) {
         const struct scene_light *light = &scene->lights[i];
         double d[3], distance, rgb[3];
@@ -419,6 +457,8 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
         const float visible = light->kind == SCENE_SUN
                                   ? trace_visibility_sky(path->tracer, start, d)
                                   : trace_visibility(path->tracer, start, at);
+        if (w->parts && w->parts->split->groups)
+            add_to_part(w, w->parts->split->groups->of_light[i], d, rgb, (double)visible);
         if (w->surface) {
             const struct vec3f n = w->receiver.at.normal;
             const double cosine =
@@ -508,6 +548,15 @@ struct error *capture_probe(const struct path_tracer *paths,
                             const struct capture_settings *settings, const double p[3],
                             const float *normal, struct capture_probe *result)
 {
+    return capture_probe_split(paths, settings, p, normal, result, NULL, NULL);
+}
+
+struct error *capture_probe_split(const struct path_tracer *paths,
+                                  const struct capture_settings *settings, const double p[3],
+                                  const float *normal, struct capture_probe *result, float *part,
+                                  float *part_error)
+{
+    struct probe_split parts = {0};
     const struct path_tracer *path;
     struct error *err = path_near(paths, p, &path);
     if (err)
@@ -527,9 +576,14 @@ struct error *capture_probe(const struct path_tracer *paths,
                          p[2], (double)farthest);
     w.receiver.at.position = trace_start(path->tracer, p, w.receiver.at.normal);
     w.room = trace_start_room(path->tracer, p);
-    if (settings->light != CAPTURE_INDIRECT)
+    if (part) {
+        err = probe_split_init(&parts, &settings->split->split, normal ? 0 : settings->order);
+        w.parts = &parts;
+    }
+    if (!err && settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
-    err = weigh_lit(&w);
+    if (!err)
+        err = weigh_lit(&w);
     for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {
         err = take_round(&w, rays);
         if (!err)
@@ -537,6 +591,9 @@ struct error *capture_probe(const struct path_tracer *paths,
     }
     if (!err)
         finish(&w, result);
+    if (!err && part)
+        probe_split_finish(&parts, w.rays, part, part_error);
+    probe_split_clear(&parts);
     free(w.lit);
     return err;
 }

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "base/interrupt.h"
 #include "capture/capture_cache.h"
+#include "capture/probe_split.h"
 #include "light/convert.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
@@ -24,6 +25,7 @@ static struct error *open_writer(struct capture_run *run)
     const struct capture_record record = {.settings = &o->capture,
                                           .cache = &o->cache,
                                           .light = &o->scene,
+                                          .split = &o->split,
                                           .scene_key = key,
                                           .again = o->again,
                                           .command_line = run->command_line};
@@ -190,12 +192,59 @@ static struct error *capture_to_least_order(struct capture_run *run, const struc
     return err;
 }
 
+/* Says what parts of light take. */
+static void say_parts(const struct capture_run *run, const struct table *out, FILE *to)
+{
+    const struct split *split = &run->options.split.split;
+    const size_t sky = (size_t)(split->sky_order * split->sky_order);
+    size_t parts;
+    const size_t all = capture_row_bytes(out, &parts);
+    fprintf(to, "%s: a probe takes %zu bytes", run->program, all);
+    if (parts)
+        fprintf(to, ", %zu of them for %zu groups, %zu functions of a sky and %zu suns", parts,
+                split_sky(split), sky, split->sun_count);
+    fputc('\n', to);
+}
+
+/* Says what all would take. */
+static struct error *say_all(struct capture_run *run, const struct table *schema,
+                             const struct table *out)
+{
+    struct table in = {0};
+    size_t probes = 0, got = 1, parts;
+    const double row = (double)capture_row_bytes(out, &parts);
+    struct error *err = table_copy_schema(&in, schema);
+    while (!err && got) {
+        err = table_resize(&in, 0);
+        if (!err)
+            err = stream_reader_rows(run->reader, &in, BLOCK, &got);
+        probes += err ? 0 : got;
+    }
+    table_clear(&in);
+    if (err)
+        return err;
+    const bool whole = !run->writer && (run->options.order_auto || run->options.cache.name);
+    const double at_once = row * (whole || probes < BLOCK ? (double)probes : BLOCK),
+                 thread = parts ? (double)probe_split_bytes(&run->options.split.split) : 0;
+    say_parts(run, out, stdout);
+    printf("%s: %zu probes take %.4g MB in the stream, %.4g MB in memory and %.4g MB a thread\n",
+           run->program, probes, 1e-6 * row * (double)probes, 1e-6 * at_once, 1e-6 * thread);
+    return NULL;
+}
+
 static struct error *capture_table(struct capture_run *run, const struct table *schema)
 {
     struct table out = {0};
     struct error *err = make_schema(run, schema, &out);
     const bool surface = table_column(schema, "normal"),
                choose = run->options.order_auto && !surface;
+    if (!err && run->options.dry_run) {
+        err = say_all(run, schema, &out);
+        table_clear(&out);
+        return err;
+    }
+    if (!err && run->say && capture_split_count(&run->options.split))
+        say_parts(run, &out, run->say);
     if (!err && choose && run->writer)
         err = error_new("--order auto: expected table probe before the others");
     if (!err && !choose && !run->writer)
@@ -225,11 +274,11 @@ struct error *capture_stream(struct capture_run *run)
         struct table schema = {0};
         err = stream_reader_next_table(run->reader, &schema, &more);
         const bool probes = !err && more && !strcmp(schema.name, "probe");
-        if (!err && !probes && !run->writer)
+        if (!err && !probes && !run->writer && !run->options.dry_run)
             err = open_writer(run);
         if (probes)
             err = capture_table(run, &schema);
-        else if (!err && more)
+        else if (!err && more && !run->options.dry_run)
             err = pass_table(run, &schema);
         table_clear(&schema);
     }

@@ -14,6 +14,8 @@
 #include "light/dering.h"
 #include "stream/stream.h"
 
+#include <stdio.h>
+
 /* What is read and written, and what was seen. */
 struct capture_run {
     struct capture_options options; /* owned; the order, where it was to be found, is set here */
@@ -26,6 +28,9 @@ struct capture_run {
     struct path_tracer *path;
     bool other_sight;          /* what the stream keeps of sight is of other surfaces */
     struct progress *progress; /* may be NULL */
+    /* where it is said what parts of light take, before they are captured; NULL: nowhere */
+    FILE *say;
+    const char *program; /* who says it */
     /* Seen: */
     size_t probes, captured; /* of the slice */
     size_t left;             /* that a signal came before */
@@ -38,7 +43,8 @@ struct capture_run {
     double order_lost; /* what the order that was found loses of the irradiance; NaN: none was */
 };
 
-/* Captures all that the reader has. */
+/* Captures all that the reader has. options.dry_run: says to standard output what that would take,
+ * and opens no writer. */
 struct error *capture_stream(struct capture_run *run);
 
 #endif

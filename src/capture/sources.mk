@@ -10,7 +10,9 @@ capture_sources = \
 	%D%/capture_options.c %D%/capture_options.h \
 	%D%/capture_probe.c \
 	%D%/capture_scene.c \
+	%D%/capture_split.c %D%/capture_split.h \
 	%D%/capture_stream.c %D%/capture_stream.h \
+	%D%/probe_split.c %D%/probe_split.h \
 	%D%/gradient.c %D%/gradient.h \
 	%D%/stage.c %D%/stage.h \
 	%D%/strata.c %D%/strata.h

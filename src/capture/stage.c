@@ -11,6 +11,16 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Lets what is captured be split as the probes' light was. */
+static struct error *open_split(struct stage *stage)
+{
+    struct error *err = capture_split_open(&stage->split, stage->scene,
+                                           stage->scene_settings.light_count, &stage->path);
+    if (!err && capture_split_count(&stage->split))
+        stage->capture_settings.split = &stage->split;
+    return err;
+}
+
 struct error *stage_init(struct stage *stage, const char *path, const struct stream_header *header,
                          struct scene_settings *given, struct warnings *warnings)
 {
@@ -37,7 +47,11 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
     err = stage->other ? NULL : relit_scene(stage->scene, &stage->scene_settings, header, warnings);
     if (!err)
         err = trace_create(&stage->tracer, stage->scene);
-    return err ? err : path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
+    if (!err)
+        err = path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
+    if (!err)
+        err = capture_split_from_header(&stage->split, header);
+    return err ? err : open_split(stage);
 }
 
 struct error *stage_decimate(struct stage *stage, struct warnings *warnings)
@@ -51,7 +65,9 @@ struct error *stage_decimate(struct stage *stage, struct warnings *warnings)
     struct error *err = scene_decimate(stage->scene, stage->capture_settings.decimate, warnings);
     if (!err)
         err = trace_create(&stage->tracer, stage->scene);
-    return err ? err : path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
+    if (!err)
+        err = path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
+    return err ? err : open_split(stage);
 }
 
 void stage_clear(struct stage *stage)
@@ -60,4 +76,5 @@ void stage_clear(struct stage *stage)
     trace_destroy(stage->tracer);
     scene_destroy(stage->scene);
     scene_settings_clear(&stage->scene_settings);
+    capture_split_clear(&stage->split);
 }

@@ -8,6 +8,7 @@
 #define STAGE_H
 
 #include "capture/capture.h"
+#include "capture/capture_split.h"
 #include "scene/scene.h"
 #include "scene/scene_settings.h"
 
@@ -29,6 +30,7 @@ struct stage {
     struct scene *scene;
     struct tracer *tracer;
     struct path_tracer path;
+    struct capture_split split; /* by which the probes were captured */
 };
 
 /* Reads the scene at `path` as the header says, in the light that it was relit with (scene/relit.h;

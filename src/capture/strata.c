@@ -33,14 +33,20 @@ static size_t whole_lanes(size_t fours)
     return (fours + STRATA_LANES - 1) / STRATA_LANES * STRATA_LANES;
 }
 
-static void set_samples(struct strata_wave *wave, size_t fours, const struct vec3f *direction,
-                        const struct vec3f *light)
+static void set_directions(struct strata_wave *wave, size_t fours, const struct vec3f *direction)
+{
+    for (size_t k = 0; k < 4; k++)
+        for (size_t f = 0; f < whole_lanes(fours); f++)
+            wave->direction[k * STRATA_FOURS + f] = f < fours ? direction[k * fours + f]
+                                                              : direction[0];
+}
+
+static void set_light(struct strata_wave *wave, size_t fours, const struct vec3f *light)
 {
     for (size_t k = 0; k < 4; k++) {
         for (size_t f = 0; f < whole_lanes(fours); f++) {
             const size_t from = k * fours + f, to = k * STRATA_FOURS + f;
             const struct vec3f l = f < fours ? light[from] : (struct vec3f){0};
-            wave->direction[to] = f < fours ? direction[from] : direction[0];
             wave->light[0][to] = (double)l.x;
             wave->light[1][to] = (double)l.y;
             wave->light[2][to] = (double)l.z;
@@ -98,8 +104,15 @@ static void add_product(struct strata_sum *to, size_t fours, const double (*ligh
 void strata_add(struct strata *s, struct strata_wave *wave, size_t fours,
                 const struct vec3f *direction, const struct vec3f *light, struct vec3f normal)
 {
-    set_samples(wave, fours, direction, light);
+    set_directions(wave, fours, direction);
     set_functions(s, wave, fours, normal);
+    strata_add_again(s, wave, fours, light);
+}
+
+void strata_add_again(struct strata *s, struct strata_wave *wave, size_t fours,
+                      const struct vec3f *light)
+{
+    set_light(wave, fours, light);
     for (int c = 0; c < s->channels; c++)
         for (int i = 0; i < s->functions; i++)
             add_product(&s->of[c][i], fours, (const double(*)[STRATA_FOURS])wave->light[c],

@@ -54,6 +54,10 @@ void strata_start_normals(struct strata *strata, const double *normal, int count
 void strata_add(struct strata *strata, struct strata_wave *wave, size_t fours,
                 const struct vec3f *direction, const struct vec3f *light, struct vec3f normal);
 
+/* Adds other light of the samples that strata_add of a like strata left in `wave`. */
+void strata_add_again(struct strata *strata, struct strata_wave *wave, size_t fours,
+                      const struct vec3f *light);
+
 /* Function i of corner k of four f, as strata_add left it. */
 static inline double strata_function(const struct strata_wave *wave, int i, size_t k, size_t f)
 {

@@ -20,6 +20,7 @@
 
 struct path_sun {
     struct vec3f to_light, irradiance;
+    size_t light; /* of the scene */
 };
 
 static struct error *add_suns(struct path_tracer *path)
@@ -33,7 +34,8 @@ static struct error *add_suns(struct path_tracer *path)
             continue;
         path->suns[path->sun_count++] = (struct path_sun){
             {-(float)l->direction.x, -(float)l->direction.y, -(float)l->direction.z},
-            {(float)l->intensity[0], (float)l->intensity[1], (float)l->intensity[2]}};
+            {(float)l->intensity[0], (float)l->intensity[1], (float)l->intensity[2]},
+            i};
     }
     return err;
 }
@@ -90,6 +92,12 @@ void path_use_cache(struct path_tracer *path, const struct path_cache *cache)
 {
     for (; path; path = path->next)
         path->cache = cache;
+}
+
+void path_use_split(struct path_tracer *path, const struct split *split)
+{
+    for (; path; path = path->next)
+        path->split = split;
 }
 
 void path_clear(struct path_tracer *path)
@@ -176,6 +184,7 @@ struct questions {
     /* its radiance over its density per solid angle, balanced with the receiver's own directions */
     struct wave_vec light;
     int32_t seen[PATH_WAVE]; /* 1: there is something to be asked; then: nothing stands between */
+    size_t group[PATH_WAVE]; /* whose light it is; set where the tracer has groups */
 };
 
 /* Density per solid angle of a receiver's own directions, by the cosine; of a point. */
@@ -269,6 +278,16 @@ static void aim_punctual(const struct path_tracer *path, const struct lights_rec
     wave_put(&q->light, i, vec3f_scale(1 / choice->probability, e));
 }
 
+/* The group of a light that was drawn. */
+static size_t group_of_choice(const struct path_tracer *path, const struct lights_choice *choice)
+{
+    const struct group_map *groups = path->split->groups;
+    const struct scene *scene = path->tracer->scene;
+    return choice->punctual ? groups->of_light[choice->punctual - scene->lights]
+                            : group_of_surface(groups, scene, choice->point.instance,
+                                               choice->point.triangle, choice->point.material);
+}
+
 /* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces. */
 static void ask_lights(const struct path_tracer *path, const struct receivers *from,
                        const double *x, const float *y, struct questions *q)
@@ -280,6 +299,8 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
         const struct lights_receiver receiver = receiver_at(from, i);
         struct lights_choice choice;
         q->seen[i] = lights_sample(&path->lights, path->tracer, &receiver, x[i], y[i], &choice);
+        if (q->seen[i] && path->split && path->split->groups)
+            q->group[i] = group_of_choice(path, &choice);
         if (q->seen[i] && choice.punctual) {
             punctual[punctuals] = choice;
             of_punctual[punctuals++] = i;
@@ -312,6 +333,8 @@ static void ask_sky(const struct path_tracer *path, const struct receivers *from
                               ? cosine_density(vec3f_dot(direction, wave_get(from->normal, i)))
                               : sphere_density;
         q->seen[i] = own > 0 && density > 0;
+        if (path->split && path->split->groups)
+            q->group[i] = path->split->groups->of_sky;
         wave_put(&q->ray.origin, i, wave_get(from->position, i));
         wave_put(&q->ray.direction, i, direction);
         q->ray.most[i] = INFINITY;
@@ -374,8 +397,9 @@ struct wave {
     struct wave_vec throughput, sum; /* what light it meets counts, and what it has met so far */
     struct wave_vec light;           /* irradiance over pi from what was asked */
     struct questions questions;
-    struct wave_vec sunlight; /* what of light is the suns'; set where there are sunlit points */
-    bool known[PATH_WAVE];    /* the cache says what is scattered on; set where there is a cache */
+    struct wave_vec sunlight;  /* what of light is the suns'; set where there are sunlit points */
+    bool known[PATH_WAVE];     /* the cache says what is scattered on; set where there is a cache */
+    struct split_light *split; /* NULL: light is not split */
 };
 
 /* Turns to the side of the surface that the path came to, and starts from there. */
@@ -408,6 +432,20 @@ TRACE_VECTORS static void answer(struct wave *w)
     }
 }
 
+/* Keeps what was answered by groups. */
+static void split_answer(struct wave *w)
+{
+    const struct questions *q = &w->questions;
+    if (!w->split || !w->split->split->groups)
+        return;
+    for (size_t i = 0; i < w->count; i++)
+        if (q->seen[i])
+            split_ask(w->split, q->group[i], i,
+                      vec3f_scale(cosine_density(vec3f_dot(wave_get(&q->direction, i),
+                                                           wave_get(&w->facing, i))),
+                                  wave_get(&q->light, i)));
+}
+
 TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct receivers *from,
                                   struct questions *q)
 {
@@ -418,6 +456,39 @@ TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct recei
         q->ray.most[i] = INFINITY;
         wave_put(&q->direction, i, sun->to_light);
         wave_put(&q->light, i, sun->irradiance);
+    }
+}
+
+/* What tells blended surfaces which rays they let through to a sun of a split: of the paths, but
+ * none of their draws, which are to be what they are without. */
+static uint32_t salt_of(const struct wave *w, size_t i, size_t sun)
+{
+    uint32_t x = w->random.state[0][i] ^
+                 (w->random.state[1][i] + 0x9E3779B9u * (uint32_t)(sun + 1));
+    x = (x ^ x >> 16) * 0x85EBCA6Bu;
+    x = (x ^ x >> 13) * 0xC2B2AE35u;
+    return x ^ x >> 16;
+}
+
+/* The suns whose light is asked for by itself. */
+static void ask_split_suns(struct wave *w, const struct receivers *from)
+{
+    const struct split *split = w->split->split;
+    struct questions *q = &w->questions;
+    for (size_t s = 0; s < split->sun_count; s++) {
+        const double *to = split->sun + 3 * s;
+        const struct path_sun sun = {.to_light = {(float)to[0], (float)to[1], (float)to[2]},
+                                     .irradiance = {1, 1, 1}};
+        ask_sun(&sun, from, q);
+        for (size_t i = 0; i < w->count; i++)
+            q->ray.salt[i] = w->path->tracer->has_alpha ? salt_of(w, i, s) : 0;
+        trace_rays_occluded(w->path->tracer, w->count, &q->ray, q->seen);
+        for (size_t i = 0; i < w->count; i++)
+            if (q->seen[i])
+                split_ask(
+                    w->split, split_suns(split) + s, i,
+                    vec3f_scale(cosine_density(vec3f_dot(sun.to_light, wave_get(&w->facing, i))),
+                                sun.irradiance));
     }
 }
 
@@ -435,19 +506,26 @@ static void light_surfaces(struct wave *w)
         draw_floats(&w->random, w->count, across);
         ask_lights(path, &from, x, across, &w->questions);
         answer(w);
+        split_answer(w);
     }
     if (path->sky.rows) {
         draw_doubles(&w->random, w->count, x);
         draw_doubles(&w->random, w->count, y);
         ask_sky(path, &from, x, y, &w->questions);
         answer(w);
+        split_answer(w);
     }
     if (path->cache && path->cache->lit)
         w->sunlight = w->light;
     for (size_t s = 0; s < path->sun_count; s++) {
         ask_sun(&path->suns[s], &from, &w->questions);
         answer(w);
+        for (size_t i = 0; i < w->count && w->split && w->split->split->groups; i++)
+            w->questions.group[i] = w->split->split->groups->of_light[path->suns[s].light];
+        split_answer(w);
     }
+    if (w->split)
+        ask_split_suns(w, &from);
     for (size_t i = 0; i < w->count && path->cache && path->cache->lit; i++)
         wave_put(&w->sunlight, i, vec3f_sub(wave_get(&w->light, i), wave_get(&w->sunlight, i)));
 }
@@ -488,6 +566,20 @@ TRACE_VECTORS static void turn(struct wave *w)
     }
 }
 
+/* Adds what a path met by chance to its parts. */
+static void split_met(struct wave *w, size_t i, struct vec3f radiance)
+{
+    const struct split *split = w->split->split;
+    const struct vec3f throughput = wave_get(&w->throughput, i);
+    if (!w->at.hit[i])
+        split_add_sky(w->split, w->sample[i], wave_get(&w->ray.direction, i), throughput);
+    if (!split->groups || !(vec3f_most(radiance) > 0))
+        return;
+    const size_t group = w->at.hit[i] ? split_group_met(split, w->path->tracer->scene, &w->at, i)
+                                      : split->groups->of_sky;
+    split_add(w->split, group, w->sample[i], vec3f_mul(throughput, radiance));
+}
+
 /* What the rays met by chance: the sky, or a surface that emits. */
 static void meet(struct wave *w)
 {
@@ -512,6 +604,8 @@ static void meet(struct wave *w)
         wave_put(&w->sum, i,
                  vec3f_fma(wave_get(&w->sum, i), weight,
                            vec3f_mul(wave_get(&w->throughput, i), radiance)));
+        if (w->split)
+            split_met(w, i, vec3f_scale(weight, radiance));
     }
 }
 
@@ -682,6 +776,8 @@ static void scatter(struct wave *w, struct path_sample *sample)
         face(w);
         light_surfaces(w);
         turn(w);
+        if (w->split)
+            split_scatter(w->split, w->count, &w->throughput, w->sample);
         trace_rays_nearest(w->path->tracer, w->count, &w->ray, &w->at);
         meet(w);
         end_paths(w, bounce >= 2, sample);
@@ -753,13 +849,30 @@ static struct path_sample seen(const struct path_receiver *receiver, const struc
     return sample;
 }
 
+/* Whose light the radiance is that a receiver's own ray met. */
+static uint16_t group_straight(const struct wave *w, size_t i, struct vec3f radiance)
+{
+    const struct split *split = w->split->split;
+    return !(vec3f_most(radiance) > 0) ? GROUP_NONE
+           : w->at.hit[i] ? (uint16_t)split_group_met(split, w->path->tracer->scene, &w->at, i)
+                          : split->groups->of_sky;
+}
+
 void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
                   const struct path_rays *rays, struct path_sample *sample)
+{
+    path_samples_split(path, receiver, rays, sample, NULL);
+}
+
+void path_samples_split(const struct path_tracer *path, const struct path_receiver *receiver,
+                        const struct path_rays *rays, struct path_sample *sample,
+                        struct split_light *split)
 {
     const size_t count = rays->count;
     struct wave w;
     w.path = path;
     w.count = count;
+    w.split = split;
     for (size_t i = 0; i < count; i++) {
         w.sample[i] = (uint32_t)i;
         random_put(&w.random, i, &rays->random[i]);
@@ -773,6 +886,8 @@ void path_samples(const struct path_tracer *path, const struct path_receiver *re
     trace_rays_nearest(path->tracer, count, &w.ray, &w.at);
     for (size_t i = 0; i < count; i++)
         sample[i] = seen(receiver, &w, i);
+    for (size_t i = 0; i < count && w.split && w.split->split->groups; i++)
+        w.split->straight[i] = group_straight(&w, i, sample[i].straight);
     if (rays->straight_alone)
         return;
     end_paths(&w, false, sample);
@@ -821,8 +936,11 @@ static void ask_from(const struct path_tracer *path, const struct path_receiver 
     }
     trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
     for (size_t i = 0; i < count; i++)
-        found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)}
+        found[i] = q.seen[i] ? (struct path_found){.direction = wave_get(&q.direction, i),
+                                                   .light = wave_get(&q.light, i)}
                              : (struct path_found){0};
+    for (size_t i = 0; i < count && path->split && path->split->groups; i++)
+        found[i].group = q.seen[i] ? q.group[i] : 0;
 }
 
 void path_lights(const struct path_tracer *path, const struct path_receiver *receiver,
@@ -862,7 +980,8 @@ void path_lit(const struct path_tracer *path, const struct path_receiver *receiv
     }
     trace_rays_occluded(path->tracer, count, &q.ray, q.seen);
     for (size_t i = 0; i < count; i++)
-        found[i] = q.seen[i] ? (struct path_found){wave_get(&q.direction, i), wave_get(&q.light, i)}
+        found[i] = q.seen[i] ? (struct path_found){.direction = wave_get(&q.direction, i),
+                                                   .light = wave_get(&q.light, i)}
                              : (struct path_found){0};
 }
 

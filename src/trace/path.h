@@ -24,6 +24,7 @@
 #include "trace/cache.h"
 #include "trace/lights.h"
 #include "trace/sky.h"
+#include "trace/split.h"
 
 struct path_tracer {
     const struct tracer *tracer;
@@ -35,6 +36,7 @@ struct path_tracer {
     bool sky_shines;
     int bounces;                    /* how often a path may scatter */
     const struct path_cache *cache; /* borrowed; NULL: none (path_use_cache) */
+    const struct split *split;      /* borrowed; NULL: none (path_use_split) */
     struct path_tracer *next;       /* the same of tracer->next; owned */
     struct once *started;           /* what path_near starts; owned; NULL: it was from the start */
 };
@@ -69,6 +71,7 @@ struct path_found {
     /* radiance over the density per solid angle of both ways together (share times its own, and the
      * receiver's): to be summed over all questions and divided by the number of samples; 0: none */
     struct vec3f light;
+    size_t group; /* whose light it is, where the tracer has groups */
 };
 
 struct error *path_init(struct path_tracer *path, const struct tracer *tracer, int bounces);
@@ -77,6 +80,10 @@ void path_clear(struct path_tracer *path);
 /* Lets paths of a tracer and of those that follow it end in a cache, which is to outlive that;
  * NULL: in none. Not while they are used. */
 void path_use_cache(struct path_tracer *path, const struct path_cache *cache);
+
+/* Lets a tracer and those that follow it split light into parts, where path_samples_split asks
+ * for that; NULL: into none. No light that is kept in a cache can be split. */
+void path_use_split(struct path_tracer *path, const struct split *split);
 
 /* Of a path tracer and those that follow it, the one to use for what p sees (trace_find_near), made
  * now if nobody was there before. */
@@ -96,6 +103,11 @@ struct path_rays {
 /* What comes along each ray. */
 void path_samples(const struct path_tracer *path, const struct path_receiver *receiver,
                   const struct path_rays *rays, struct path_sample *sample);
+
+/* The same, and in `split`, which was started, what is scattered by parts. */
+void path_samples_split(const struct path_tracer *path, const struct path_receiver *receiver,
+                        const struct path_rays *rays, struct path_sample *sample,
+                        struct split_light *split);
 
 /* Points of the unit square, uniform, by which lights or sky are drawn; borrowed. */
 struct path_draws {

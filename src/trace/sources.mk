@@ -12,5 +12,6 @@ trace_sources = \
 	%D%/path.c %D%/path.h \
 	%D%/seen.c %D%/seen.h \
 	%D%/sky.c %D%/sky.h \
+	%D%/split.c %D%/split.h \
 	%D%/trace.c %D%/trace.h \
 	%D%/trace_local.h
