@@ -219,4 +219,15 @@ grep '^sun-1 \|^point-2 ' lights >wanted
 grep '^sun-1 \|^point-2 ' got >kept
 check "no sky leaves the other lights" \
     says got '^sky 0,0,0$' and cmp kept wanted and has_lines 2 wanted
+
+# -- a point light beside what emits ---------------------------------------------------------------
+# A surface has I cos / d^2 of a point light, and a small lamp next to nothing.
+printf '%s\n' 'newmtl black' 'Kd 0 0 0' 'newmtl lamp' 'Kd 0 0 0' 'Ke .001 .001 .001' >two.mtl
+printf '%s\n' 'mtllib two.mtl' 'usemtl black' 'v -9 0 -9' 'v -9 0 9' 'v 9 0 9' 'v 9 0 -9' \
+    'f 1 2 3 4' 'v 5 5 0' 'v 5.1 5 0' 'v 5 5 .1' 'usemtl lamp' 'f 5 6 7' >two.obj
+probe-place vertices -q two.obj | probe-cat -q --rows 0 |
+    probe-capture -q --point 0,3,0,10,10,10 --rays 256 two.obj >two.probe
+rows_of position,irradiance two.probe >two.rows
+check "a surface has a point light once, though something emits" every 'NF == 6 &&
+    near($4, 10 * (3 - $2) / (162 + (3 - $2) ^ 2) ^ 1.5, 1e-6)' two.rows
 tap_done

@@ -175,6 +175,7 @@ struct receivers {
     const struct wave_vec *position;
     const struct wave_vec *normal; /* NULL: points, which take light from the whole sphere */
     float share;                   /* questions for each direction of a receiver's own */
+    bool punctual;                 /* point and spot lights are asked for, too */
 };
 
 /* Questions whether anything stands between a receiver and what was found. */
@@ -288,7 +289,7 @@ static size_t group_of_choice(const struct path_tracer *path, const struct light
                                                choice->point.triangle, choice->point.material);
 }
 
-/* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces. */
+/* Asks for one light each, drawn by (x, y). Point and spot lights are for surfaces alone. */
 static void ask_lights(const struct path_tracer *path, const struct receivers *from,
                        const double *x, const float *y, struct questions *q)
 {
@@ -316,7 +317,7 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
     if (path->emissive)
         aim(from->position, from->normal ? from->normal : &drawn.normal, from->normal,
             path->tracer->scene->emit_front_only, from->share, from->count, &drawn, q);
-    for (size_t k = 0; k < punctuals && from->normal; k++) {
+    for (size_t k = 0; k < punctuals && from->punctual; k++) {
         const struct lights_receiver receiver = receiver_at(from, of_punctual[k]);
         aim_punctual(path, &receiver, &punctual[k], q, of_punctual[k]);
     }
@@ -497,8 +498,11 @@ static void ask_split_suns(struct wave *w, const struct receivers *from)
 static void light_surfaces(struct wave *w)
 {
     const struct path_tracer *path = w->path;
-    const struct receivers from = {
-        .count = w->count, .position = &w->ray.origin, .normal = &w->facing, .share = 1};
+    const struct receivers from = {.count = w->count,
+                                   .position = &w->ray.origin,
+                                   .normal = &w->facing,
+                                   .share = 1,
+                                   .punctual = true};
     double x[PATH_WAVE], y[PATH_WAVE];
     if (path->lights.count) {
         float across[PATH_WAVE];
