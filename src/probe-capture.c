@@ -113,7 +113,8 @@ int main(int argc, char **argv)
     if (!err)
         err = path_init(&path, tracer, o->capture.bounces);
     if (!err)
-        err = capture_split_open(&o->split, scene, o->scene.light_count, &path);
+        err = capture_split_open(&o->split, scene,
+                                 &(struct groups_way){.added = o->scene.light_count}, &path);
     if (!err)
         warn_before(scene, &warnings);
     if (!o->common.quiet)

@@ -173,6 +173,14 @@ if plain_build "each group's light alone"; then
         --spot 1,1.8,0,0,-1,0,10,40,3,3,3
 fi
 
+# Of a lamp that no ray finds it is said what it could be, though others are found.
+sed 's/usemtl blue/v 1 -1 1\nv 1 -1 2\nv 2 -1 1\n&\nf 16 17 18/; s/^f 13.*//' hall.obj >cellar.obj
+probe-capture -q -j1 --rays 64 --light direct --groups each --sky 1,1,1 cellar.obj in.probe \
+    >cellar.probe
+column_of sh_blue,sh_error_blue cellar.probe >got
+check "a lamp that is hidden has an error" every 'NF == 54 && $1 == 0 && $3 == 0 && $28 == 0 &&
+    $30 > 1e-5 && $30 < 1' got
+
 # -- transfer --------------------------------------------------------------------------------------
 # Nothing but sky: each function of it comes as it is.
 printf 'mtllib m.mtl\nusemtl black\nv 0 -90 0\nv .001 -90 0\nv 0 -90 .001\nf 1 2 3\n' >air.obj
@@ -296,6 +304,9 @@ probe-leakfix -q -j1 --dilate 'position[0] > 1' hall.obj tet.probe >dilated.prob
 check "and those that hold the light of others" adds_up dilated.probe lamps outside rest and \
     differ "$(column_of transfer_sky dilated.probe >d.rows; echo d.rows)" \
     "$(column_of transfer_sky tet.probe >t.rows; echo t.rows)"
+check "in a scene without the lamps it is measured as ever" \
+    into report probe-error -q --any-scene --points 20 --truth-rays 16 \
+    --exclude 'red*' hall.obj tet.probe
 probe-cat --text one.probe | sed 's/transfer-sky 2/transfer-sky 3/' >wrong.probe
 refused 1 "column transfer_sky has 4 blocks, but the header's transfer-sky is 3" \
     probe-cat wrong.probe

@@ -309,6 +309,15 @@ static bool found_nothing(const struct work *w)
     return true;
 }
 
+/* A lattice of rank 1. */
+static void set_lattice(float x[PATH_WAVE], double y[PATH_WAVE])
+{
+    for (int i = 0; i < PATH_WAVE; i++) {
+        x[i] = ((float)(i * 27 % PATH_WAVE) + 0.5f) / PATH_WAVE;
+        y[i] = (i + 0.5) / PATH_WAVE;
+    }
+}
+
 /* Sets what lights would give that were not seen. */
 static void look_for_unseen(struct work *w)
 {
@@ -318,10 +327,7 @@ static void look_for_unseen(struct work *w)
     w->sparse = false;
     if (!w->path->emissive || !found_nothing(w))
         return;
-    for (int i = 0; i < PATH_WAVE; i++) { /* a lattice of rank 1 */
-        x[i] = ((float)(i * 27 % PATH_WAVE) + 0.5f) / PATH_WAVE;
-        y[i] = (i + 0.5) / PATH_WAVE;
-    }
+    set_lattice(x, y);
     const struct vec3f light = path_lights_unshadowed(
         w->path, &w->receiver, &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y},
         &w->sparse);
@@ -333,15 +339,42 @@ static void look_for_unseen(struct work *w)
     w->unseen[3] = luminance_f64(w->unseen);
 }
 
+/* The error of a sum of samples that found none of so much light. */
+static double unseen_error(const struct work *w, double unseen)
+{
+    /* root mean square of the SH basis, mean of a cosine */
+    return UNSEEN * unseen * (w->light.order ? sqrt(1 / (4 * ANGLE_PI)) : 0.5);
+}
+
 /* Of a sum of samples: strata's, or what was not seen. */
 static double variance_of(const struct work *w, int channel, int function)
 {
     if (!(w->unseen[channel] > 0))
         return strata_variance(&w->light, channel, function);
-    /* root mean square of the SH basis, mean of a cosine */
-    const double mean = w->light.order ? sqrt(1 / (4 * ANGLE_PI)) : 0.5,
-                 error = UNSEEN * w->unseen[channel] * mean;
+    const double error = unseen_error(w, w->unseen[channel]);
     return error * error;
+}
+
+/* Raises the error of groups whose light no sample found, as that of all light. */
+static struct error *raise_errors(const struct work *w, float *part_error)
+{
+    const struct group_map *groups = w->parts->split->groups;
+    const size_t width = 3 * (size_t)w->parts->functions;
+    float x[PATH_WAVE];
+    double y[PATH_WAVE], *mean = NULL;
+    if (!groups || !w->path->emissive || w->settings->light == CAPTURE_INDIRECT)
+        return NULL;
+    struct error *err = array_create(&mean, 3 * groups->count, sizeof *mean);
+    if (err)
+        return err;
+    set_lattice(x, y);
+    path_groups_unshadowed(w->path, &w->receiver,
+                           &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y}, mean);
+    for (size_t k = 0; k < groups->count * width; k++)
+        if (!probe_split_found(w->parts, k / width))
+            part_error[k] = (float)(unseen_error(w, mean[k / width * 3 + k % 3]) / w->rays);
+    free(mean);
+    return NULL;
 }
 
 /* Mean irradiance in luminance, and its standard error, times rays: the two whose ratio
@@ -593,6 +626,8 @@ struct error *capture_probe_split(const struct path_tracer *paths,
         finish(&w, result);
     if (!err && part)
         probe_split_finish(&parts, w.rays, part, part_error);
+    if (!err && part)
+        err = raise_errors(&w, part_error);
     probe_split_clear(&parts);
     free(w.lit);
     return err;

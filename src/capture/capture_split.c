@@ -186,15 +186,13 @@ struct error *capture_split_check_same(const struct stream_header *before,
 /* -- parts ------------------------------------------------------------------------------------- */
 
 struct error *capture_split_open(struct capture_split *split, const struct scene *scene,
-                                 size_t added, struct path_tracer *path)
+                                 const struct groups_way *way, struct path_tracer *path)
 {
     const bool groups = split->groups.count || split->groups.each;
     group_map_clear(&split->map);
     split->split = (struct split){0};
     path_use_split(path, NULL);
-    struct error *err = groups ? groups_resolve(&split->groups, scene,
-                                                &(struct groups_way){.added = added}, &split->map)
-                               : NULL;
+    struct error *err = groups ? groups_resolve(&split->groups, scene, way, &split->map) : NULL;
     if (err)
         return err;
     split->split = (struct split){.groups = groups ? &split->map : NULL,

@@ -9,7 +9,7 @@
  * (scene/groups.h), transfer-sky N, transfer-sun-1 X,Y,Z ...
  *
  *     capture_split_read(&split, "lamps.txt", "sky:3", settings)
- *     capture_split_open(&split, scene, settings.light_count, &path);
+ *     capture_split_open(&split, scene, &(struct groups_way){.added = ...}, &path);
  *     capture settings .split = &split ...
  *     capture_split_clear(&split);          after the path tracer was last used
  */
@@ -57,10 +57,10 @@ struct error *capture_split_from_header(struct capture_split *split,
 struct error *capture_split_check_same(const struct stream_header *before,
                                        const struct stream_header *now);
 
-/* Finds the groups in a scene as it is traced, of whose lights the last `added` are the options',
- * and lets the path tracer split light. Nothing where nothing is asked for. */
+/* Finds the groups in a scene as it is traced, and lets the path tracer split light. Nothing where
+ * nothing is asked for. */
 struct error *capture_split_open(struct capture_split *split, const struct scene *scene,
-                                 size_t added, struct path_tracer *path);
+                                 const struct groups_way *way, struct path_tracer *path);
 
 /* How many parts there are, each as wide as sh. */
 size_t capture_split_count(const struct capture_split *split);

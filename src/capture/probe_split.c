@@ -83,6 +83,15 @@ void probe_split_certain(struct probe_split *p, size_t part, const double *funct
         to[k] += visible * function[k / 3] * rgb[k % 3];
 }
 
+bool probe_split_found(const struct probe_split *p, size_t part)
+{
+    for (int k = 0; k < 3 * p->functions; k++)
+        if (strata_variance(&p->strata[part], k % 3, k / 3) > 0 ||
+            strata_sum(&p->strata[part], k % 3, k / 3) > 0)
+            return true;
+    return false;
+}
+
 void probe_split_finish(const struct probe_split *p, int rays, float *light, float *error)
 {
     const size_t width = 3 * (size_t)p->functions;

@@ -38,6 +38,9 @@ void probe_split_asked(struct probe_split *p, struct strata_wave *wave, size_t f
 void probe_split_certain(struct probe_split *p, size_t part, const double *function,
                          const double rgb[3], double visible);
 
+/* Whether samples found any light of a part. */
+bool probe_split_found(const struct probe_split *p, size_t part);
+
 /* Each part's light and its standard error, 3 * functions each. */
 void probe_split_finish(const struct probe_split *p, int rays, float *light, float *error);
 

@@ -11,11 +11,12 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Lets what is captured be split as the probes' light was. */
+/* Lets what is captured be split as the probes' light was: of another scene, or one that is lit
+ * otherwise, as far as it has such lights. */
 static struct error *open_split(struct stage *stage)
 {
-    struct error *err = capture_split_open(&stage->split, stage->scene,
-                                           stage->scene_settings.light_count, &stage->path);
+    const struct groups_way way = {.added = stage->scene_settings.light_count, .lenient = true};
+    struct error *err = capture_split_open(&stage->split, stage->scene, &way, &stage->path);
     if (!err && capture_split_count(&stage->split))
         stage->capture_settings.split = &stage->split;
     return err;

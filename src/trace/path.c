@@ -1026,3 +1026,20 @@ struct vec3f path_lights_unshadowed(const struct path_tracer *path,
     }
     return vec3f_scale(1 / (float)draws->count, sum);
 }
+
+void path_groups_unshadowed(const struct path_tracer *path, const struct path_receiver *receiver,
+                            const struct path_draws *draws, double *mean)
+{
+    struct questions q;
+    memset(mean, 0, 3 * path->split->groups->count * sizeof *mean);
+    put_questions(path, receiver, false, draws, &q);
+    for (size_t i = 0; i < draws->count; i++) {
+        if (!q.seen[i])
+            continue;
+        const struct vec3f light = wave_get(&q.light, i);
+        double *of = mean + 3 * q.group[i];
+        of[0] += (double)light.x / (double)draws->count;
+        of[1] += (double)light.y / (double)draws->count;
+        of[2] += (double)light.z / (double)draws->count;
+    }
+}

@@ -137,4 +137,9 @@ struct vec3f path_lights_unshadowed(const struct path_tracer *path,
                                     const struct path_receiver *receiver,
                                     const struct path_draws *draws, bool *sparse);
 
+/* The same mean by groups of the tracer, of emissive surfaces: 3 a group, set. Pictures whose
+ * points that are drawn are dark count as dark. */
+void path_groups_unshadowed(const struct path_tracer *path, const struct path_receiver *receiver,
+                            const struct path_draws *draws, double *mean);
+
 #endif
