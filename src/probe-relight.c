@@ -120,20 +120,13 @@ static struct error *check_pattern(const struct run *run)
 /* -- the light that is asked for -------------------------------------------------------------- */
 
 /* Adds the sun of a time to those that were given. */
-static struct error *add_timed_sun(struct arguments *a, const struct scene_sky *axes)
+static struct error *add_timed_sun(struct arguments *a)
 {
     struct sun_place at;
     struct error *err = sun_path_at(a->sun_path, a->time, &at);
     if (err)
         return err;
-    const double azimuth = fmod(at.azimuth, 360) * (ANGLE_PI / 180),
-                 elevation = at.elevation * (ANGLE_PI / 180), flat = angle_cos(elevation);
-    const struct vec3 front = axes->turned ? axes->front : (struct vec3){1, 0, 0},
-                      up = axes->turned ? axes->up : (struct vec3){0, 1, 0},
-                      right = axes->turned ? axes->right : (struct vec3){0, 0, 1};
-    const struct vec3 towards = vec3_add(vec3_scale(flat * angle_cos(azimuth), front),
-                                         vec3_add(vec3_scale(flat * angle_sin(azimuth), right),
-                                                  vec3_scale(angle_sin(elevation), up)));
+    const struct vec3 towards = scene_sky_direction(a->light.sky_up, at.azimuth, at.elevation);
     struct scene_light sun = {.kind = SCENE_SUN, .direction = vec3_scale(-1, towards)};
     memcpy(sun.intensity, at.rgb, sizeof sun.intensity);
     err = array_reserve(&a->light.lights, &a->light.light_capacity, a->light.light_count + 1,
@@ -202,7 +195,7 @@ static struct error *weigh_others(struct run *run, struct arguments *a)
     if (!err && gives_sky(a))
         err = weigh_sky(run, &sky);
     if (!err && a->sun_path)
-        err = add_timed_sun(a, &sky);
+        err = add_timed_sun(a);
     for (size_t i = 0; i < a->light.light_count && !err; i++)
         err = weigh_sun(run, &a->light.lights[i], run->others + 3 * functions);
     if (!err && functions && !gives_sky(a))

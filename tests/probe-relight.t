@@ -81,6 +81,14 @@ check "a sun that is off the way is said" says said 'a sun is 35.3 degrees off'
 check "the header has the sun" says out '^relit-sun-1 -0.577350269'
 printf '%s\n' '# a day' '' '6 0 0 0 0 0' '12 0 90 2 2 2 # noon' '18 180 0 0 0 0' >day.txt
 check "--time: at noon" is '2 4 6 .2 .2 .2 9' $dark --time 12 --sun-path day.txt
+printf '%s\n' '0 -90 0 1 1 1' '1 270 0 1 1 1' >azimuth.txt
+for i in 0 1; do
+    check "an azimuth of -90 is +Z: counter-clockwise from above" \
+        is '7 8 9 .1 .1 .1 9' $dark --time $i --sun-path azimuth.txt
+done
+echo '0 90 0 1 1 1' >azimuth.txt
+check "about --sky-up" is '1 2 3 .1 .1 .1 9' \
+    $dark --sky-up 0,0,1 --time 0 --sun-path azimuth.txt
 check "half of the morning" is '2.5 3.5 4.5 .1 .1 .1 9' $dark --time 9 --sun-path day.txt
 refused 2 "expected a time from 6 to 18, which day.txt has, got 5" \
     probe-relight -q --time 5 --sun-path day.txt parts.probe
@@ -178,6 +186,20 @@ probe-relight -q -w rest=2 --sun 0,-1,0,1,1,1 whole.probe >out
 check "a transfer beside plain light" says out '^1 2 3 15 16 17 ' '^relit-group-1 rest$' \
     '^weight-1 2,2,2$'
 refused 1 "--keep needs groups" probe-relight -q --keep whole.probe
+
+# -- many probes, in blocks and on threads ---------------------------------------------------------
+awk 'BEGIN {
+    print "#?probe 1\ngroup-1 a emissive\ngroup-2 rest"
+    print "table probe position:f64:3 sh_a:f32:3 sh_rest:f32:3"
+    for (i = 0; i < 9000; i++) print i, 0, 0, i % 7, i % 11, 1, i % 5, 2, i % 3
+    print "end"
+}' | probe-cat --binary >many.probe
+probe-relight -q -j 1 -w a=2 -w rest=1,10,100 many.probe >one.probe
+probe-relight -q -j 3 -w a=2 -w rest=1,10,100 many.probe >three.probe
+check "the same bytes with one thread and with three" cmp one.probe three.probe
+probe-cat --text --columns position,sh one.probe | numbers >sums
+check "every probe has its sum" every '$4 == 2 * ($1 % 7) + $1 % 5 && $5 == 2 * ($1 % 11) + 20 &&
+    $6 == 2 + 100 * ($1 % 3)' sums and has_lines 9000 sums
 
 # -- surfaces --------------------------------------------------------------------------------------
 sed -e 's/ sh\([:_]\)/ irradiance\1/g' -e '/^sh-order/d' -e 's/depth:f32:1/& normal:f32:3/' \

@@ -26,10 +26,9 @@ double sun_blend(enum sun_between between, size_t count, const double *sun, cons
                  double *weight);
 
 /* Where a sun stands, from a file's lines: TIME AZIMUTH ELEVATION R G B: hours, or whatever grows;
- * degrees; irradiance on a surface that faces it. The azimuth is 0 where the centre of a picture of
- * the sky is and grows to the right, as seen from within; the elevation is 0 at the horizon. All
- * are linear between lines: an azimuth that passes 360 goes on to 370. Blank lines and what follows
- * # are skipped. */
+ * degrees, as scene_sky_direction has them; irradiance on a surface that faces it. All are linear
+ * between lines: an azimuth that passes 360 goes on to 370. Blank lines and what follows # are
+ * skipped. */
 struct sun_place {
     double azimuth, elevation, rgb[3];
 };

@@ -358,23 +358,42 @@ static struct error *finish_picture(struct scene_sky *sky, const char *scene_pat
 
 /* -- its axes --------------------------------------------------------------------------------- */
 
-/* The picture's axes: +Y turned into `up` by the shortest way (+X stays where up is -Y), then about
- * it. */
+/* Where the centre of a picture is: +Y turned into `up` by the shortest way (+X stays where up is
+ * -Y). */
+static struct vec3 find_front(struct vec3 up)
+{
+    const double above = 1 + up.y;
+    return above > 1e-12 ? (struct vec3){1 - up.x * up.x / above, -up.x, -up.x * up.z / above}
+                         : (struct vec3){1, 0, 0};
+}
+
+/* At an azimuth (degrees) about `up`. */
+static struct vec3 turn_front(struct vec3 up, double azimuth)
+{
+    const struct vec3 front = find_front(up);
+    const double angle = azimuth * (ANGLE_PI / 180);
+    return vec3_normalize(vec3_add(vec3_scale(angle_cos(angle), front),
+                                   vec3_scale(angle_sin(angle), vec3_cross(up, front))));
+}
+
+/* The picture's axes. */
 static void turn(struct scene_sky *sky, const struct scene_settings *settings)
 {
     const struct vec3 up = vec3_load(settings->sky_up);
     sky->turned = !(up.y == 1) || !(settings->sky_turn == 0);
     if (!sky->turned)
         return;
-    const double above = 1 + up.y;
-    const struct vec3 front =
-        above > 1e-12 ? (struct vec3){1 - up.x * up.x / above, -up.x, -up.x * up.z / above}
-                      : (struct vec3){1, 0, 0};
-    const double angle = settings->sky_turn * (ANGLE_PI / 180);
     sky->up = up;
-    sky->front = vec3_normalize(vec3_add(vec3_scale(angle_cos(angle), front),
-                                         vec3_scale(angle_sin(angle), vec3_cross(up, front))));
-    sky->right = vec3_cross(sky->front, up);
+    sky->front = turn_front(up, settings->sky_turn);
+    sky->right = vec3_cross(sky->front, sky->up);
+}
+
+struct vec3 scene_sky_direction(const double up[3], double azimuth, double elevation)
+{
+    const struct vec3 u = vec3_load(up);
+    const double angle = elevation * (ANGLE_PI / 180);
+    return vec3_add(vec3_scale(angle_cos(angle), turn_front(u, fmod(azimuth, 360))),
+                    vec3_scale(angle_sin(angle), u));
 }
 
 struct error *scene_sky_finish(struct scene_sky *sky, const char *scene_path,

@@ -24,4 +24,8 @@ struct warnings;
 struct error *scene_sky_finish(struct scene_sky *sky, const char *scene_path,
                                const struct scene_settings *settings, struct warnings *warnings);
 
+/* The direction of an azimuth and an elevation, in degrees: from where the centre of a picture is
+ * that is not turned, counter-clockwise from above; and from the horizon of `up` (of length 1). */
+struct vec3 scene_sky_direction(const double up[3], double azimuth, double elevation);
+
 #endif
