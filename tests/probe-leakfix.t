@@ -110,6 +110,17 @@ limited=$(row_count probe limited.probe)
 check "--max-probes: what mends most goes in ($limited of $most), and that is said" \
     [ "$limited" -le $most ] and [ "$limited" -gt $((most - 2)) ] \
     and says err "max-probes $most: $((limited - rows)) probes went in .* edges still leak"
+# Undone where no less leaks, and then tried with others: some always help.
+unseen_after() { sed -n 's/.*unseen weight .*) *\([0-9.e-]*\) %.*/\1/p;
+    s/.*unseen weight *\([0-9.e-]*\) % ([^)]*) *$/\1/p' "$1" | paste -s -d ' ' -; }
+for room in 1 2 3; do
+    probe-leakfix --no-sight --rounds 4 --max-probes $((rows + room)) "$rooms" cells.probe \
+        >limited.probe 2>err
+    unseen_after err >before_after
+    check "room for $room: one at least goes in, and less leaks ($(cat before_after))" \
+        [ "$(row_count probe limited.probe)" -gt "$rows" ] \
+        and every 'NF == 2 && $2 < $1' before_after
+done
 probe-leakfix --rounds 4 --max-probes "$rows" "$rooms" cells.probe >limited.probe 2>err
 check "or nothing, where there is no room" [ "$(row_count probe limited.probe)" = "$rows" ] \
     and says err "max-probes $rows: 0 probes went in"

@@ -34,31 +34,46 @@ struct edge {
 static int compare_edges(const void *a, const void *b)
 {
     const struct edge *e = a, *f = b;
-    if (e->low != f->low)
-        return e->low < f->low ? -1 : 1;
     if (e->high != f->high)
         return e->high < f->high ? -1 : 1;
     return e->slot < f->slot ? -1 : e->slot > f->slot;
 }
 
-/* All edges of all cells, sorted: those of several cells stand together. */
+/* The i-th of all edges, by cells. */
+static struct edge edge_of(const struct leak_mesh *mesh, size_t i)
+{
+    const size_t corners = (size_t)mesh->corners, each = (size_t)leak_edges_of(mesh->corners);
+    const int32_t *v = mesh->vertex + i / each * corners;
+    const int *edge = leak_edge[corners][i % each];
+    const int32_t a = v[edge[0]], b = v[edge[1]];
+    return (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
+}
+
+/* All edges of all cells, sorted: those of several cells stand together. They are put where those
+ * of their low end are, which are few, and sorted there: n log n of a million probes' 30 million
+ * would take longer than to look along them. */
 static struct error *list_edges(const struct leak_mesh *mesh, struct edge **edges, size_t *count)
 {
-    const int corners = mesh->corners;
-    const size_t each = (size_t)leak_edges_of(corners);
-    *count = each * mesh->cell_count;
+    size_t *end = NULL;
+    *count = (size_t)leak_edges_of(mesh->corners) * mesh->cell_count;
     if (mesh->cell_count > UINT32_MAX / 6)
         return error_new("more than %u cells", UINT32_MAX / 6);
     struct error *err = array_create(edges, *count, sizeof **edges);
-    for (size_t i = 0; i < *count && !err; i++) {
-        const int32_t *v = mesh->vertex + i / each * (size_t)corners;
-        const int *edge = leak_edge[corners][i % each];
-        const int32_t a = v[edge[0]], b = v[edge[1]];
-        (*edges)[i] =
-            (struct edge){.low = a < b ? a : b, .high = a < b ? b : a, .slot = (uint32_t)i};
-    }
     if (!err)
-        qsort(*edges, *count, sizeof **edges, compare_edges);
+        err = array_create(&end, mesh->probe_count + 1, sizeof *end);
+    for (size_t i = 0; i < *count && !err; i++)
+        end[edge_of(mesh, i).low + 1]++;
+    for (size_t p = 0; p < mesh->probe_count && !err; p++)
+        end[p + 1] += end[p]; /* where those of p end, and where the next begin */
+    for (size_t i = 0; i < *count && !err; i++) {
+        const struct edge edge = edge_of(mesh, i);
+        (*edges)[end[edge.low]++] = edge; /* now where they begin, until all are there */
+    }
+    for (size_t p = 0; p < mesh->probe_count && !err; p++) {
+        const size_t first = p ? end[p - 1] : 0;
+        qsort(*edges + first, end[p] - first, sizeof **edges, compare_edges);
+    }
+    free(end);
     return err;
 }
 
@@ -329,9 +344,10 @@ static struct error *may_stand(const struct choosing *c, const double p[3], bool
 }
 
 /* Takes candidates in their order, each unless what it asks for is near already, as many as there
- * is room for. What may not stand takes no room, and is not asked for again. */
+ * is room for. What may not stand takes no room, and is not asked for again. halves: one of a pair
+ * may go in, that at the edge's far end, where there is no room for the other. */
 static struct error *take(const struct choosing *c, const struct leak_candidate *candidate,
-                          size_t count, size_t most, struct leak_choice *choice)
+                          size_t count, size_t most, bool halves, struct leak_choice *choice)
 {
     struct cubes cubes = {0};
     const size_t probes = c->mesh->probe_count;
@@ -343,11 +359,15 @@ static struct error *take(const struct choosing *c, const struct leak_candidate 
         const struct finding *f = &candidate[i].finding;
         if (!is_wanted(c, &cubes, f))
             continue;
-        if (most - choice->count < 2 && needs(c, &cubes, f, 0) && needs(c, &cubes, f, 1))
+        const bool half = most - choice->count < 2 && needs(c, &cubes, f, 0) &&
+                          needs(c, &cubes, f, 1);
+        if (half && !halves)
             continue; /* there is no room for a pair; another may want one alone */
         /* whichever row has the smaller number */
-        const int first = compare_positions(f->probe[0], f->probe[1]) > 0;
-        for (int turn = 0; turn < 2 && !err; turn++) {
+        const int first = half && f->asks[0] != f->asks[1]
+                              ? f->asks[1]
+                              : compare_positions(f->probe[0], f->probe[1]) > 0;
+        for (int turn = 0; turn < 2 && choice->count < most && !err; turn++) {
             const int side = turn ? !first : first;
             if (!needs(c, &cubes, f, side))
                 continue;
@@ -375,14 +395,16 @@ struct error *leak_choose(struct leak_choice *choice, const struct leaks *leaks,
     *choice = (struct leak_choice){0};
     struct error *err = array_create(&choice->probe, 6 * count, sizeof *choice->probe);
     if (!err)
-        err = take(&c, leaks->candidate, count, SIZE_MAX, choice);
+        err = take(&c, leaks->candidate, count, SIZE_MAX, false, choice);
     choice->asked = choice->count;
     if (!err && choice->asked > room->most) {
         err = array_create(&worst, count, sizeof *worst);
         if (!err) {
             memcpy(worst, leaks->candidate, count * sizeof *worst);
             qsort(worst, count, sizeof *worst, compare_worst);
-            err = take(&c, worst + past, count - past, room->most, choice);
+            err = take(&c, worst + past, count - past, room->most, false, choice);
+            if (!err && !choice->count)
+                err = take(&c, worst + past, count - past, room->most, true, choice);
             choice->past += past;
         }
         free(worst);

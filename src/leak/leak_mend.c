@@ -397,15 +397,24 @@ static bool is_enough(const struct mend *m)
            (isnan(now->light.value) ? now->weight.high : now->light.high) <= m->job->leak_most;
 }
 
-/* Rounds in a row that may be undone before the last. */
-enum { UNDONE = 3 };
+/* Rounds in a row that may be undone before the last; of those beside walls, which know less. */
+enum { UNDONE = 3, UNDONE_BESIDE = 5 };
 
-/* Chooses probes for both sides of walls; past: as leak_choose. */
-static struct error *choose_beside(struct mend *m, size_t past, struct leak_choice *choice)
+/* What a round beside walls may choose. */
+struct turn {
+    size_t most; /* probes; SIZE_MAX: as many as there is room for */
+    size_t past; /* as leak_choose */
+};
+
+/* Chooses probes for both sides of walls. */
+static struct error *choose_beside(struct mend *m, struct turn turn, struct leak_choice *choice)
 {
     struct leak_mesh mesh;
-    const struct leak_room room = {
-        .most = room_of(m), .past = past, .is_free = is_free, .context = m};
+    const size_t space = room_of(m);
+    const struct leak_room room = {.most = turn.most < space ? turn.most : space,
+                                   .past = turn.past,
+                                   .is_free = is_free,
+                                   .context = m};
     struct error *err = leak_mesh_of(m->stream, &mesh);
     return err ? err : leak_choose(choice, &m->leaks, m->job->tracer, &m->settings, &mesh, &room);
 }
@@ -420,30 +429,43 @@ static void say_full_beside(const struct mend *m, size_t before, size_t more)
                  m->leaks.edges);
 }
 
-/* Probes on both sides of walls. A round that there was no room for all of, and that was undone, is
- * tried again with the next best. */
+/* After so many rounds in a row that there was no room for all of, and that were undone: the next
+ * best, fewer of them, two as long as walls have two sides, and at last one, which may help alone.
+ */
+static struct turn turn_after(const struct leak_choice *last, int undone)
+{
+    enum { FEW = 32, ALONE = UNDONE_BESIDE - 2 };
+    const double fewer = last->count > FEW ? sqrt((double)last->count) : (double)last->count / 2;
+    return (struct turn){.most = undone < ALONE ? (size_t)fmax(ceil(fewer), 2) : 1,
+                         .past = last->past};
+}
+
+/* Probes on both sides of walls. */
 static struct error *mend_edges(struct mend *m)
 {
     const double separation_least = 2 * m->job->settings.offset;
     const size_t before = probes_of(m)->rows;
-    size_t more = 0, past = 0;
+    const struct turn all = {.most = SIZE_MAX};
+    struct turn turn = all;
+    size_t more = 0;
     int64_t rounds = 0;
     struct error *err = m->measures ? measure(m, FOR_JUDGING, &m->now, NULL) : NULL;
-    for (int undone = 0; !err && rounds < m->job->rounds && m->leaks.asking && undone < UNDONE;) {
+    int undone = 0;
+    while (!err && rounds < m->job->rounds && m->leaks.asking && undone < UNDONE_BESIDE) {
         struct leak_choice choice = {0};
         bool counts = true;
-        err = choose_beside(m, past, &choice);
+        err = choose_beside(m, turn, &choice);
         const bool cut = choice.asked > choice.count, any = choice.count;
         if (!err && any)
             err = try_round(m, choice.probe, choice.count, true, &counts);
         more = cut ? choice.asked - (counts ? choice.count : 0) : 0;
-        past = counts ? 0 : choice.past;
+        undone = counts ? 0 : undone + 1;
+        turn = counts ? all : turn_after(&choice, undone);
         leak_choice_clear(&choice);
         if (!counts && !cut)
             break;
         if (!any && (cut || m->settings.separation <= separation_least))
             break; /* what still leaks has probes as near as they may be */
-        undone = counts ? 0 : undone + 1;
         rounds += counts;
         if (counts)
             m->settings.separation = fmax(m->settings.separation / 2, separation_least);
