@@ -271,8 +271,8 @@ int main(int argc, char **argv)
         err = error_usage("--pack packs what all probes of a cell hold: no --visible rays");
     if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
-    if (!err && pack && (program.operand_count > 1 || strcmp(a.column, "sh")))
-        err = error_usage("--pack takes no points, and packs no column but sh");
+    if (!err && pack && program.operand_count > 1)
+        err = error_usage("--pack takes no points");
     if (!err && pack && !interpolate_kind_is_plain(a.how.kind))
         err = error_usage("--pack packs cells: it needs --interpolate barycentric");
     if (!err && a.explain && (a.along || !a.how.kind->needs_cells)) {
@@ -288,6 +288,8 @@ int main(int argc, char **argv)
         err = file_inputs_differ(baked, "the baked stream", input, "the points");
     if (!err)
         err = open_baked(&in, &stream, baked, input, &a, &warnings);
+    if (!err && pack && !in->order)
+        err = error_usage("--pack packs no column but sh, or that of a group, sh_NAME");
     if (!err)
         err = pack ? write_packed(in, a.pack, common.output)
                    : answer(in, &a, input, &common, &program, &warnings);

@@ -304,6 +304,24 @@ probe-leakfix -q -j1 --dilate 'position[0] > 1' hall.obj tet.probe >dilated.prob
 check "and those that hold the light of others" adds_up dilated.probe lamps outside rest and \
     differ "$(column_of transfer_sky dilated.probe >d.rows; echo d.rows)" \
     "$(column_of transfer_sky tet.probe >t.rows; echo t.rows)"
+# irradiance at points with normals, of each group and of all light; packed, too
+printf '.1 1 .2 0 1 0\n-.4 .9 .6 1 0 0\n' >points.txt
+for column in sh sh_lamps sh_outside sh_rest; do
+    probe-query -q --column $column tet.probe points.txt | numbers >$column.e
+    probe-query -q --column $column --pack float tet.probe >$column.pack
+    probe-query -q $column.pack points.txt | numbers | cut -d ' ' -f 1-3 >$column.p
+done
+for column in sh sh_lamps sh_outside sh_rest; do
+    cut -d ' ' -f 1-3 $column.e >$column.q
+done
+paste -d ' ' sh.q sh_lamps.q sh_outside.q sh_rest.q >got
+check "a query of groups adds up to that of all light" every 'NF == 12 && $1 > 0 &&
+    near($1, $4 + $7 + $10, 1e-5) && near($3, $6 + $9 + $12, 1e-5)' got
+check "and so does one of a packed file" near 1e-5 sh_rest.q sh_rest.p and differ sh.p sh_rest.p
+refused 2 "--pack packs no column but sh, or that of a group, sh_NAME" \
+    probe-query --pack half --column depth tet.probe
+refused 1 "gradients are known of all light alone" \
+    probe-query --interpolate gradient --column sh_rest tet.probe points.txt
 check "in a scene without the lamps it is measured as ever" \
     into report probe-error -q --any-scene --points 20 --truth-rays 16 \
     --exclude 'red*' hall.obj tet.probe

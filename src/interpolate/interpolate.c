@@ -7,6 +7,7 @@
 #include "interpolate/interpolate_kind.h"
 #include "libprobe-query/sh.h"
 #include "light/content.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
 #include <errno.h>
@@ -64,19 +65,28 @@ struct error *interpolate_no_light(const struct table *probes)
     return error_new("the probes have no light (no column sh): run probe-capture");
 }
 
+/* Whether a column is SH of light: all of it, or that of a group. */
+static bool is_sh(const struct table *probes, const struct column *column)
+{
+    const struct column *sh = table_column(probes, "sh");
+    struct light_column what;
+    return sh && light_column_of(column, sh->width, &what) && what.role == LIGHT_VALUE &&
+           !what.surface && !what.transfer;
+}
+
 static struct error *open_column(struct interpolate *in, const struct stream *stream)
 {
     const struct table *probes = stream_table(stream, "probe");
     const char *name = in->settings.column;
-    const bool sh = !strcmp(name, "sh");
     struct column *column = NULL;
     if (!probes)
         return error_new("there is no table probe");
-    if (sh && !table_column(probes, "sh"))
+    if (!strcmp(name, "sh") && !table_column(probes, "sh"))
         return interpolate_no_light(probes);
     struct error *err = table_require(probes, name, COLUMN_F32, 0, &column);
     if (err)
         return err;
+    const bool sh = is_sh(probes, column);
     in->position = column_f64(table_column(probes, "position"));
     in->value = column_f32(column);
     in->width = column->width;
@@ -94,7 +104,9 @@ static struct error *open_gradient(struct interpolate *in, const struct stream *
     if (asprintf(&full, "%s_gradient", name) < 0)
         return error_memory();
     struct error *err = NULL;
-    if (!table_column(probes, full) && in->order)
+    if (!table_column(probes, full) && in->order && strcmp(name, "sh") != 0)
+        err = error_new("gradients are known of all light alone: --column sh, not %s", name);
+    else if (!table_column(probes, full) && in->order)
         err = error_new(
             "the probes have no gradients (no column %s): run probe-capture --columns sh_gradient",
             full);

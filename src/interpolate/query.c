@@ -8,6 +8,7 @@
 #include "interpolate/interpolate.h"
 #include "math/vec.h"
 #include "stream/points.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
 #include <float.h>
@@ -164,10 +165,13 @@ static struct error *check_normals(struct query *q)
     const struct column *normal = probes ? table_column(probes, "normal") : NULL;
     if (q->in->order)
         return NULL;
-    if (strcmp(q->in->settings.column, "irradiance") || !normal)
-        return error_new(
-            "points with a normal ask for irradiance, which is made of the column sh, not of %s",
-            q->in->settings.column);
+    struct light_column what = {.surface = false};
+    const struct column *column = probes ? table_column(probes, q->in->settings.column) : NULL;
+    if (!normal || !column || !light_column_of(column, 0, &what) || what.transfer ||
+        what.role != LIGHT_VALUE)
+        return error_new("points with a normal ask for irradiance, which is made of the column sh "
+                         "or of a group's, not of %s",
+                         q->in->settings.column);
     if (q->in->settings.kind != &interpolate_barycentric && !interpolate_of_surfaces(q->in))
         return error_new("surface probes are asked with a normal by --interpolate discs or "
                          "barycentric alone; x y z alone takes every other way");
