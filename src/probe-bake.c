@@ -24,6 +24,7 @@ struct arguments {
     /* read by other programs: here they are checked */
     int64_t probes, bytes;
     int order, rays, bounces, light;
+    const char *groups, *transfer;
     double bounds[6];
     const char *reach;
     struct reach_settings body;
@@ -143,6 +144,19 @@ int main(int argc, char **argv)
          .most = CAPTURE_BOUNCES_MOST,
          .shown = "64",
          .help = "how often light may scatter on its way"},
+        {.name = "groups",
+         .argument = "FILE|each",
+         .kind = OPTION_TEXT,
+         .value = &a.groups,
+         .shown = "off",
+         .help = "light of each group of lights in columns of its own, as\n"
+                 "probe-capture makes them"},
+        {.name = "transfer",
+         .argument = "sky:N|suns:FILE",
+         .kind = OPTION_TEXT,
+         .value = &a.transfer,
+         .shown = "off",
+         .help = "and the response to any sky, or to suns; may repeat"},
         {.name = "pack",
          .argument = "FILE",
          .kind = OPTION_TEXT,

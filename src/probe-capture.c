@@ -91,6 +91,10 @@ int main(int argc, char **argv)
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
     if (!err)
         err = file_inputs_differ(program.operands[0], "the scene", input, "the probes");
+    if (!err && o->groups)
+        err = file_inputs_differ(o->groups, "--groups", input, "the probes");
+    if (!err && o->transfer_suns)
+        err = file_inputs_differ(o->transfer_suns, "--transfer suns", input, "the probes");
     claim_in_place(input);
     if (!err)
         err = stream_reader_open(&run.reader, input);

@@ -97,6 +97,8 @@ refused 1 'suns.bad:2: expected a direction' capture --transfer suns:suns.bad
 printf '0 95\n' >suns.bad
 refused 1 'suns.bad:1: expected an azimuth' capture --transfer suns:suns.bad
 refused 1 'expected suns, a direction a line, got none' capture --transfer suns:/dev/null
+refused 2 '--groups and the probes cannot both come from standard input' \
+    probe-capture --groups - hall.obj
 refused 1 'there is no light in the scene' \
     probe-capture -q --light-scale 0 --groups each hall.obj in.probe
 awk 'BEGIN { for (i = 0; i < 6000; i++) print 1, i, 2 }' >suns.many
@@ -322,6 +324,13 @@ refused 2 "--pack packs no column but sh, or that of a group, sh_NAME" \
     probe-query --pack half --column depth tet.probe
 refused 1 "gradients are known of all light alone" \
     probe-query --interpolate gradient --column sh_rest tet.probe points.txt
+probe-bake --dry-run --groups lamps.txt --transfer sky:2 --transfer suns:suns hall.obj >dry 2>&1
+check "a bake hands them to its capture" says dry \
+    'probe-capture.* --groups lamps.txt --transfer sky:2 --transfer suns:suns hall.obj'
+probe-place adaptive -q -j1 --probes 4 --rays 16 --noise 0 --bounces 1 $lights hall.obj |
+    probe-capture -q -j1 --groups lamps.txt hall.obj >adaptive.probe
+check "light that was traced for the placement is traced again" \
+    adds_up adaptive.probe lamps outside rest
 check "in a scene without the lamps it is measured as ever" \
     into report probe-error -q --any-scene --points 20 --truth-rays 16 \
     --exclude 'red*' hall.obj tet.probe

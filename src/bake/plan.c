@@ -107,6 +107,8 @@ static const struct route routes[] = {
     {"bounces", TO_LIGHT, NULL},
     {"light", TO_LIGHT, NULL},
     {"dering", TO_CAPTURE, NULL},
+    {"groups", TO_CAPTURE, NULL},
+    {"transfer", TO_CAPTURE, NULL},
     {"seed", TO_LIGHT, NULL},
     /* how the scene's file is read: the header tells who comes behind */
     {"lenient", TO_PLACE, NULL},

@@ -629,7 +629,7 @@ static struct error *put_all(struct search *s)
         if (err && group->line)
             err = error_wrap(err, "%s:%zu", s->groups->source, group->line);
         else if (!s->groups->each)
-            err = error_wrap(err, "header key group-%zu", g + 1);
+            err = error_wrap(err, "header key group-%zu (--groups takes others)", g + 1);
     }
     return err;
 }
