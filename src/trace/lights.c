@@ -33,6 +33,7 @@ struct bounds {
     float cosine;
     /* emissive: radiance times area; point and spot: intensity, in local units; luminance */
     float strength;
+    float surfaces; /* the part of it that is of surfaces */
 };
 
 /* What of them a choice has to know. Children stand together. */
@@ -41,7 +42,7 @@ struct light_node {
     float radius2; /* of the sphere about the box, squared */
     struct vec3f axis;
     float cosine, sine; /* of the cone */
-    float strength;
+    float strength, surfaces;
     uint32_t parent;
     uint32_t child; /* the first of two; 0: a leaf, of: */
     /* one light; or two triangles that make a flat quadrilateral, chosen by strength alone */
@@ -66,9 +67,10 @@ static float importance(const struct light_node *node, const struct lights_recei
                         bool front_only)
 {
     const struct vec3f way = vec3f_sub(receiver->position, node->centre);
-    const float radius2 = node->radius2, distance2 = vec3f_dot(way, way);
+    const float radius2 = node->radius2, distance2 = vec3f_dot(way, way),
+                strength = receiver->surfaces ? node->surfaces : node->strength;
     if (!(distance2 > radius2)) /* inside the box's sphere: any direction is possible */
-        return radius2 > 0 ? node->strength / radius2 : node->strength;
+        return radius2 > 0 ? strength / radius2 : strength;
     const float inverse2 = 1 / distance2, inverse = sqrtf(inverse2);
     const float sine_box = sqrtf(radius2 * inverse2), cosine_box = sqrtf(1 - radius2 * inverse2);
     float leaving = 1; /* cosine at the light */
@@ -86,7 +88,7 @@ static float importance(const struct light_node *node, const struct lights_recei
         const float cosine = -vec3f_dot(n, way) * inverse;
         arriving = float_most(cosine_between(sine_of(cosine), cosine, sine_box, cosine_box), 0);
     }
-    return node->strength * leaving * arriving * inverse2;
+    return strength * leaving * arriving * inverse2;
 }
 
 /* The cone that holds two: about the mean of their axes, as wide as the wider reaches. Not the
@@ -125,7 +127,8 @@ static struct bounds join(const struct bounds *a, const struct bounds *b, bool f
                           .high = {float_most(a->high.x, b->high.x),
                                    float_most(a->high.y, b->high.y),
                                    float_most(a->high.z, b->high.z)},
-                          .strength = a->strength + b->strength};
+                          .strength = a->strength + b->strength,
+                          .surfaces = a->surfaces + b->surfaces};
     join_cones(a, b, front_only, &both);
     return both;
 }
@@ -327,7 +330,8 @@ static struct bounds bounds_of(const struct light *l)
                  float_most(p.z, float_most(q.z, r.z))},
         .axis = l->axis,
         .cosine = l->instance == PUNCTUAL ? -1 : 1,
-        .strength = l->strength};
+        .strength = l->strength,
+        .surfaces = l->instance == PUNCTUAL ? 0 : l->strength};
 }
 
 static void set_bounds(struct light_node *node, const struct bounds *b)
@@ -339,6 +343,7 @@ static void set_bounds(struct light_node *node, const struct bounds *b)
     node->cosine = b->cosine;
     node->sine = sine_of(b->cosine);
     node->strength = b->strength;
+    node->surfaces = b->surfaces;
 }
 
 /* Whether two triangles are the halves of a flat quadrilateral: the same normal, and two corners

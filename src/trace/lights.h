@@ -38,6 +38,7 @@ struct lights {
  * that is lit (zero: no surface). */
 struct lights_receiver {
     struct vec3f position, normal;
+    bool surfaces; /* point and spot lights are not drawn, nor wanted */
 };
 
 /* A light that was drawn. */

@@ -205,7 +205,8 @@ static inline float solid_density(float area_density, float distance, float cosi
 static struct lights_receiver receiver_at(const struct receivers *from, size_t i)
 {
     return (struct lights_receiver){wave_get(from->position, i),
-                                    from->normal ? wave_get(from->normal, i) : (struct vec3f){0}};
+                                    from->normal ? wave_get(from->normal, i) : (struct vec3f){0},
+                                    !from->punctual};
 }
 
 /* Points of emissive surfaces that were drawn. */
@@ -595,7 +596,7 @@ static void meet(struct wave *w)
             continue;
         const struct vec3f direction = wave_get(&w->ray.direction, i);
         const struct path_receiver from = {
-            .at = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i)},
+            .at = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i), false},
             .lights_share = 1,
             .sky_share = 1};
         const float own = cosine_density(vec3f_dot(direction, from.at.normal));
@@ -728,7 +729,7 @@ static void meet_sky(struct wave *w)
             continue;
         const struct vec3f direction = wave_get(&w->ray.direction, i);
         const struct path_receiver from = {
-            .at = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i)}, .sky_share = 1};
+            .at = {wave_get(&w->ray.origin, i), wave_get(&w->facing, i), false}, .sky_share = 1};
         const float weight = sky_weight(path, &from, direction,
                                         cosine_density(vec3f_dot(direction, from.at.normal)));
         wave_put(&w->sum, i,
@@ -888,8 +889,10 @@ void path_samples_split(const struct path_tracer *path, const struct path_receiv
     }
     draw_salts(path, &w.random, count, w.ray.salt);
     trace_rays_nearest(path->tracer, count, &w.ray, &w.at);
+    struct path_receiver asking = *receiver; /* its questions are for surfaces alone */
+    asking.at.surfaces = true;
     for (size_t i = 0; i < count; i++)
-        sample[i] = seen(receiver, &w, i);
+        sample[i] = seen(&asking, &w, i);
     for (size_t i = 0; i < count && w.split && w.split->split->groups; i++)
         w.split->straight[i] = group_straight(&w, i, sample[i].straight);
     if (rays->straight_alone)
@@ -993,12 +996,12 @@ void path_lit(const struct path_tracer *path, const struct path_receiver *receiv
 static float mean_of_pictures(const struct path_tracer *path, const struct lights_receiver *at,
                               const struct path_draws *draws)
 {
+    const struct lights_receiver asking = {at->position, at->normal, true};
     const float lowest = path->tracer->scene->emit_front_only ? 0 : -1;
     float sum = 0;
     for (size_t i = 0; i < draws->count; i++) {
         struct lights_choice choice;
-        if (!lights_sample(&path->lights, path->tracer, at, draws->y[i], draws->x[i], &choice) ||
-            choice.punctual)
+        if (!lights_sample(&path->lights, path->tracer, &asking, draws->y[i], draws->x[i], &choice))
             continue;
         const struct vec3f way = vec3f_sub(at->position, choice.point.position);
         const float distance = vec3f_length(way),
