@@ -66,6 +66,12 @@ static struct error *relight(struct scene *scene, const struct capture_options *
     if (relit_is(header) && (s->sky_given || (s->light_count && !s->inherited)))
         return error_new("the stream was relit, and its header names that light: expected no "
                          "--sky, --sun, --point and --spot");
+    const struct capture_split *split = &o->split;
+    if (relit_is(header) &&
+        (split->groups.count || split->groups.each || split->sky_order || split->sun_count))
+        return error_new("the stream was relit: groups and transfers are of light as it is "
+                         "captured: expected --groups off and a stream that was relit without "
+                         "--keep");
     return relit_scene(scene, s, header, warnings);
 }
 

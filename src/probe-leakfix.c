@@ -13,6 +13,7 @@
 #include "measure/unseen.h"
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
+#include "stream/light_columns.h"
 #include "stream/sight_key.h"
 #include "stream/stream.h"
 #include "stream/stream_edit.h"
@@ -143,6 +144,15 @@ static struct error *dilate_light(struct stream *stream, const struct stream_sel
                 "the nearest\n",
                 program, count.filled, probes->rows, count.filled - count.unseen, count.unseen);
     return error_wrap(err, "--dilate");
+}
+
+/* Whether light was split into groups, or there are transfers. */
+static bool keeps_parts(const struct stream_header *header)
+{
+    bool keeps = false;
+    for (size_t k = 0; k < header->key_count; k++)
+        keeps = keeps || light_key_is_split(header->keys[k].name);
+    return keeps;
 }
 
 int main(int argc, char **argv)
@@ -291,6 +301,10 @@ int main(int argc, char **argv)
             &warnings, "scene",
             "%s: this is not the scene that the probes were captured in (its key is %s, theirs %s)",
             program.operands[0], stage.key, stage.captured_key);
+    if (!err && *stage.relit && keeps_parts(&stream->header))
+        warnings_add(&warnings, "parts",
+                     "the stream was relit and keeps the parts of its light: probes that are added "
+                     "have the light of now, and no parts");
     if (!err)
         err = check_shadows(&job.settings, &stage, &warnings);
     if (!err) {

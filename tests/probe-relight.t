@@ -210,8 +210,7 @@ check "irradiance of surfaces" says out 'irradiance:f32:3 irradiance_error:f32:3
     '^1 2 3 9.544908 13.089815 16.634724 '
 
 # -- the truth of relit light ----------------------------------------------------------------------
-# Points without bounces are exact: two captures are two groups; what is traced for the header of
-# relit light is that light.
+# Points without bounces are exact: what is traced for the header of relit light is that light.
 printf 'v %s\n' '-9 0 -9' '9 0 -9' '0 0 9' '9 9 9' >floor.obj
 echo 'f 1 3 2' >>floor.obj
 printf '%s\n' '1 1 1' '2 .5 .3' '.5 2 3' '0 1 0' '1 2 3' | stream_of 'table probe position:f64:3' |
@@ -219,17 +218,8 @@ printf '%s\n' '1 1 1' '2 .5 .3' '.5 2 3' '0 1 0' '1 2 3' | stream_of 'table prob
 lamps="--point 3,2,1,1,2,3 --point -2,3,1,5,5,2"
 direct() { probe-capture -q --rays 16 --light direct --text "$@" floor.obj placed.probe; }
 direct $lamps >both.probe
-direct --point 3,2,1,1,2,3 --point -2,3,1,0,0,0 | probe-cat --columns position,sh | numbers |
-    cut -d ' ' -f 4- >first
-direct --point 3,2,1,0,0,0 --point -2,3,1,5,5,2 | probe-cat --columns position,sh | numbers |
-    cut -d ' ' -f 4- >second
-{
-    sed -e '/^table/,$d' both.probe
-    printf '%s\n' 'group-1 key point-1' 'group-2 rest'
-    echo 'table probe position:f64:3 sh:f32:27 sh_key:f32:27 sh_rest:f32:27'
-    probe-cat --columns position,sh both.probe | numbers | paste -d ' ' - first second
-    sed -n '/^table tet/,$p' both.probe
-} >parts.probe
+echo 'key: point-1' >groups.txt
+direct $lamps --groups groups.txt >parts.probe
 probe-relight -q --text -w key=2,1,.5 -w rest=.25 parts.probe >dim.probe
 probe-capture -q --text --again floor.obj dim.probe >again.probe
 probe-cat --columns position,sh dim.probe | numbers >relit
@@ -258,4 +248,50 @@ refused 1 "the stream was relit, and its header names that light" \
 probe-relight -q -w key=-1 parts.probe >dim.probe
 refused 1 "light below 0 (key weight-1), which cannot be traced" \
     probe-capture -q --again floor.obj dim.probe
+probe-relight -q --keep -w key=2 parts.probe >kept.probe
+refused 1 "groups and transfers are of light as it is captured" \
+    probe-capture -q --again floor.obj kept.probe
+probe-leakfix --probes 10 floor.obj kept.probe 2>said >/dev/null
+check "probe-leakfix says that new probes have no parts" says said 'and keeps the parts'
+
+# -- against a capture -----------------------------------------------------------------------------
+# z A B: the RMS of differences over their standard error, of all coefficients; and how many
+cat >z.awk <<'AWK'
+{
+    n = (NF - 6) / 4 # of each stream: a place, light, its error
+    for (i = 1; i <= n; i++) {
+        s = $(3 + n + i) ^ 2 + $(6 + 3 * n + i) ^ 2
+        if (s > 1e-20) {
+            sum += ($(3 + i) - $(6 + 2 * n + i)) ^ 2 / s
+            count++
+        }
+    }
+}
+END { printf "%.3f %d\n", sqrt(sum / count), count }
+AWK
+light_of() { probe-cat --text --tables probe --columns position,sh,sh_error "$1" | numbers; }
+z() {
+    light_of "$1" >z.a
+    light_of "$2" >z.b
+    paste -d ' ' z.a z.b | awk -f z.awk
+}
+if plain_build "relit light is that of a capture"; then
+    box=$SRC/scenes/cornell-box.obj
+    printf '%s\n' '0 0.5 1' '0.4 0.3 1' >suns.txt
+    probe-place grid -q --count 60 "$box" | probe-capture -q --rays 512 --columns sh_error \
+        --point 150,400,100,90000,30000,30000 --groups each --transfer sky:2 \
+        --transfer suns:suns.txt "$box" >parts.probe
+    while read -r how; do
+        probe-relight -q $how parts.probe >relit.probe
+        probe-capture -q --again --seed 7 "$box" relit.probe >full.probe
+        z relit.probe full.probe >rms
+        check "as a capture, within its error: ${how:-as it was} ($(cat rms))" \
+            every '$1 > .75 && $1 < 1.05 && $2 > 900' rms
+    done <<'END'
+
+-w lamp=.2 -w point-1=3,0,1
+-w lamp=0 -w point-1=0 --sky .3,.5,1
+-w lamp=.1 --sky 1,1,1 --sun -.4,-.3,-1,9,5,1
+END
+fi
 tap_done

@@ -50,7 +50,8 @@ struct error *stage_init(struct stage *stage, const char *path, const struct str
         err = trace_create(&stage->tracer, stage->scene);
     if (!err)
         err = path_init(&stage->path, stage->tracer, stage->capture_settings.bounces);
-    if (!err)
+    /* parts are of the light as it was captured, not of what became of it */
+    if (!err && !*stage->relit)
         err = capture_split_from_header(&stage->split, header);
     return err ? err : open_split(stage);
 }

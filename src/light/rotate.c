@@ -10,6 +10,7 @@
 #include "math/vec.h"
 #include "stream/cells.h"
 #include "stream/header_number.h"
+#include "stream/light_columns.h"
 #include "stream/sight_key.h"
 #include "stream/stream.h"
 
@@ -192,11 +193,6 @@ static struct error *turn_column(const struct rotation *rotation, const struct r
     return err;
 }
 
-static bool starts(const char *name, const char *with)
-{
-    return !strncmp(name, with, strlen(with));
-}
-
 static bool is_one_of(const char *name, const char *const *names)
 {
     while (*names && strcmp(name, *names))
@@ -204,54 +200,49 @@ static bool is_one_of(const char *name, const char *const *names)
     return *names != NULL;
 }
 
-/* The shape of a column of table probe that knows directions. Of a transfer, block j is the answer
- * to function j of the sky, which turns, too: T' = M T M^-1. False: it knows none. */
+/* The shape of a column of table probe that holds light. Of a transfer, block j is the answer to
+ * function j of the sky, which turns, too: T' = M T M^-1. */
+static bool shape_of_light(const struct rotation *rotation, const struct light_column *what,
+                           bool sky, bool light_only, struct row_shape *shape)
+{
+    const bool matrix = what->transfer && !light_only && sky;
+    *shape = (struct row_shape){.order = what->surface ? 1 : sh_order_of(what->block),
+                                .channels = 3,
+                                .blocks = what->blocks,
+                                .across = matrix ? SH_COUNT_MAX : 3};
+    if (matrix)
+        shape->mix = rotation->sh[0];
+    else if (what->role == LIGHT_GRADIENT && !light_only)
+        shape->mix = rotation->matrix;
+    return !matrix || what->blocks <= SH_COUNT_MAX;
+}
+
+/* The shape of a column of table probe that knows directions; false: it knows none. *error: it
+ * holds standard errors. */
 static bool find_shape(const struct rotation *rotation, const struct table *probes,
-                       const struct column *c, bool light_only, struct row_shape *shape)
+                       const struct column *c, bool light_only, struct row_shape *shape,
+                       bool *error)
 {
     static const char *const plain[] = {"normal", "hull_normal", NULL}, *const of_light[] = {
                                                                             "bent_normal",
                                                                             "gradient", NULL};
     const struct column *sh = table_column(probes, "sh");
-    const size_t receiver = sh ? sh->width : 3;
+    struct light_column what;
+    *error = false;
     *shape = (struct row_shape){.order = 1, .channels = 1, .blocks = 1, .across = 3};
-    if (c->type != COLUMN_F32)
-        return false;
-    if (is_one_of(c->name, of_light) || (!light_only && is_one_of(c->name, plain))) {
-        shape->blocks = 3;
-        shape->mix = rotation->matrix;
-    } else if (!strcmp(c->name, "visibility")) {
-        shape->order = sh_order_of(3 * c->width);
-    } else if (!strcmp(c->name, "sh_gradient")) {
-        shape->channels = 3;
-        shape->order = sh_order_of(c->width / 3);
-        shape->blocks = 3;
-        shape->mix = light_only ? NULL : rotation->matrix;
-    } else if (starts(c->name, "transfer_sky") || starts(c->name, "transfer_suns")) {
-        shape->channels = 3;
-        shape->order = sh_order_of(receiver);
-        shape->blocks = c->width / receiver;
-        if (starts(c->name, "transfer_sky") && !light_only) {
-            shape->mix = rotation->sh[0];
-            shape->across = SH_COUNT_MAX;
-        }
-        if (shape->blocks > SH_COUNT_MAX && shape->mix)
-            return false;
-    } else if (!strcmp(c->name, "sh") || (starts(c->name, "sh_") && strcmp(c->name, "sh_window"))) {
-        shape->channels = 3;
-        shape->order = sh_order_of(c->width);
-    } else {
-        return false;
+    if (light_column_of(c, sh ? sh->width : 0, &what)) {
+        *error = what.role == LIGHT_ERROR;
+        return shape_of_light(rotation, &what, !strncmp(c->name, "transfer_sky", 12), light_only,
+                              shape);
     }
-    return shape->order > 0 &&
-           c->width == shape->blocks * (size_t)(shape->channels * shape->order * shape->order);
-}
-
-static bool is_error(const char *name)
-{
-    const size_t length = strlen(name);
-    return !strcmp(name, "sh_error") || starts(name, "sh_error_") ||
-           (starts(name, "transfer_") && length > 6 && !strcmp(name + length - 6, "_error"));
+    if (!strcmp(c->name, "visibility") && c->type == COLUMN_F32) {
+        shape->order = sh_order_of(3 * c->width);
+        return shape->order > 0;
+    }
+    shape->blocks = 3;
+    shape->mix = rotation->matrix;
+    return c->type == COLUMN_F32 && c->width == 3 &&
+           (is_one_of(c->name, of_light) || (!light_only && is_one_of(c->name, plain)));
 }
 
 static struct error *turn_columns(struct table *probes, const struct rotation *rotation,
@@ -261,8 +252,9 @@ static struct error *turn_columns(struct table *probes, const struct rotation *r
     for (size_t i = 0; i < probes->column_count && !err; i++) {
         struct row_shape shape;
         struct column *c = &probes->columns[i];
-        if (find_shape(rotation, probes, c, light_only, &shape))
-            err = turn_column(rotation, &shape, is_error(c->name), c, probes->rows);
+        bool error;
+        if (find_shape(rotation, probes, c, light_only, &shape, &error))
+            err = turn_column(rotation, &shape, error, c, probes->rows);
     }
     return err;
 }
@@ -320,7 +312,7 @@ static struct error *turn_suns(struct stream_header *header, const struct rotati
     for (size_t k = 0; k < header->key_count && !err; k++) {
         const char *name = header->keys[k].name;
         double before[3], after[3];
-        if (!starts(name, "transfer-sun-"))
+        if (strncmp(name, "transfer-sun-", 13) != 0)
             continue;
         err = header_get_reals(header, name, 3, -1.001, 1.001, before);
         if (err)
