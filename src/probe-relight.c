@@ -7,15 +7,10 @@
 #include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
-#include "math/angle.h"
+#include "relight/other_light.h"
 #include "relight/relight.h"
-#include "relight/sky_bands.h"
-#include "relight/sun_blend.h"
 #include "relight/weights.h"
 #include "scene/relit.h"
-#include "scene/scene.h"
-#include "scene/scene_settings.h"
-#include "scene/scene_sky.h"
 #include "stream/common_options.h"
 #include "stream/header_number.h"
 #include "stream/stream.h"
@@ -33,12 +28,8 @@ struct arguments {
     const char **setting; /* NAME=w; owned */
     size_t settings, setting_capacity;
     const char *row;
-    struct scene_settings light; /* the sky and the suns */
-    const char *sky_probe;       /* the stream of a probe whose light is the sky */
-    const char *sun_path;
-    double time;
-    bool time_given, keep;
-    enum sun_between between;
+    struct other_light light;
+    bool keep;
     struct common common;
 };
 
@@ -65,7 +56,8 @@ struct output {
     struct stream_writer *writer;
     struct table table; /* of probes */
     char *path;
-    double *weight; /* three a part */
+    double *weight;           /* three a part */
+    struct other_light light; /* of this row */
 };
 
 struct run {
@@ -76,7 +68,6 @@ struct run {
     struct relight relight;
     struct weights weights;
     struct output *output; /* one a row of weights */
-    double *others;        /* weights of the sky's functions and the suns, three each */
 };
 
 /* The place of %s in a pattern; NULL: it has none. */
@@ -117,98 +108,6 @@ static struct error *check_pattern(const struct run *run)
     return NULL;
 }
 
-/* -- the light that is asked for -------------------------------------------------------------- */
-
-/* Adds the sun of a time to those that were given. */
-static struct error *add_timed_sun(struct arguments *a)
-{
-    struct sun_place at;
-    struct error *err = sun_path_at(a->sun_path, a->time, &at);
-    if (err)
-        return err;
-    const struct vec3 towards = scene_sky_direction(a->light.sky_up, at.azimuth, at.elevation);
-    struct scene_light sun = {.kind = SCENE_SUN, .direction = vec3_scale(-1, towards)};
-    memcpy(sun.intensity, at.rgb, sizeof sun.intensity);
-    err = array_reserve(&a->light.lights, &a->light.light_capacity, a->light.light_count + 1,
-                        sizeof sun);
-    if (!err)
-        a->light.lights[a->light.light_count++] = sun;
-    return err;
-}
-
-/* How far off the stored suns one may be before that is worth a word. */
-#define SUN_OFF_MOST 1.0
-
-/* Adds the weights of stored suns for one that is asked for. */
-static struct error *weigh_sun(const struct run *run, const struct scene_light *sun, double *weight)
-{
-    const struct relight *r = &run->relight;
-    const struct vec3 to = vec3_scale(-1, sun->direction);
-    const double towards[3] = {to.x, to.y, to.z};
-    double *blend = NULL;
-    if (!r->suns)
-        return error_new("there is no transfer of suns: expected a stream of probe-capture "
-                         "--transfer suns:FILE");
-    struct error *err = array_create(&blend, r->suns, sizeof *blend);
-    if (err)
-        return err;
-    const double off = sun_blend(run->arguments->between, r->suns, r->sun, towards, blend);
-    if (off > SUN_OFF_MOST)
-        warnings_add(run->warnings, "sun off",
-                     "a sun is %.1f degrees off those of the transfer: the light is that of the "
-                     "nearest direction between them",
-                     off);
-    for (size_t s = 0; s < r->suns; s++)
-        for (size_t c = 0; c < 3; c++)
-            weight[3 * s + c] += blend[s] * sun->intensity[c];
-    free(blend);
-    return NULL;
-}
-
-static bool gives_sky(const struct arguments *a)
-{
-    return a->light.sky_given || a->sky_probe;
-}
-
-static struct error *weigh_sky(struct run *run, const struct scene_sky *sky)
-{
-    const struct relight *r = &run->relight;
-    const char *probe = run->arguments->sky_probe;
-    if (!r->sky_order)
-        return error_new("there is no transfer of a sky: expected a stream of probe-capture "
-                         "--transfer sky:N");
-    return probe ? sky_bands_of_probe(probe, r->sky_order, run->others)
-                 : sky_bands(sky, r->sky_order, run->others);
-}
-
-/* Fills the weights of all that is no group; takes over where the sky's picture was found. */
-static struct error *weigh_others(struct run *run, struct arguments *a)
-{
-    const struct relight *r = &run->relight;
-    const size_t functions = (size_t)(r->sky_order * r->sky_order);
-    struct scene_sky sky = {0};
-    struct error *err = array_create(&run->others, 3 * (functions + r->suns), sizeof(double));
-    if (!err)
-        err = scene_sky_finish(&sky, NULL, &a->light, run->warnings);
-    if (!err)
-        a->light.sky_key = sky.key;
-    if (!err && gives_sky(a))
-        err = weigh_sky(run, &sky);
-    if (!err && a->sun_path)
-        err = add_timed_sun(a);
-    for (size_t i = 0; i < a->light.light_count && !err; i++)
-        err = weigh_sun(run, &a->light.lights[i], run->others + 3 * functions);
-    if (!err && functions && !gives_sky(a))
-        warnings_add(run->warnings, "no sky",
-                     "the transfer of a sky adds nothing: no --sky is "
-                     "given");
-    if (!err && r->suns && !a->light.light_count)
-        warnings_add(run->warnings, "no sun",
-                     "the transfer of suns adds nothing: no --sun or --time is given");
-    scene_sky_clear(&sky);
-    return err;
-}
-
 /* -- weights of groups ------------------------------------------------------------------------ */
 
 /* Whether the stream was captured under a sky that shines. */
@@ -240,32 +139,28 @@ static bool is_zero(const double weight[3])
     return weight[0] == 0 && weight[1] == 0 && weight[2] == 0;
 }
 
-/* A scene has one sky: the captured one gives way to the one that is asked for. */
-static struct error *replace_sky(struct run *run)
+/* A scene has one sky: the captured one gives way to the one that is asked for. weight: a row's. */
+static struct error *replace_sky(const struct run *run, double *weight)
 {
     const struct light_groups *groups = &run->relight.groups;
-    struct weights *w = &run->weights;
     bool shines = false, alone = false;
     struct error *err = captured_sky(stream_reader_header(run->reader), &shines);
-    if (err || !shines || !gives_sky(run->arguments))
+    if (err || !shines)
         return err;
     if (run->relight.whole)
         return error_new("the light was captured under a sky, and is no group of its own: expected "
                          "a stream of --groups, or of a black sky, to put another in its place");
     const size_t group = group_of_sky(groups, &alone);
-    for (size_t r = 0; r < w->rows && !err; r++) {
-        double *weight = w->weight + 3 * (r * w->groups + group);
-        if (!alone && !is_zero(weight))
-            err = error_new("group %s has the sky of the capture, which --sky replaces, and other "
-                            "light: expected weight 0, or a sky in a group of its own",
-                            w->group[group]);
-        memset(weight, 0, 3 * sizeof *weight);
-    }
-    if (!err && alone)
+    if (!alone && !is_zero(weight + 3 * group))
+        return error_new("group %s has the sky of the capture, which --sky replaces, and other "
+                         "light: expected weight 0, or a sky in a group of its own",
+                         run->weights.group[group]);
+    if (alone)
         warnings_add(run->warnings, "sky replaced",
                      "group %s, the sky of the capture, gives way to --sky: its weight is 0",
-                     w->group[group]);
-    return err;
+                     run->weights.group[group]);
+    memset(weight + 3 * group, 0, 3 * sizeof *weight);
+    return NULL;
 }
 
 static void warn_negative(const struct run *run)
@@ -295,27 +190,24 @@ static struct error *weigh_groups(struct run *run)
     if (!err && a->row)
         err = weights_choose(&run->weights, a->row);
     if (!err)
-        err = replace_sky(run);
-    if (!err)
         warn_negative(run);
     return err;
 }
 
 /* -- streams ---------------------------------------------------------------------------------- */
 
-static struct error *make_header(const struct run *run, size_t row, struct stream_header *header)
+static struct error *make_header(const struct run *run, const struct output *out,
+                                 struct stream_header *header)
 {
     const struct arguments *a = run->arguments;
-    const struct weights *w = &run->weights;
     struct error *err = header_copy(header, stream_reader_header(run->reader));
     if (err)
         return err;
     relit_remove(header);
-    err = relit_weights_to_header(&run->relight.groups, w->weight + 3 * row * w->groups, header);
+    err = relit_weights_to_header(&run->relight.groups, out->weight, header);
     if (!err)
-        err = relit_light_to_header(&a->light, a->light.sky_given, header);
-    if (!err && a->sky_probe)
-        err = relit_sky_sh_to_header(run->relight.sky_order, run->others, header);
+        err = other_light_to_header(&out->light, &run->relight,
+                                    out->weight + 3 * run->weights.groups, header);
     for (size_t k = header->key_count; k-- > 0 && !a->keep;)
         if (!strncmp(header->keys[k].name, "transfer-", 9) ||
             !strncmp(header->keys[k].name, "group-", 6))
@@ -323,20 +215,41 @@ static struct error *make_header(const struct run *run, size_t row, struct strea
     return err ? err : header_add_provenance(header, run->program->recorded);
 }
 
+/* Fills what a row of the table, and the command line, say of an output. */
+static struct error *weigh_output(struct run *run, size_t row, struct output *out)
+{
+    const struct weights *w = &run->weights;
+    char *const *option = w->option + row * WEIGHTS_OPTIONS;
+    struct error *err =
+        array_create(&out->weight, 3 * relight_parts(&run->relight), sizeof *out->weight);
+    if (err)
+        return err;
+    memcpy(out->weight, w->weight + 3 * row * w->groups, 3 * w->groups * sizeof(double));
+    err = other_light_of_row(&out->light, &run->arguments->light, option[WEIGHTS_SKY],
+                             option[WEIGHTS_SUN], option[WEIGHTS_TIME]);
+    if (!err)
+        err = other_light_weigh(&out->light, &run->relight, out->weight + 3 * w->groups,
+                                run->warnings);
+    if (!err && other_light_has_sky(&out->light))
+        err = replace_sky(run, out->weight);
+    return err;
+}
+
 static struct error *open_output(struct run *run, size_t row)
 {
     struct output *out = &run->output[row];
     const enum stream_encoding asked = run->arguments->common.encoding;
-    const size_t groups = run->weights.groups, others = relight_parts(&run->relight) - groups;
     struct stream_header header = {0};
-    struct error *err = name_output(run, row, &out->path);
-    if (!err)
-        err = array_create(&out->weight, 3 * (groups + others), sizeof *out->weight);
-    if (!err) {
-        memcpy(out->weight, run->weights.weight + 3 * row * groups, 3 * groups * sizeof(double));
-        memcpy(out->weight + 3 * groups, run->others, 3 * others * sizeof(double));
-        err = make_header(run, row, &header);
+    struct error *err = weigh_output(run, row, out);
+    if (err && run->weights.rows > 1) {
+        char *name = weights_row_name(&run->weights, row);
+        err = error_wrap(err, "row '%s'", name ? name : "");
+        free(name);
     }
+    if (!err)
+        err = name_output(run, row, &out->path);
+    if (!err)
+        err = make_header(run, out, &header);
     if (!err)
         err = stream_writer_open(
             &out->writer, out->path,
@@ -422,12 +335,14 @@ static struct error *do_stream(struct run *run)
         table_clear(&out->table);
         free(out->path);
         free(out->weight);
+        other_light_clear(&out->light);
     }
     return err;
 }
 
-static struct error *relight(struct run *run, struct arguments *a, const char *input)
+static struct error *relight(struct run *run, const char *input)
 {
+    const struct arguments *a = run->arguments;
     struct error *err = stream_reader_open(&run->reader, input);
     if (err)
         return err;
@@ -440,8 +355,6 @@ static struct error *relight(struct run *run, struct arguments *a, const char *i
         err = weigh_groups(run);
     if (!err)
         err = check_pattern(run);
-    if (!err)
-        err = weigh_others(run, a);
     return err ? err : do_stream(run);
 }
 
@@ -455,7 +368,7 @@ static void light_rows(struct arguments *a, struct option_row rows[LIGHT_ROWS + 
     static const char *const names[LIGHT_ROWS] = {"sky",    "sky-map",   "sky-turn",
                                                   "sky-up", "sky-scale", "sun"};
     struct option_row all[SCENE_SETTINGS_ROWS];
-    scene_settings_rows(&a->light, all);
+    scene_settings_rows(&a->light.settings, all);
     for (size_t i = 0; i < LIGHT_ROWS; i++)
         rows[i] = *option_row(all, names[i]);
     rows[0].help = "the sky, in place of the captured one: one colour, or a\n"
@@ -468,10 +381,12 @@ static struct error *check(const struct arguments *a)
 {
     if (a->row && !a->table)
         return error_usage("--row needs a table: --weights FILE");
-    if (a->sky_probe && a->light.sky_given)
+    if (a->light.sky_probe && a->light.settings.sky_given)
         return error_usage("expected one of --sky and --sky-probe, got both");
-    if (a->time_given != (a->sun_path != NULL))
-        return error_usage("expected --time and --sun-path together");
+    if (a->light.time_given && !a->light.sun_path)
+        return error_usage("--time needs --sun-path");
+    if (a->light.sun_path && !a->light.time_given && !a->table)
+        return error_usage("--sun-path needs --time");
     return NULL;
 }
 
@@ -500,27 +415,27 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         {.name = "sky-probe",
          .argument = "STREAM",
          .kind = OPTION_TEXT,
-         .value = &a->sky_probe,
+         .value = &a->light.sky_probe,
          .shown = "none",
          .help = "the sky is the light of the one probe of STREAM: that of an\n"
                  "object that stands there"},
         {.name = "time",
          .argument = "T",
          .kind = OPTION_REAL,
-         .value = &a->time,
-         .given = &a->time_given,
+         .value = &a->light.time,
+         .given = &a->light.time_given,
          .shown = "none",
          .help = "a sun where the path has it at this time"},
         {.name = "sun-path",
          .argument = "FILE",
          .kind = OPTION_TEXT,
-         .value = &a->sun_path,
+         .value = &a->light.sun_path,
          .shown = "none",
          .help = "lines of time, azimuth, elevation (degrees), R G B"},
         {.name = "sun-between",
          .argument = "WAY",
          .kind = OPTION_CHOICE,
-         .value = OPTION_ENUM(a->between),
+         .value = OPTION_ENUM(a->light.between),
          .choices = ways,
          .help = "how the captured suns stand: path, one after the other;\n"
                  "sphere, anywhere"},
@@ -539,7 +454,7 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.light = scene_settings_default(), .common = common_default()};
+    struct arguments a = {.light = other_light_default(), .common = common_default()};
     struct program program = {
         .name = "probe-relight",
         .usage = "[OPTION]... [STREAM]",
@@ -554,20 +469,19 @@ int main(int argc, char **argv)
     const char *input = !err && program.operand_count ? program.operands[0] : "-";
     if (!err && a.table)
         err = file_inputs_differ(a.table, "the weights", input, "the probes");
-    if (!err && a.sky_probe)
-        err = file_inputs_differ(a.sky_probe, "the sky's probe", input, "the probes");
+    if (!err && a.light.sky_probe)
+        err = file_inputs_differ(a.light.sky_probe, "the sky's probe", input, "the probes");
     claim_in_place(input);
     if (!err)
-        err = relight(&run, &a, input);
+        err = relight(&run, input);
     if (!a.common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
     weights_clear(&run.weights);
     relight_clear(&run.relight);
     stream_reader_close(run.reader);
-    scene_settings_clear(&a.light);
+    other_light_clear(&a.light);
     free(run.output);
-    free(run.others);
     free(a.setting);
     program_clear(&program);
     return error_exit(program.name, err);

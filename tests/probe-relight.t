@@ -92,7 +92,8 @@ check "about --sky-up" is '1 2 3 .1 .1 .1 9' \
 check "half of the morning" is '2.5 3.5 4.5 .1 .1 .1 9' $dark --time 9 --sun-path day.txt
 refused 2 "expected a time from 6 to 18, which day.txt has, got 5" \
     probe-relight -q --time 5 --sun-path day.txt parts.probe
-refused 2 "--time and --sun-path together" probe-relight --time 5 parts.probe
+refused 2 "--time needs --sun-path" probe-relight --time 5 parts.probe
+refused 2 "--sun-path needs --time" probe-relight --sun-path day.txt parts.probe
 for bad in '1 2 3 4 5' 'noon 0 0 1 1 1' '1 0 91 1 1 1' '1 0 0 1 1 -1'; do
     printf '%s\n' '0 0 0 1 1 1' "$bad" >bad.txt
     refused 1 "bad.txt:2: expected" probe-relight -q --time 0 --sun-path bad.txt parts.probe
@@ -135,6 +136,29 @@ printf 'lamps\n1\n2\n' >bare.tsv
 probe-relight -q -w bare.tsv -o '%s.probe' parts.probe
 check "rows without names have numbers" says 1.probe '^weight-1 2,2,2$' and says 0.probe \
     '^weight-1 1,1,1$'
+# light of a row: at noon a sky and the sun of the time, at nine none of the first; a sun of its own
+printf '%s\n' 'name	--sky	--time	lamps	--sun' 'noon	1,2,3	12	0	' 'nine		9	0	' \
+    'own		9	0	-1,0,0,1,1,1' >day.tsv
+probe-relight -q -w day.tsv -w windows=0 -w rest=0 --sun-path day.txt -o 'day-%s.probe' parts.probe
+light_at() { sed -n 's/^1 2 3 \([^ ]* [^ ]* [^ ]*\) .*/\1/p' "day-$1.probe" >got.light; }
+at() {
+    light_at "$1"
+    echo "$2" >wanted.light
+    near 1e-5 wanted.light got.light
+}
+check "a row has its sky and its time" at noon '5.5449077 11.089815 16.634724' and \
+    says day-noon.probe '^relit-sky 1,2,3$' '^relit-sun-1 '
+check "an empty cell is the command line's: no sky" at nine '2.5 3.5 4.5' and \
+    lacks day-nine.probe '^relit-sky'
+check "a sun of its own" at own '6.5 8.5 10.5' and says day-own.probe '^relit-sun-2 '
+probe-relight -q -w day.tsv --row own -w windows=0 -w rest=0 --sun-path day.txt \
+    --sun 0,-1,0,9,9,9 parts.probe >day-one.probe
+check "which takes the place of the command line's" at one '6.5 8.5 10.5'
+refused 1 "row 'noon': --time: expected --sun-path beside it" \
+    probe-relight -q -w day.tsv -o 'day-%s.probe' parts.probe
+printf '%s\n' '--sky' '1,2' 0 >bad.tsv
+refused 1 "row '0': --sky: expected 3 finite numbers" \
+    probe-relight -q -w bad.tsv -o 'bad-%s.probe' parts.probe
 refused 2 "rows.tsv has 2 rows: expected --row, or --output with %s" \
     probe-relight -q -w rows.tsv parts.probe
 refused 2 "expected one %s" probe-relight -q -w rows.tsv -o '%s%s' parts.probe

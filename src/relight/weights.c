@@ -6,29 +6,40 @@
 #include "base/number.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { CELLS_MOST = 8192, LISTED_BYTES = 400 };
 
+static const char *const option_names[] = {
+    [WEIGHTS_SKY] = "--sky", [WEIGHTS_SUN] = "--sun", [WEIGHTS_TIME] = "--time"};
+
 static void forget_rows(struct weights *w)
 {
     for (size_t r = 0; r < w->rows; r++)
         free(w->name[r]);
+    for (size_t k = 0; k < w->rows * WEIGHTS_OPTIONS; k++)
+        free(w->option[k]);
     w->rows = 0;
 }
 
 static struct error *add_row(struct weights *w)
 {
-    size_t capacity = w->capacity, room = w->capacity * w->groups * 3;
+    size_t capacity = w->capacity, room = w->capacity * w->groups * 3,
+           options = w->capacity * WEIGHTS_OPTIONS;
     struct error *err = array_reserve(&w->name, &capacity, w->rows + 1, sizeof *w->name);
     if (!err)
         err = array_reserve(&w->weight, &room, capacity * w->groups * 3, sizeof *w->weight);
+    if (!err)
+        err = array_reserve(&w->option, &options, capacity * WEIGHTS_OPTIONS, sizeof *w->option);
     if (err)
         return err;
     w->capacity = capacity;
     w->name[w->rows] = NULL;
+    for (size_t k = 0; k < WEIGHTS_OPTIONS; k++)
+        w->option[w->rows * WEIGHTS_OPTIONS + k] = NULL;
     for (size_t i = 0; i < w->groups * 3; i++)
         w->weight[w->rows * w->groups * 3 + i] = 1;
     w->rows++;
@@ -45,6 +56,7 @@ void weights_clear(struct weights *w)
 {
     forget_rows(w);
     free(w->name);
+    free(w->option);
     free(w->weight);
     *w = (struct weights){0};
 }
@@ -141,12 +153,13 @@ struct cell {
     size_t length;
 };
 
-enum { NAME_COLUMN = -1 };
+/* A column is a group's, the name's, or from here on that of an option. */
+enum { NAME_COLUMN = -1, OPTION_COLUMN = -2 };
 
 struct table_reader {
     struct weights *weights;
     struct cell *cell; /* of a line */
-    long *column;      /* group or NAME_COLUMN */
+    long *column;      /* group, NAME_COLUMN or OPTION_COLUMN - option */
     size_t columns;    /* 0: the first line is still to come */
 };
 
@@ -168,17 +181,34 @@ static size_t split(const char *line, size_t length, struct cell *cell)
     return count;
 }
 
+static bool is_word(const struct cell *cell, const char *word)
+{
+    return cell->length == strlen(word) && !memcmp(cell->text, word, cell->length);
+}
+
+static struct error *find_column(const struct table_reader *t, const struct cell *cell,
+                                 long *column)
+{
+    size_t group = 0;
+    for (int k = 0; k < WEIGHTS_OPTIONS; k++)
+        if (is_word(cell, option_names[k])) {
+            *column = OPTION_COLUMN - k;
+            return NULL;
+        }
+    *column = NAME_COLUMN;
+    if (is_word(cell, "name"))
+        return NULL;
+    struct error *err = find_group(t->weights, cell->text, cell->length, &group);
+    *column = (long)group;
+    return err;
+}
+
 static struct error *read_head(struct table_reader *t, size_t count)
 {
     struct error *err = NULL;
     for (size_t c = 0; c < count && !err; c++) {
         const struct cell *cell = &t->cell[c];
-        size_t group = 0;
-        t->column[c] = NAME_COLUMN;
-        if (cell->length != 4 || memcmp(cell->text, "name", 4)) {
-            err = find_group(t->weights, cell->text, cell->length, &group);
-            t->column[c] = (long)group;
-        }
+        err = find_column(t, cell, &t->column[c]);
         for (size_t b = 0; b < c && !err; b++)
             if (t->column[b] == t->column[c])
                 err = error_new("column '%.*s' stands twice", (int)cell->length, cell->text);
@@ -198,21 +228,33 @@ static struct error *name_row(struct weights *w, const struct cell *cell)
     return w->name[row] ? NULL : error_memory();
 }
 
+/* An empty cell says nothing. */
+static struct error *keep_option(struct weights *w, long column, const struct cell *cell)
+{
+    char **option = &w->option[(w->rows - 1) * WEIGHTS_OPTIONS + (size_t)(OPTION_COLUMN - column)];
+    if (!cell->length)
+        return NULL;
+    *option = strndup(cell->text, cell->length);
+    return *option ? NULL : error_memory();
+}
+
+static struct error *read_cell(struct weights *w, long column, const struct cell *cell)
+{
+    if (column == NAME_COLUMN)
+        return name_row(w, cell);
+    if (column < NAME_COLUMN)
+        return keep_option(w, column, cell);
+    double *weight = w->weight + 3 * ((w->rows - 1) * w->groups + (size_t)column);
+    return error_wrap(read_weight(cell->text, cell->length, weight), "group %s", w->group[column]);
+}
+
 static struct error *read_row(struct table_reader *t, size_t count)
 {
-    struct weights *w = t->weights;
     if (count != t->columns)
         return error_new("expected %zu cells, as the first line has, got %zu", t->columns, count);
-    struct error *err = add_row(w);
-    double *weight = err ? NULL : w->weight + 3 * (w->rows - 1) * w->groups;
-    for (size_t c = 0; c < count && !err; c++) {
-        const long column = t->column[c];
-        err = column == NAME_COLUMN
-                  ? name_row(w, &t->cell[c])
-                  : read_weight(t->cell[c].text, t->cell[c].length, weight + 3 * column);
-        if (column != NAME_COLUMN)
-            err = error_wrap(err, "group %s", w->group[column]);
-    }
+    struct error *err = add_row(t->weights);
+    for (size_t c = 0; c < count && !err; c++)
+        err = read_cell(t->weights, t->column[c], &t->cell[c]);
     return err;
 }
 
@@ -287,10 +329,15 @@ struct error *weights_choose(struct weights *w, const char *row)
         return error_usage("--row: expected the name of a row, or a number below %zu, got '%s'",
                            w->rows, row);
     memmove(w->weight, w->weight + found * width, width * sizeof *w->weight);
-    char *name = w->name[found];
+    char *name = w->name[found], *option[WEIGHTS_OPTIONS];
     w->name[found] = NULL;
+    for (size_t k = 0; k < WEIGHTS_OPTIONS; k++) {
+        option[k] = w->option[found * WEIGHTS_OPTIONS + k];
+        w->option[found * WEIGHTS_OPTIONS + k] = NULL;
+    }
     forget_rows(w);
     w->rows = 1;
     w->name[0] = name;
+    memcpy(w->option, option, sizeof option);
     return NULL;
 }

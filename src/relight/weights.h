@@ -5,12 +5,13 @@
  * is a text of lines whose cells are separated by tabs: the first line names the groups, each
  * other one is an output:
  *
- *     name     lamps       windows
- *     evening  1           0.1,0.08,0.05
+ *     name     lamps       windows        --sky        --time
+ *     evening  1           0.1,0.08,0.05  .3,.2,.1     18.5
  *     night    0.3         0
  *
- * The column `name` may be missing. Lines that are empty or begin with # are skipped. Groups that
- * are not named have weight 1. A negative weight takes light away.
+ * The column `name` may be missing. Columns --sky, --sun and --time hold what these options would
+ * be given; an empty cell is the command line's. Lines that are empty or begin with # are skipped.
+ * Groups that are not named have weight 1. A negative weight takes light away.
  */
 #ifndef WEIGHTS_H
 #define WEIGHTS_H
@@ -19,13 +20,15 @@
 
 struct error;
 
-/* Starts as {0}, with groups and group set. */
+enum weights_option { WEIGHTS_SKY, WEIGHTS_SUN, WEIGHTS_TIME, WEIGHTS_OPTIONS };
+
 struct weights {
     size_t groups;
     char *const *group; /* their names; borrowed */
     size_t rows, capacity;
     double *weight; /* rows * groups * 3, channel fastest; owned */
-    char **name;    /* of rows; NULL: it has none; owned, as are they */
+    char **name;    /* of rows; NULL: it has none; owned, as are they, and so: */
+    char **option;  /* WEIGHTS_OPTIONS a row; NULL: it says nothing of it */
 };
 
 /* One row of ones. */
@@ -34,7 +37,7 @@ void weights_clear(struct weights *weights);
 
 /* Takes rows from a table ("-": standard input) in place of those that are there. Errors name file
  * and line: a group that there is not (it lists what there is), a row of more or fewer cells, what
- * is no number, two rows of one name. */
+ * is no number, two rows of one name. Options are taken as they stand. */
 struct error *weights_read(struct weights *weights, const char *path);
 
 /* Whether an option's text sets a weight, NAME=w or NAME=R,G,B, and is not a file's name. */
