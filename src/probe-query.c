@@ -81,16 +81,16 @@ static struct error *write_packed(const struct interpolate *in, enum probe_packi
 {
     struct file_output out;
     char *image;
-    const size_t size =
-        probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, NULL, 0);
-    if (!size)
-        return error_new("some probes have no light: run probe-capture");
-    struct error *err = file_output_open(&out, path, true);
+    size_t size = 0;
+    struct error *err = interpolate_pack(in, packing, &size, NULL);
+    if (!err)
+        err = file_output_open(&out, path, true);
     if (err)
         return err;
     err = file_output_room(&out, size, &image);
+    if (!err)
+        err = interpolate_pack(in, packing, &size, image);
     if (!err) {
-        probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, image, size);
         out.count += size;
         return file_output_finish(&out);
     }
@@ -273,8 +273,9 @@ int main(int argc, char **argv)
         err = error_usage("--explain needs --to text");
     if (!err && pack && program.operand_count > 1)
         err = error_usage("--pack takes no points");
-    if (!err && pack && !interpolate_kind_is_plain(a.how.kind))
-        err = error_usage("--pack packs cells: it needs --interpolate barycentric");
+    if (!err && pack && !interpolate_kind_is_plain(a.how.kind) && !a.how.kind->pack)
+        err = error_usage("--pack packs cells or discs: it needs --interpolate barycentric or "
+                          "discs");
     if (!err && a.explain && (a.along || !a.how.kind->needs_cells)) {
         char names[256];
         interpolate_kind_names(names, sizeof names, true, " or ");
@@ -288,7 +289,7 @@ int main(int argc, char **argv)
         err = file_inputs_differ(baked, "the baked stream", input, "the points");
     if (!err)
         err = open_baked(&in, &stream, baked, input, &a, &warnings);
-    if (!err && pack && !in->order)
+    if (!err && pack && !in->order && !a.how.kind->pack)
         err = error_usage("--pack packs no column but sh, or that of a group, sh_NAME");
     if (!err)
         err = pack ? write_packed(in, a.pack, common.output)

@@ -39,6 +39,12 @@ int main(void)
     PLACE(probe_image_facts, bytes_per_probe);
     PLACE(probe_image_facts, bytes_per_cell);
     PLACE(probe_image_facts, bytes);
+    SIZE(probe_discs);
+    PLACE(probe_discs, probes);
+    PLACE(probe_discs, position);
+    PLACE(probe_discs, normal);
+    PLACE(probe_discs, radius);
+    PLACE(probe_discs, irradiance);
     NUMBER(PROBE_OK);
     NUMBER(PROBE_NO_MEMORY);
     NUMBER(PROBE_BAD_ARGUMENT);
@@ -51,6 +57,10 @@ int main(void)
     NUMBER(PROBE_NOT_AN_IMAGE);
     NUMBER(PROBE_BAD_IMAGE);
     NUMBER(PROBE_BAD_SIGHT);
+    NUMBER(PROBE_NO_DISCS);
+    NUMBER(PROBE_BAD_DISC);
+    NUMBER(PROBE_DISCS_APART);
+    NUMBER(PROBE_DISCS_LARGE);
     NUMBER(PROBE_LEAN);
     NUMBER(PROBE_NEAREST);
     NUMBER(PROBE_EXTEND);

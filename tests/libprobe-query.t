@@ -131,6 +131,28 @@ for content in radiance irradiance; do
             test -s expected and cmp got expected
     done
 done
+
+# -- surfaces --------------------------------------------------------------------------------------
+check "so has the example of surfaces" [ "$(wc -l <"$SRC/doc/example_surface.c")" -lt 60 ]
+probe-place grid --spacing 1 --bounds 0,0,0,8,.1,8 --text | numbers |
+    awk '{ print $1, 0, $3, 0, 1, 0, 1, .1 + $1, 2, 3 / (1 + $3)
+        print $1, 0, $3, 0, -1, 0, 1, 7, 8, 9 }' |
+    stream_of "table probe position:f64:3 normal:f32:3 radius:f32:1 irradiance:f32:3" >sheet.probe
+seq 1 40 | awk '{ print $1 / 5, .01 * ($1 % 2), 8 - $1 / 6, 0, $1 % 3 ? 1 : -1, 0 }' >on-sheet
+for packing in float half; do
+    probe-query --interpolate discs --pack $packing -o sheet.pack sheet.probe
+    "$BUILD/doc/example_surface" sheet.pack <on-sheet >got
+    sed 's/  by.*//' got | perl -ne 'print pack("f<3", split)' >got.bin
+    probe-query -q --interpolate discs --to binary sheet.pack on-sheet >expected.bin
+    check "surfaces: it gives probe-query's bytes ($packing)" \
+        test -s expected.bin and cmp got.bin expected.bin
+done
+probe-query --interpolate discs --pack float -o sheet.pack sheet.probe
+probe-query -q --interpolate discs --to binary sheet.probe on-sheet >expected.bin
+probe-query -q --interpolate discs --to binary sheet.pack on-sheet >got.bin
+probe-query -q --interpolate discs sheet.pack on-sheet >got
+check "and those of the stream, of either side its own" cmp got.bin expected.bin \
+    and every '(NR % 3 == 0) == near($1, 7, 1e-5) && (NR % 3 || near($3, 9, 1e-5))' got
 head -c 5000 radiance.pack >short.pack
 refused 1 "damaged" env LD_LIBRARY_PATH="$lib" ./a.out short.pack 0 0 0 1 1 1
 tap_done

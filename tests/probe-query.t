@@ -277,6 +277,22 @@ check "the example opens it" has_lines 11 sides
 head -c 5000 half.pack >short.pack
 refused 1 "short.pack: the packed file is damaged" given "1 1 1" probe-query short.pack
 refused 1 "holds the column sh, and not ao" given "1 1 1" probe-query --column ao half.pack
+echo 1 1 1 0 1 0 2 3 4 5 |
+    stream_of "table probe position:f64:3 normal:f32:3 radius:f32:1 irradiance:f32:3" >light.probe
+probe-query --interpolate discs --pack half -o light.pack light.probe
+check "a packed file of discs answers" into got given "1 1 1.5 0 1 0" \
+    probe-query --interpolate discs light.pack and says got '^3 4 5$'
+refused 2 "--pack packs cells or discs" probe-query --pack half --interpolate nearest baked.probe
+refused 1 "light.pack: a packed file of discs is asked as such" \
+    given "1 1 1 0 1 0" probe-query light.pack
+for dial in "--radius 1" "--column ao"; do
+    refused 1 "light.pack: a packed file of discs h" \
+        given "1 1 1 0 1 0" probe-query --interpolate discs $dial light.pack
+done
+refused 1 "--interpolate discs expects points with a normal" \
+    given "1 1 1" probe-query --interpolate discs light.pack
+refused 1 "a packed file of discs is made of a stream" \
+    probe-query --interpolate discs --pack half -o x light.pack
 refused 2 "--pack takes no points" probe-query --pack half baked.probe around.txt
 
 # -- probes in a plane, on a line, in one place ----------------------------------------------------

@@ -39,6 +39,7 @@ MODULE_TESTS = \
 	tests/enter \
 	tests/particles \
 	tests/patches \
+	tests/surface \
 	tests/poisson \
 	tests/path \
 	tests/cache \
@@ -145,10 +146,13 @@ tests_fuzz_fuzz_gltf_SOURCES = tests/fuzz/fuzz_gltf.c tests/fuzz/fuzz_scene.c
 tests_fuzz_fuzz_gltf_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS) -DFUZZ_ENGINE
 
 # the library as others use it, in C alone
-check_PROGRAMS += doc/example tests/abi
+check_PROGRAMS += doc/example doc/example_surface tests/abi
 doc_example_LDADD = src/libprobe-query/libprobe-query.la
 doc_example_CPPFLAGS = -I$(top_srcdir)/src/libprobe-query
 doc_example_LINK = $(LINK_C)
+doc_example_surface_LDADD = src/libprobe-query/libprobe-query.la
+doc_example_surface_CPPFLAGS = -I$(top_srcdir)/src/libprobe-query
+doc_example_surface_LINK = $(LINK_C)
 tests_abi_LDADD = src/libprobe-query/libprobe-query.la
 tests_abi_LINK = $(LINK_C)
 tests_library_LDADD = src/libprobe-query/libprobe-query.la $(TETRA_LIBS)
@@ -156,7 +160,7 @@ tests_library_LINK = $(LIBTOOL) $(AM_V_lt) --tag=CXX --mode=link $(LINK) -static
 	$(tests_library_LDFLAGS)
 tests_library_LDFLAGS = -Wl,--wrap=malloc,--wrap=calloc,--wrap=aligned_alloc,--wrap=free
 exampledir = $(docdir)
-dist_example_DATA = doc/example.c
+dist_example_DATA = doc/example.c doc/example_surface.c
 
 # makes system calls fail; tests/probe-cat.t preloads it
 check_DATA = tests/support/failing_io.so

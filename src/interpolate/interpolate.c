@@ -188,12 +188,19 @@ bool interpolate_is_packed(const char *path)
     char start[8] = {0};
     const int fd = strcmp(path, "-") ? open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
     struct stat status;
-    const bool packed = fd >= 0 && !fstat(fd, &status) && S_ISREG(status.st_mode) &&
-                        read(fd, start, sizeof start) == sizeof start &&
-                        !memcmp(start, "probepak", sizeof start);
+    const bool packed =
+        fd >= 0 && !fstat(fd, &status) && S_ISREG(status.st_mode) &&
+        read(fd, start, sizeof start) == sizeof start &&
+        (!memcmp(start, "probepak", sizeof start) || !memcmp(start, "probesrf", sizeof start));
     if (fd >= 0)
         close(fd);
     return packed;
+}
+
+/* Whether a mapped file is one of discs. */
+static bool is_surface(const struct interpolate *in)
+{
+    return in->image_bytes >= 8 && !memcmp(in->image, "probesrf", 8);
 }
 
 static struct error *map_file(const char *path, void **image, size_t *bytes)
@@ -229,11 +236,45 @@ static struct error *unpack_light(struct interpolate *in)
     return err;
 }
 
+static struct error *open_volume(struct interpolate *in)
+{
+    const struct interpolate_settings *settings = &in->settings;
+    size_t row = 0;
+    const enum probe_status status =
+        probe_volume_open(&in->volume, in->image, in->image_bytes, settings->outside, &row);
+    if (status)
+        return cells_volume_error(status, row);
+    const struct probe_image_facts facts = probe_volume_image(in->volume);
+    in->order = facts.order;
+    in->width = (size_t)(3 * facts.order * facts.order);
+    in->convolved = facts.convolved;
+    if (!interpolate_kind_is_plain(settings->kind))
+        return error_new("a packed file of cells is interpolated from cells alone: --interpolate "
+                         "barycentric");
+    if (strcmp(settings->column, "sh"))
+        return error_new("a packed file holds the column sh, and not %s", settings->column);
+    if (!facts.order)
+        return error_new("the probes have no light");
+    return unpack_light(in);
+}
+
+static struct error *open_surface(struct interpolate *in)
+{
+    const struct interpolate_settings *settings = &in->settings;
+    if (!settings->kind->open_packed)
+        return error_new("a packed file of discs is asked as such: --interpolate discs");
+    if (strcmp(settings->column, "irradiance"))
+        return error_new("a packed file of discs holds the column irradiance, and not %s",
+                         settings->column);
+    if (settings->radius > 0)
+        return error_new("a packed file of discs has their radii: no --radius");
+    return settings->kind->open_packed(in);
+}
+
 struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
                                       const struct interpolate_settings *settings)
 {
     struct interpolate *in = NULL;
-    size_t row = 0;
     *interpolate = NULL;
     struct error *err = array_create(&in, 1, sizeof *in);
     if (err)
@@ -242,33 +283,23 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     if (!settings->kind)
         in->settings.kind = &interpolate_barycentric;
     err = map_file(path, &in->image, &in->image_bytes);
-    if (!err) {
-        const enum probe_status status =
-            probe_volume_open(&in->volume, in->image, in->image_bytes, settings->outside, &row);
-        err = error_wrap(cells_volume_error(status, row), "%s", path);
-    }
-    if (!err) {
-        const struct probe_image_facts facts = probe_volume_image(in->volume);
-        in->order = facts.order;
-        in->width = (size_t)(3 * facts.order * facts.order);
-        in->convolved = facts.convolved;
-        if (!interpolate_kind_is_plain(in->settings.kind))
-            err = error_new(
-                "%s: a packed file is interpolated from cells alone: --interpolate barycentric",
-                path);
-        else if (strcmp(settings->column, "sh"))
-            err = error_new("%s: a packed file holds the column sh, and not %s", path,
-                            settings->column);
-        else if (!facts.order)
-            err = error_new("%s: the probes have no light", path);
-        else
-            err = unpack_light(in);
-    }
+    if (!err)
+        err = error_wrap(is_surface(in) ? open_surface(in) : open_volume(in), "%s", path);
     if (err)
         interpolate_close(in);
     else
         *interpolate = in;
     return err;
+}
+
+struct error *interpolate_pack(const struct interpolate *in, enum probe_packing packing,
+                               size_t *size, void *image)
+{
+    if (in->settings.kind->pack)
+        return in->settings.kind->pack(in, packing, size, image);
+    *size =
+        probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, image, *size);
+    return *size ? NULL : error_new("some probes have no light: run probe-capture");
 }
 
 void interpolate_close(struct interpolate *in)

@@ -105,6 +105,11 @@ struct error *interpolate_open(struct interpolate **interpolate, const struct st
 struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
                                       const struct interpolate_settings *settings);
 
+/* Packs it (probe_volume_pack, or of discs probe_surface_pack): with *size 0 it tells the size
+ * alone. Error: some probes have no light, memory. */
+struct error *interpolate_pack(const struct interpolate *interpolate, enum probe_packing packing,
+                               size_t *size, void *image);
+
 /* The error that probes without a column sh have no light, or that of surfaces alone. */
 struct error *interpolate_no_light(const struct table *probes);
 

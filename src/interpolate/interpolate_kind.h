@@ -26,6 +26,11 @@ struct interpolate_kind {
      * nothing of its own. */
     struct error *(*open)(struct interpolate *in, size_t probes);
     void (*close)(void *own);
+    /* Of surfaces: the same, and value and width, of in->image; and packs what in->own is of, with
+     * *size 0 or too little only telling the size. NULL: packed files are of cells. */
+    struct error *(*open_packed)(struct interpolate *in);
+    struct error *(*pack)(const struct interpolate *in, enum probe_packing packing, size_t *size,
+                          void *image);
     /* Without cells: whether a point is inside of what the probes span. NULL: there is no outside.
      */
     void (*find)(const struct interpolate *in, const double point[3], struct probe_place *place);

@@ -163,8 +163,8 @@ static struct error *check_normals(struct query *q)
 {
     const struct table *probes = q->in->stream ? stream_table(q->in->stream, "probe") : NULL;
     const struct column *normal = probes ? table_column(probes, "normal") : NULL;
-    if (q->in->order)
-        return NULL;
+    if (q->in->order || (!q->in->stream && interpolate_of_surfaces(q->in)))
+        return NULL; /* SH, or a packed file of discs */
     struct light_column what = {.surface = false};
     const struct column *column = probes ? table_column(probes, q->in->settings.column) : NULL;
     if (!normal || !column || !light_column_of(column, 0, &what) || what.transfer ||
@@ -351,12 +351,18 @@ static struct error *blend_discs(struct worker *w, const double *point, float rg
     return NULL;
 }
 
+/* Whether points with a normal are answered by discs. */
+static bool asks_discs(const struct query *q)
+{
+    return q->normal_at && !q->in->order && interpolate_of_surfaces(q->in);
+}
+
 /* The column's values at a point whose place is known. */
 static struct error *light_point(struct worker *w, const double *point,
                                  const struct probe_place *place, float *light)
 {
     const struct query *q = w->query;
-    if (q->normal && interpolate_of_surfaces(q->in))
+    if (asks_discs(q))
         return blend_discs(w, point, light);
     if (!place->inside) {
         w->job->outside++;
@@ -409,8 +415,7 @@ static void light_run(struct worker *w, size_t n, const uint32_t *order, size_t 
 {
     const struct query *q = w->query;
     const struct points_block *block = &w->job->block;
-    const bool irradiance = q->normal_at && !q->normal,
-               discs = q->normal && interpolate_of_surfaces(q->in);
+    const bool discs = asks_discs(q), irradiance = q->normal_at && !q->normal && !discs;
     const size_t width = q->in->width;
     struct probe_place place[RUN];
     place[0].cell = w->last;

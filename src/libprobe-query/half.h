@@ -37,6 +37,18 @@ static inline float half_value(uint16_t half)
     return half & 0x8000 ? -x : x;
 }
 
+/* A power of two that brings all numbers within a half's range, near its top, whose largest is
+ * `most`: small ones keep more bits. It is one that packed files may have. */
+static inline float half_scale(float most)
+{
+    int exponent = 0;
+    if (!(most > 0))
+        return 1;
+    frexpf(most, &exponent);
+    exponent = exponent < -100 ? -100 : exponent > 127 ? 127 : exponent;
+    return ldexpf(1, exponent - 15);
+}
+
 static inline int half_finite(uint16_t half)
 {
     return (half & 0x7c00) != 0x7c00;

@@ -55,7 +55,11 @@ enum probe_status {
     PROBE_BAD_POINT,    /* a point that is not finite */
     PROBE_NOT_AN_IMAGE, /* it does not start as a packed file does, or is of a later version */
     PROBE_BAD_IMAGE,    /* it is cut short, or its checksum or counts are wrong */
-    PROBE_BAD_SIGHT     /* row: of a cell whose sight is not finite, or stand-in no probe */
+    PROBE_BAD_SIGHT,    /* row: of a cell whose sight is not finite, or stand-in no probe */
+    PROBE_NO_DISCS,     /* no surface probe has a disc; or none faces as a point does */
+    PROBE_BAD_DISC,     /* row: of a probe whose normal or irradiance is not finite */
+    PROBE_DISCS_APART,  /* they are too far from one another */
+    PROBE_DISCS_LARGE   /* they are too large for that */
 };
 
 /* In English, without a full stop. */
@@ -219,6 +223,61 @@ void probe_volume_light(const struct probe_volume *volume, const struct probe_pl
  * is short, a coefficient is not finite, or there is no such order or packing. */
 size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh,
                          int convolved, enum probe_packing packing, void *image, size_t size);
+
+/* -- surfaces ---------------------------------------------------------------------------------- */
+
+/* Probes on surfaces, each an oriented disc with irradiance: what probe-query --interpolate discs
+ * answers from, to the bit. The two sides of a sheet stay apart.
+ *
+ *     struct probe_surface *surface;
+ *     status = probe_surface_open(&surface, file, size, NULL);
+ *     each frame, for each point of what is lit:
+ *         probe_surface_irradiance(surface, position, normal, 1, rgb, NULL);
+ *     probe_surface_destroy(surface);
+ *
+ * As a volume, a surface is read-only once it is made, and no question allocates. */
+struct probe_surface;
+
+/* Columns of table probe of a captured stream of surface probes. */
+struct probe_discs {
+    size_t probes;
+    const double *position; /* 3 a probe */
+    const float *normal;    /* 3 a probe, of any length; 0 0 0: it answers nothing */
+    /* of the disc: twice column radius. NaN, or not above 0: the probe answers nothing */
+    const float *radius;
+    const float *irradiance; /* RGB, 3 a probe */
+};
+
+/* Makes a surface of arrays. Keeps irradiance, and nothing else. Refuses probes with a radius whose
+ * other numbers are not finite: *row (if not NULL) says where. */
+enum probe_status probe_surface_create(struct probe_surface **surface,
+                                       const struct probe_discs *discs, size_t *row);
+
+/* Makes a surface of a packed file that lies at `image`, on a multiple of 8 bytes. Discs are used
+ * where they lie, and so is irradiance in floats; halves become floats. Checks everything. */
+enum probe_status probe_surface_open(struct probe_surface **surface, const void *image, size_t size,
+                                     size_t *row);
+
+void probe_surface_destroy(struct probe_surface *surface); /* NULL is legal */
+
+/* Probes that have discs. */
+size_t probe_surface_probes(const struct probe_surface *surface);
+
+/* Bytes that the surface holds beside what was given to it. */
+size_t probe_surface_bytes(const struct probe_surface *surface);
+
+/* Irradiance, RGB, at a point of a side with a unit normal, by discs whose weight falls to their
+ * rims with this power: 1, 2 or 3. Where none covers it, that of the nearest; *covered (if not
+ * NULL) is 1 or 0. PROBE_NO_DISCS: none faces as it does, and rgb is 0; PROBE_BAD_POINT: point or
+ * normal is not finite; PROBE_BAD_ARGUMENT: there is no such power. */
+enum probe_status probe_surface_irradiance(const struct probe_surface *surface,
+                                           const double point[3], const float normal[3],
+                                           int falloff, float rgb[3], int *covered);
+
+/* Packs a surface into `image` (on a multiple of 8 bytes), as probe_volume_pack does a volume.
+ * Returns 0 where there is no such packing. */
+size_t probe_surface_pack(const struct probe_surface *surface, enum probe_packing packing,
+                          void *image, size_t size);
 
 #ifdef __cplusplus
 }

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-# all that a game links: volume, walk, outside of the hull, blend, packed file, lattice, SH.
+# all that a game links: volume, walk, outside of the hull, blend, packed file, discs, lattice, SH.
 # Nothing but libc and libm
 libprobe_query_sources = \
+	%D%/discs.c %D%/discs.h \
 	%D%/half.h \
 	%D%/lattice.c %D%/lattice.h \
 	%D%/sh.c %D%/sh.h \
 	%D%/sight.h \
 	%D%/span.c %D%/span.h \
+	%D%/surface.c \
 	%D%/volume.c %D%/volume.h \
 	%D%/volume_blend.c \
 	%D%/volume_image.c \

@@ -75,6 +75,10 @@ const char *probe_status_text(enum probe_status status)
     case PROBE_NOT_AN_IMAGE: return "this is not a packed file of a version that is known";
     case PROBE_BAD_IMAGE: return "the packed file is damaged";
     case PROBE_BAD_SIGHT: return "sight is not finite, or the stand-in no probe";
+    case PROBE_NO_DISCS: return "there are no discs, or none that faces as the point does";
+    case PROBE_BAD_DISC: return "a normal or irradiance is not finite";
+    case PROBE_DISCS_APART: return "surface probes are too far from one another for discs";
+    case PROBE_DISCS_LARGE: return "discs are too large for the distance of their points";
     }
     return "an unknown status";
 }

@@ -254,8 +254,7 @@ static size_t number_probes(const struct probe_volume *v, int32_t *fresh, int32_
     return used;
 }
 
-/* A power of two that brings all coefficients within a half's range, near its top: small ones keep
- * more bits. 0: one is not finite. */
+/* What coefficients are divided by. 0: one is not finite. */
 static float scale_of(size_t used, const int32_t *old, size_t width, const float *sh,
                       enum probe_packing packing)
 {
@@ -267,13 +266,7 @@ static float scale_of(size_t used, const int32_t *old, size_t width, const float
                 return 0;
             most = x > most ? x : most;
         }
-    int exponent = 0;
-    if (packing != PROBE_PACK_HALF || !(most > 0))
-        return 1;
-    frexpf(most, &exponent);
-    /* scales that open takes */
-    exponent = exponent < -100 ? -100 : exponent > 127 ? 127 : exponent;
-    return ldexpf(1, exponent - 15);
+    return packing == PROBE_PACK_HALF ? half_scale(most) : 1;
 }
 
 /* Records of cells by their own order, as open wants them; those of the volume are few. */

@@ -10,6 +10,18 @@
 #ifndef VOLUME_NAMES_H
 #define VOLUME_NAMES_H
 
+#define discs_blend probe_private_discs_blend
+#define discs_bytes probe_private_discs_bytes
+#define discs_cover probe_private_discs_cover
+#define discs_covers probe_private_discs_covers
+#define discs_destroy probe_private_discs_destroy
+#define discs_draw probe_private_discs_draw
+#define discs_fetch probe_private_discs_fetch
+#define discs_grid_of probe_private_discs_grid_of
+#define discs_list probe_private_discs_list
+#define discs_make probe_private_discs_make
+#define discs_make_again probe_private_discs_make_again
+
 #define lattice_fit probe_private_lattice_fit
 #define lattice_orient probe_private_lattice_orient
 #define lattice_snap probe_private_lattice_snap
@@ -27,6 +39,8 @@
 #define span_axes probe_private_span_axes
 #define span_find probe_private_span_find
 #define span_flatten probe_private_span_flatten
+
+#define surface_discs probe_private_surface_discs
 
 #define volume_beyond_of probe_private_volume_beyond_of
 #define volume_block probe_private_volume_block
