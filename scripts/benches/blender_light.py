@@ -167,14 +167,33 @@ def directions(scene, pictures):
     return seen / np.maximum(length, 1e-9), share
 
 
-def to_irradiance(axes, seen, share):
-    """The matrix from pixels to 9 coefficients of irradiance, in the scene's axes."""
-    x, y, z = (seen @ axes).T
+def cosine_basis(direction):
+    """Of directions, in the scene's axes, the 9 coefficients of the irradiance that unit light
+    from there makes."""
+    x, y, z = direction.T
     basis = [0.282095 + 0 * x, 0.488603 * y, 0.488603 * z, 0.488603 * x, 1.092548 * x * y,
              1.092548 * y * z, 0.315392 * (3 * z * z - 1), 1.092548 * x * z,
              0.546274 * (x * x - y * y)]
     cosine = np.pi * np.array([1] + 3 * [2 / 3] + 5 * [1 / 4])
-    return cosine[:, None] * np.array(basis) * 4 * np.pi / share.sum()
+    return cosine[:, None] * np.array(basis)
+
+
+def to_irradiance(axes, seen, share):
+    """The matrix from pixels to 9 coefficients of irradiance."""
+    return cosine_basis(seen @ axes) * 4 * np.pi / share.sum()
+
+
+def sun_seen(scene, axes, point, suns):
+    """Coefficients of irradiance of the suns that a point sees: a probe of probe-capture has them,
+    a camera does not see them."""
+    from mathutils import Vector
+    light = np.zeros((9, 3))
+    for sun in suns:
+        towards = -np.array(sun[:3]) / np.linalg.norm(sun[:3])
+        if not scene.ray_cast(bpy.context.evaluated_depsgraph_get(), Vector(axes @ point),
+                              Vector(axes @ towards))[0]:
+            light += np.outer(cosine_basis(towards[None, :]), sun[3:])
+    return light
 
 
 def main():
@@ -208,12 +227,13 @@ def main():
     result["empty_s"] = empty[2]
     render.resolution_x = render.resolution_y = job["size"]
     pictures.render(1, 0)
+    straight = [sun_seen(scene, axes, np.array(p), job["suns"]) for p in job["points"]]
     for samples, seed in job["runs"]:
         points = []
-        for point in job["points"]:
+        for point, sun in zip(job["points"], straight):
             camera.location = axes @ np.array(point)
             pixels, seconds = pictures.render(samples, seed)
-            points.append({"s": seconds, "light": (matrix @ pixels).ravel().tolist()})
+            points.append({"s": seconds, "light": (matrix @ pixels + sun).ravel().tolist()})
         result["runs"].append({"samples": samples, "seed": seed, "points": points})
     with open(result_file, "w") as f:
         json.dump(result, f)
