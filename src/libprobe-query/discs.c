@@ -14,7 +14,8 @@ enum {
     RUN_MOST = 16,                   /* discs of a run */
     GROUP = 8,                       /* discs of a group */
     LEVELS = 32,                     /* of groups, at the most */
-    SOME = 64                        /* discs that are blended at a time */
+    SOME = 64,                       /* discs that are asked at a time */
+    LINE = 16                        /* words of a cache line */
 };
 
 /* A cell is this share of the discs' mean radius: smaller ones have shorter lists, but more. */
@@ -563,6 +564,7 @@ enum { FINE = 0 }; /* as a falloff: linear, and by 1 / R^2; nearer to the plane 
 /* Discs that cover a place, some at a time. */
 struct covering {
     const uint32_t *word, *end; /* of those that were not asked */
+    uint32_t asked[SOME];
     size_t count;
     uint32_t point[SOME];
     float weight[SOME]; /* above 0 */
@@ -603,6 +605,8 @@ static struct covering covering_start(const struct discs *d, const struct place 
     c.word = d->word + d->start[cell];
     c.end = d->word + d->start[cell + 1];
     c.count = 0;
+    for (const uint32_t *word = c.word; word < c.end; word += LINE)
+        __builtin_prefetch(word); /* all at once: walking the runs, one would wait for each */
     return c;
 }
 
@@ -610,15 +614,20 @@ static struct covering covering_start(const struct discs *d, const struct place 
 static bool cover(const struct discs *d, const struct place *at, int falloff, struct covering *c)
 {
     const bool any = c->word < c->end;
-    c->count = 0;
-    while (c->word < c->end && c->count + RUN_MOST <= SOME) {
+    size_t asked = 0;
+    while (c->word < c->end && asked + RUN_MOST <= SOME) {
         const uint32_t run = *c->word++, count = run >> 8;
         const struct normals *normals = &d->normals[run & 255];
         if (facing(at->n, normals->middle) > normals->least)
-            for (uint32_t i = 0; i < count; i++)
-                add_covering(d, c->word[i], at, falloff, c);
+            for (uint32_t i = 0; i < count; i++) {
+                c->asked[asked++] = c->word[i];
+                __builtin_prefetch(&d->disc[c->word[i]]); /* as the words */
+            }
         c->word += count;
     }
+    c->count = 0;
+    for (size_t i = 0; i < asked; i++)
+        add_covering(d, c->asked[i], at, falloff, c);
     return any;
 }
 
@@ -765,7 +774,7 @@ uint32_t discs_draw(const struct discs *d, const double p[3], const double n[3],
     return drawn;
 }
 
-enum { FETCHED = 64, LINE = 16 /* words of a cache line */ };
+enum { FETCHED = 64 };
 
 /* Discs of a cell that may face as the place does. */
 static void fetch_discs(const struct discs *d, const struct place *at)
@@ -807,9 +816,7 @@ void discs_fetch(const struct discs *d, size_t count, const double *p, const dou
     for (size_t i = 0; i < count; i++)
         __builtin_prefetch(&d->start[cell_at(d, &at[i])]);
     for (size_t i = 0; i < count; i++) {
-        const struct covering c = covering_start(d, &at[i]);
-        for (const uint32_t *word = c.word; word < c.end; word += LINE)
-            __builtin_prefetch(word);
+        covering_start(d, &at[i]);
     }
     for (size_t i = 0; i < count; i++)
         fetch_discs(d, &at[i]);
