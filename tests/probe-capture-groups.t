@@ -277,6 +277,12 @@ refused 1 'the probes were captured with group-1 lamps' \
     probe-capture -q --groups each hall.obj one.probe
 refused 1 'its light is not split as that of the probes to be filled' \
     probe-cat --fill plain.probe slice1.probe
+capture --groups each >other.probe
+refused 1 'the streams cannot be merged: group-1 is' probe-cat one.probe other.probe
+probe-cat -q --rows 9: one.probe >others.probe
+probe-cat -q some.probe others.probe >merged.probe
+for stream in one merged; do column_of sh_rest,transfer_sky $stream.probe >$stream.rows; done
+check "merged streams keep them" cmp one.rows merged.rows and test -s one.rows
 probe-capture -q -j1 --again --groups off --transfer off hall.obj one.probe >again.probe
 probe-cat --text --no-provenance again.probe >text
 check "captured again without, nothing of it is left" lacks text sh_lamps transfer group-
