@@ -770,7 +770,7 @@ struct error *groups_resolve(struct light_groups *groups, const struct scene *sc
     if (!err)
         err = put_all(&s);
     if (!err)
-        err = put_rest(&s);
+        err = error_wrap(put_rest(&s), "%s", groups->source ? groups->source : "groups of lights");
     map->count = groups->count;
     free(s.of_part);
     free(s.of_material);
