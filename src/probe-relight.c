@@ -64,6 +64,7 @@ struct run {
     const struct arguments *arguments;
     const struct program *program;
     struct warnings *warnings;
+    const char *input; /* its name in messages */
     struct stream_reader *reader;
     struct relight relight;
     struct weights weights;
@@ -286,7 +287,7 @@ static struct error *start_tables(struct run *run, const struct table *schema, b
 {
     struct error *err = NULL;
     if (probes)
-        err = relight_find(&run->relight, schema);
+        err = error_wrap(relight_find(&run->relight, schema), "%s", run->input);
     for (size_t r = 0; r < run->weights.rows && !err; r++) {
         struct output *out = &run->output[r];
         /* each says the same */
@@ -349,7 +350,8 @@ static struct error *relight(struct run *run, const char *input)
     err = relight_from_header(&run->relight, stream_reader_header(run->reader));
     if (!err && a->keep && run->relight.whole)
         err = error_new("--keep needs groups: the light that the stream has is overwritten");
-    err = error_wrap(err, "%s", file_input_name(input));
+    run->input = file_input_name(input);
+    err = error_wrap(err, "%s", run->input);
     run->relight.keep = a->keep;
     if (!err)
         err = weigh_groups(run);

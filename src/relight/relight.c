@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SKY_ORDER_MOST = 5, NAME_ROOM = 64, CHUNK = 32 };
+enum { NAME_ROOM = 64, CHUNK = 32 };
 
 /* -- what a header says ----------------------------------------------------------------------- */
 
@@ -54,7 +54,7 @@ struct error *relight_from_header(struct relight *r, const struct stream_header 
     if (!err)
         err = groups_from_header(&r->groups, header);
     if (!err)
-        err = header_get_int(header, "transfer-sky", 1, SKY_ORDER_MOST, &r->sky_order);
+        err = header_get_int(header, "transfer-sky", 1, SH_ORDER_MAX, &r->sky_order);
     if (!err)
         err = read_suns(r, header);
     if (!err && !r->groups.count && !r->sky_order && !r->suns)

@@ -258,6 +258,14 @@ static struct error *read_row(struct table_reader *t, size_t count)
     return err;
 }
 
+static bool is_empty(const struct cell *cell, size_t count)
+{
+    size_t length = 0;
+    for (size_t c = 0; c < count; c++)
+        length += cell[c].length;
+    return !length;
+}
+
 static struct error *read_table(struct table_reader *t, struct file_input *in)
 {
     struct error *err = NULL;
@@ -270,8 +278,10 @@ static struct error *read_table(struct table_reader *t, struct file_input *in)
         in->line++;
         if (length && line[length - 1] == '\r')
             length--;
-        const size_t count = split(line, length, t->cell);
-        if (length && *line != '#' && (count > 1 || t->cell[0].length))
+        /* a byte order mark */
+        const size_t mark = in->line == 1 && length > 2 && !memcmp(line, "\xEF\xBB\xBF", 3) ? 3 : 0;
+        const size_t count = split(line + mark, length - mark, t->cell);
+        if (*line != '#' && !is_empty(t->cell, count))
             err = t->columns ? read_row(t, count) : read_head(t, count);
         err = error_wrap(err, "%s:%zu", in->name, in->line);
         file_input_consume(in, bytes);
