@@ -137,7 +137,8 @@ probe-relight -q -w bare.tsv -o '%s.probe' parts.probe
 check "rows without names have numbers" says 1.probe '^weight-1 2,2,2$' and says 0.probe \
     '^weight-1 1,1,1$'
 printf '\357\273\277lamps\n\t\n3\n' >marked.tsv
-check "a byte order mark and a line of blanks are let be" is '9 9 9 .98488577 .98488577 .98488577 9' \
+check "a byte order mark and a line of blanks are let be" \
+    is '9 9 9 .98488577 .98488577 .98488577 9' \
     -w marked.tsv
 # light of a row: at noon a sky and the sun of the time, at nine none of the first; a sun of its own
 printf '%s\n' 'name	--sky	--time	lamps	--sun' 'noon	1,2,3	12	0	' 'nine		9	0	' \

@@ -84,6 +84,24 @@ static double sum_of(const double *weight, size_t count)
     return sum;
 }
 
+/* Whether no sun is beyond the plane through the three that have weight. */
+static bool is_facet(int count, const double *sun, const double *weight)
+{
+    struct vec3 at[3];
+    int found = 0;
+    for (int i = 0; i < count; i++)
+        if (weight[i] > 1e-9 && found < 3)
+            at[found++] = vec3_load(sun + 3 * i);
+    if (found < 3)
+        return true;
+    const struct vec3 n = vec3_cross(vec3_sub(at[1], at[0]), vec3_sub(at[2], at[0]));
+    const double height = vec3_dot(n, at[0]), side = height < 0 ? -1 : 1;
+    bool none = true;
+    for (int i = 0; i < count; i++)
+        none = none && side * (vec3_dot(n, vec3_load(sun + 3 * i)) - height) < 1e-9;
+    return none;
+}
+
 static void test_suns(void)
 {
     /* a day at some latitude: a small circle */
@@ -121,7 +139,7 @@ static void test_suns(void)
 
     enum { MANY = 40 };
     double all[3 * MANY], blend[MANY], worst = 0, least = 0, inside = 0, jump = 0;
-    bool one = true;
+    bool one = true, farthest = true;
     for (int i = 0; i < MANY; i++)
         draw_direction(all + 3 * i);
     for (int k = 0; k < 200; k++) {
@@ -137,6 +155,7 @@ static void test_suns(void)
         for (int c = 0; c < 3; c++)
             worst = fmax(worst, fabs(sum[c] / length - d[c]));
         sums = sums && fabs(sum_of(blend, MANY) - 1) < 1e-12;
+        farthest = farthest && is_facet(MANY, all, blend);
         for (int c = 0; c < 3; c++)
             e[c] = d[c] + 1e-6 * all[3 * (k % MANY) + c];
         const double size = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
@@ -152,6 +171,7 @@ static void test_suns(void)
     }
     ok(inside == 0 && sums && least >= 0 && worst < 1e-9,
        "on the sphere, weights of three, none below 0, blend the suns to the direction");
+    ok(farthest, "of a triangle beyond whose plane there is no sun: Delaunay's");
     ok(jump < 1e-4, "a little farther, they are a little different: %.1e", jump);
     ok(one, "at a sun, it alone");
     const double upright[6] = {0, 1, 0, 1, 0, 0};

@@ -116,6 +116,9 @@ static struct error *weigh_sun(const struct other_light *light, const struct rel
     if (!r->suns)
         return error_new("there is no transfer of suns: expected a stream of probe-capture "
                          "--transfer suns:FILE");
+    if (light->between == SUN_SPHERE && r->suns > SUN_SPHERE_MOST)
+        return error_new("--sun-between sphere: expected at most %d suns, got %zu",
+                         (int)SUN_SPHERE_MOST, r->suns);
     struct error *err = array_create(&blend, r->suns, sizeof *blend);
     if (err)
         return err;

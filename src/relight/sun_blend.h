@@ -20,6 +20,9 @@ struct error;
 
 enum sun_between { SUN_PATH, SUN_SPHERE };
 
+/* Suns that the sphere takes: what is outside of their triangles looks at all pairs. */
+enum { SUN_SPHERE_MOST = 4096 };
+
 /* weight (count): of suns towards `sun` (3 * count, unit), for one towards d, a unit vector.
  * Returns how far d is off what could be blended, in degrees. count is 1 or more. */
 double sun_blend(enum sun_between between, size_t count, const double *sun, const double d[3],
