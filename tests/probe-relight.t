@@ -237,6 +237,28 @@ probe-relight -q -w lamps=0 --sky 1,2,3 surface.probe >out
 check "irradiance of surfaces" says out 'irradiance:f32:3 irradiance_error:f32:3' \
     '^1 2 3 9.544908 13.089815 16.634724 '
 
+# An object that is turned, and a sky that is turned the other way round, are one.
+echo '0 0 0 3 3 3 1 .2 .3 -.4 .5 .6 .7 -.8 .9' |
+    stream_of 'sh-order 2' 'table probe position:f64:3 sh:f32:12' >sees.probe
+probe-cat --rotate 1,2,3,50 surface.probe >turned.probe
+probe-relight -q --sky-probe sees.probe turned.probe | probe-cat --text --columns \
+    position,irradiance | numbers | cut -d ' ' -f 4- >turned.light
+probe-cat --rotate-light 1,2,3,-50 sees.probe >other.probe
+probe-relight -q --sky-probe other.probe surface.probe | probe-cat --text --columns \
+    position,irradiance | numbers | cut -d ' ' -f 4- >other.light
+probe-relight -q --sky-probe sees.probe surface.probe | probe-cat --text --columns \
+    position,irradiance | numbers | cut -d ' ' -f 4- >plain.light
+head -n 1 turned.light >a
+head -n 1 other.light >b
+head -n 1 plain.light >c
+check "an object that is turned has the light that is turned back" near 1e-5 a b and \
+    not near 1e-2 a c
+sed -e 's/^#?probe 1/&\nscene-key 0123456789abcdef/' surface.probe | probe-cat --rotate 1,0,0,9 \
+    >turned.probe
+refused 1 "the probes were turned (key rotated or rotated-light)" \
+    probe-relight -q --sky 1,1,1 turned.probe
+check "weights do not mind" probe-relight -q -w lamps=0 --sky-probe sees.probe -o out turned.probe
+
 # -- the truth of relit light ----------------------------------------------------------------------
 # Points without bounces are exact: what is traced for the header of relit light is that light.
 printf 'v %s\n' '-9 0 -9' '9 0 -9' '0 0 9' '9 9 9' >floor.obj

@@ -158,6 +158,10 @@ struct error *other_light_weigh(struct other_light *light, const struct relight 
                                 struct warnings *warnings)
 {
     const size_t functions = (size_t)(r->sky_order * r->sky_order);
+    const struct scene_settings *s = &light->settings;
+    if (r->turned && (s->sky_given || s->light_count || light->time_given))
+        return error_new("the probes were turned (key rotated or rotated-light): a sky and suns of "
+                         "the scene come before probe-cat --rotate; --sky-probe may come after it");
     struct error *err = weigh_sky(light, r, weight, warnings);
     if (!err && light->time_given)
         err = add_timed_sun(light);

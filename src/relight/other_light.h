@@ -38,7 +38,8 @@ struct error *other_light_of_row(struct other_light *row, const struct other_lig
 
 /* weight: three for each function of the transfer's sky, then for each of its suns. Adds the sun
  * of the time to the settings, and the key of the sky's picture. Errors: a transfer that there is
- * not; a picture or a path that cannot be read. */
+ * not; a sky or suns of the scene where probes were turned; a picture or a path that cannot be
+ * read. */
 struct error *other_light_weigh(struct other_light *light, const struct relight *relight,
                                 double *weight, struct warnings *warnings);
 

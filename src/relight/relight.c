@@ -6,6 +6,7 @@
 #include "base/warning.h"
 #include "libprobe-query/sh.h"
 #include "light/basis.h"
+#include "light/rotate.h"
 #include "stream/header_number.h"
 #include "stream/stream.h"
 
@@ -42,9 +43,6 @@ static struct error *check_header(const struct stream_header *header)
     if (header_key(header, "sh-dering"))
         return error_new("the light was de-rung (key sh-dering), so its parts are not its sum: "
                          "expected a stream of --dering none; relit light is de-rung by probe-cat");
-    if (header_key(header, "rotated") || header_key(header, "rotated-light"))
-        return error_new("the probes were turned (key rotated): relight them before probe-cat "
-                         "--rotate");
     return NULL;
 }
 
@@ -63,6 +61,7 @@ struct error *relight_from_header(struct relight *r, const struct stream_header 
                                                        : "probe-capture --groups, --transfer");
     r->whole = !r->groups.count;
     r->again = header_key(header, "weight-1") != NULL;
+    r->turned = header_key(header, ROTATED_KEY) || header_key(header, ROTATED_LIGHT_KEY);
     if (!err)
         err = array_create(&r->names, r->groups.count + 1, sizeof *r->names);
     for (size_t g = 0; g < r->groups.count && !err; g++)

@@ -52,6 +52,7 @@ struct relight {
     int sky_order; /* of transfer_sky; 0: there is none */
     size_t suns;   /* of transfer_suns */
     double *sun;   /* 3 * suns, towards them; owned */
+    bool turned;   /* probes or their light were turned (light/rotate.h) */
     bool again;    /* sh is not the plain sum of the groups: it was relit before */
     /* of the table's columns: */
     bool surface;              /* irradiance, not sh */
