@@ -92,6 +92,9 @@ static struct error *name_output(const struct run *run, size_t row, char **path)
         *path = NULL;
         err = error_memory();
     }
+    for (size_t r = 0; r < row && !err; r++)
+        if (!strcmp(run->output[r].path, *path))
+            err = error_new("rows %zu and %zu are both called '%s'", r, row, name);
     free(name);
     return err;
 }

@@ -163,6 +163,14 @@ refused 1 "row 'noon': --time: expected --sun-path beside it" \
 printf '%s\n' '--sky' '1,2' 0 >bad.tsv
 refused 1 "row '0': --sky: expected 3 finite numbers" \
     probe-relight -q -w bad.tsv -o 'bad-%s.probe' parts.probe
+printf 'lamps\tname\n1\t\n2\t\n' >bare.tsv
+probe-relight -q -w bare.tsv -o 'bare-%s.probe' parts.probe
+check "an empty name is none" says bare-1.probe '^weight-1 2,2,2$'
+printf 'name\tlamps\n1\t1\n\t1\n' >both.tsv
+refused 1 "rows 0 and 1 are both called '1'" \
+    probe-relight -q -w both.tsv -o 'bare-%s.probe' parts.probe
+refused 2 "rows.tsv: it is read, and --output would overwrite it" \
+    probe-relight -q -w rows.tsv --row 0 -o rows.tsv parts.probe
 refused 2 "rows.tsv has 2 rows: expected --row, or --output with %s" \
     probe-relight -q -w rows.tsv parts.probe
 refused 2 "expected one %s" probe-relight -q -w rows.tsv -o '%s%s' parts.probe

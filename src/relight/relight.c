@@ -41,8 +41,9 @@ static struct error *read_suns(struct relight *r, const struct stream_header *he
 static struct error *check_header(const struct stream_header *header)
 {
     if (header_key(header, "sh-dering"))
-        return error_new("the light was de-rung (key sh-dering), so its parts are not its sum: "
-                         "expected a stream of --dering none; relit light is de-rung by probe-cat");
+        return error_new(
+            "the light was de-rung (key sh-dering), its parts by what their sum needed: "
+            "expected a stream of --dering none; relit light is de-rung by probe-cat");
     return NULL;
 }
 

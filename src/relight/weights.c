@@ -220,6 +220,8 @@ static struct error *read_head(struct table_reader *t, size_t count)
 static struct error *name_row(struct weights *w, const struct cell *cell)
 {
     const size_t row = w->rows - 1;
+    if (!cell->length) /* it has its number */
+        return NULL;
     for (size_t r = 0; r < row; r++)
         if (w->name[r] && strlen(w->name[r]) == cell->length &&
             !memcmp(w->name[r], cell->text, cell->length))
