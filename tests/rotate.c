@@ -193,7 +193,7 @@ static void test_refused(void)
                         through[9] = {-1, 0, 0, 0, -1, 0, 0, 0, -1},
                         long_one[9] = {2, 0, 0, 0, 1, 0, 0, 0, 1},
                         skew[9] = {1, 0, 0, 0.1, 1, 0, 0, 0, 1},
-                        nan_one[9] = {NAN, 0, 0, 0, 1, 0, 0, 0, 1};
+                        nan_one[9] = {(double)NAN, 0, 0, 0, 1, 0, 0, 0, 1};
     ok(is_refused(mirror, "mirrors") && is_refused(through, "mirrors"), "mirrors are refused");
     ok(is_refused(long_one, "length 1") && is_refused(skew, "right angles") &&
            is_refused(nan_one, "length 1"),
