@@ -10,6 +10,7 @@
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
 #include "interpolate/query.h"
+#include "scene/relit.h"
 #include "scene/scene_settings.h"
 #include "stream/common_options.h"
 #include "stream/points.h"
@@ -44,7 +45,13 @@ static struct error *open_sight(struct sight *sight, struct interpolate *in,
     if (!in->stream)
         return error_new("a packed file does not say how its scene is read: --visible rays needs "
                          "a stream");
-    struct error *err = stage_init(stage, a->scene, &in->stream->header, &given, warnings);
+    /* what light became of the scene's is no matter, as that below 0, which cannot be traced */
+    struct stream_header header = {0};
+    struct error *err = header_copy(&header, &in->stream->header);
+    relit_remove(&header);
+    if (!err)
+        err = stage_init(stage, a->scene, &header, &given, warnings);
+    header_clear(&header);
     if (!err && stage->other)
         err = error_new("%s: this is not the scene that the probes were captured in (its key is "
                         "%s, theirs %s)",

@@ -306,6 +306,9 @@ refused 1 "the stream was relit, and its header names that light" \
 probe-relight -q -w key=-1 parts.probe >dim.probe
 refused 1 "light below 0 (key weight-1), which cannot be traced" \
     probe-capture -q --again floor.obj dim.probe
+echo '1 1.2 1' >at.txt
+check "probe-query looks by rays all the same" \
+    probe-query -q --visible rays --scene floor.obj dim.probe at.txt
 probe-relight -q --keep -w key=2 parts.probe >kept.probe
 refused 1 "groups and transfers are of light as it is captured" \
     probe-capture -q --again floor.obj kept.probe
