@@ -43,6 +43,7 @@ MODULE_TESTS = \
 	tests/poisson \
 	tests/path \
 	tests/cache \
+	tests/openings \
 	tests/capture \
 	tests/capture_error \
 	tests/capture_emission \

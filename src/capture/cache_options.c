@@ -17,6 +17,7 @@ struct error *cache_options_to_header(const struct cache_options *options,
     header_remove_key(header, "capture-cache");
     header_remove_key(header, "capture-cache-after");
     header_remove_key(header, "capture-cache-error");
+    header_remove_key(header, CACHE_HOLDS);
     if (!options->name)
         return NULL;
     struct error *err = header_set_key(header, "capture-cache", options->name);

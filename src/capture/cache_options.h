@@ -13,11 +13,16 @@ struct cache_options {
     double error;     /* the share of a probe's light that the cache may change */
 };
 
+/* The key of a stream that is a cache whose light is not only what surfaces scatter: "sky", that
+ * which comes straight from the sky, too. */
+#define CACHE_HOLDS "capture-cache-holds"
+
 /* No cache; after 1; 2 %. */
 struct cache_options cache_options_default(void);
 
 /* As header keys capture-cache, capture-cache-after and capture-cache-error, where there is a cache
- * at all, and back: the name is the header's, and missing keys leave what there is. */
+ * at all, and back: the name is the header's, and missing keys leave what there is. A header that
+ * is written loses CACHE_HOLDS. */
 struct error *cache_options_to_header(const struct cache_options *options,
                                       struct stream_header *header);
 struct error *cache_options_from_header(struct cache_options *options,

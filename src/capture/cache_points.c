@@ -19,7 +19,7 @@ enum {
     BEHIND_RAYS = 4,
     ROOM_RAYS = 24, /* of a point, twice, that look how near surfaces are */
     TRIES = 4,      /* sizes that are tried */
-    FINER = 2       /* times that holes get finer points */
+    FINER = 8       /* times that holes get finer points */
 };
 
 /* Cosine of the angle up to which two sides face alike, as discs have it. */
@@ -421,8 +421,6 @@ static struct error *fill_holes(struct cache_points *points, const struct path_t
 {
     double size = points->size;
     struct error *err = NULL;
-    const size_t room = points->count + points->count / 4;
-    most = most < room ? most : room;
     for (int i = 0; i < FINER && points->count < most && !err; i++) {
         const size_t first = points->count;
         size /= 2;

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/interrupt.h"
 #include "base/threads.h"
+#include "capture/ask_lit.h"
 #include "interpolate/discs.h"
 #include "interpolate/scatter.h"
 #include "math/angle.h"
@@ -27,6 +28,7 @@ enum {
     LINKS_MOST = 1 << 23, /* rays of all points: 128 MB */
     RAYS_LEAST = 16,
     RAYS_MOST = 1024, /* of a point */
+    SKY_RAYS = 4,     /* and for each of them, that look for the sky alone */
     PARTICLES_LEAST = 1 << 15,
     PARTICLES_MOST = 1 << 17,
     CHECKED = 16, /* probes that measure what the cache changes */
@@ -37,6 +39,9 @@ enum {
 
 /* Rays of a cache, of those of all probes. */
 #define CACHE_SHARE 0.1
+
+/* How much longer rays take with the questions that go with them. */
+#define QUESTIONS_COST 1.4
 
 /* Of a cache that may change 2 % of light, in Sponza and rooms: half the share of a disc's radius
  * in its distance from the probe, and rays of each. */
@@ -57,10 +62,72 @@ struct gathering {
     const struct cache_points *points;
     uint64_t seed;
     int rays;
-    float *direct, *half; /* 3 a point; half: of the first half of the rays */
+    /* 3 a point: all that comes without a link, the same of the first half of the rays, and both of
+     * the sky alone */
+    float *direct, *half, *sky, *half_sky;
     struct cache_link *link;
     float *scatters; /* 2 a point: of its links by their shares, and these */
 };
+
+static void add_light(struct vec3f light, bool is_half, double sum[3], double half[3])
+{
+    const double rgb[3] = {(double)light.x, (double)light.y, (double)light.z};
+    for (int k = 0; k < 3; k++) {
+        sum[k] += rgb[k];
+        half[k] += is_half ? rgb[k] : 0;
+    }
+}
+
+/* What sunlit points bring to a receiver which leaves them their share. */
+static struct error *gather_lit(const struct gathering *g, const struct path_tracer *path,
+                                struct path_receiver *receiver, uint64_t name, double sum[3],
+                                double half[3])
+{
+    struct ask_lit ask = {path, receiver, g->seed, name, 3u << 30 | 3u << 28, NULL};
+    struct error *err = ask_lit_start(&ask, g->rays);
+    const int count = g->rays;
+    for (int first = 0; first < count && receiver->lit && !err; first += PATH_WAVE) {
+        const int now = count - first < PATH_WAVE ? count - first : PATH_WAVE;
+        struct path_found found[PATH_WAVE];
+        int place[PATH_WAVE];
+        for (int i = 0; i < now; i++)
+            place[i] = first + i;
+        ask_lit_wave(&ask, count, (size_t)now, place, found);
+        for (int i = 0; i < now; i++) {
+            const float cosine = vec3f_dot(found[i].direction, receiver->at.normal);
+            add_light(vec3f_scale(float_most(cosine, 0) / (float)ANGLE_PI, found[i].light), i % 2,
+                      sum, half);
+        }
+    }
+    ask_lit_end(&ask);
+    return err;
+}
+
+/* What comes straight from the sky, which rays that nothing else is asked of tell. */
+static void gather_sky(const struct gathering *g, const struct path_tracer *path,
+                       const struct path_receiver *receiver, uint64_t name, double sum[3],
+                       double half[3])
+{
+    const uint32_t pair = (uint32_t)(name ^ name >> 32) ^ (uint32_t)g->seed ^ 0x9e3779b9;
+    const int count = SKY_RAYS * g->rays;
+    for (int first = 0; first < count && path->cache->sky; first += PATH_WAVE) {
+        const int now = count - first < PATH_WAVE ? count - first : PATH_WAVE;
+        struct vec3f direction[PATH_WAVE];
+        struct random random[PATH_WAVE];
+        struct path_found found[PATH_WAVE];
+        for (int i = 0; i < now; i++) {
+            uint32_t x, y;
+            sobol_pair((uint32_t)(first + i), pair, &x, &y);
+            direction[i] = direction_by_cosine(receiver->at.normal, (float)(x >> 8) * 0x1p-24f,
+                                               (float)(y >> 8) * 0x1p-24f);
+            random[i] = random_start(g->seed, name, 3u << 30 | 1u << 28 | (uint32_t)(first + i));
+        }
+        path_open(path, receiver, &(struct path_rays){(size_t)now, direction, random, false},
+                  found);
+        for (int i = 0; i < now; i++)
+            add_light(found[i].light, first + i < count / 2, sum, half);
+    }
+}
 
 static struct error *gather(void *context, size_t index, int thread)
 {
@@ -79,7 +146,11 @@ static struct error *gather(void *context, size_t index, int thread)
     receiver.at.position = trace_start(path->tracer, p, receiver.at.normal);
     const uint64_t name = random_hash_position(p);
     const uint32_t pair = (uint32_t)(name ^ name >> 32) ^ (uint32_t)g->seed;
-    double sum[3] = {0}, half[3] = {0};
+    double sum[3] = {0}, half[3] = {0}, sky[3] = {0}, half_sky[3] = {0};
+    gather_sky(g, path, &receiver, name, sky, half_sky);
+    err = gather_lit(g, path, &receiver, name, sum, half);
+    if (err)
+        return err;
     for (int first = 0; first < g->rays; first += PATH_WAVE) {
         struct vec3f direction[PATH_WAVE];
         struct random random[PATH_WAVE];
@@ -94,13 +165,8 @@ static struct error *gather(void *context, size_t index, int thread)
         }
         path_samples(path, &receiver, &(struct path_rays){count, direction, random, false}, sample);
         for (size_t i = 0; i < count; i++) {
-            const struct vec3f light = sample[i].scattered;
-            const double rgb[3] = {(double)light.x, (double)light.y, (double)light.z};
             const bool is_half = (size_t)first + i < (size_t)g->rays / 2;
-            for (int k = 0; k < 3; k++) {
-                sum[k] += rgb[k];
-                half[k] += is_half ? rgb[k] : 0;
-            }
+            add_light(sample[i].scattered, is_half, sum, half);
             const struct cache_link *link = &sample[i].link;
             if (link->disc != CACHE_NONE) {
                 g->scatters[2 * index] += link->share[1] * (float)sample[i].scatters;
@@ -109,9 +175,12 @@ static struct error *gather(void *context, size_t index, int thread)
             g->link[index * (size_t)g->rays + (size_t)first + i] = *link;
         }
     }
+    const double whole = ANGLE_PI / g->rays, part = ANGLE_PI / (g->rays / 2);
     for (size_t k = 0; k < 3; k++) {
-        g->direct[3 * index + k] = (float)(ANGLE_PI * sum[k] / g->rays);
-        g->half[3 * index + k] = (float)(ANGLE_PI * half[k] / (g->rays / 2));
+        g->sky[3 * index + k] = (float)(whole / SKY_RAYS * sky[k]);
+        g->half_sky[3 * index + k] = (float)(part / SKY_RAYS * half_sky[k]);
+        g->direct[3 * index + k] = (float)(whole * sum[k]) + g->sky[3 * index + k];
+        g->half[3 * index + k] = (float)(part * half[k]) + g->half_sky[3 * index + k];
     }
     return NULL;
 }
@@ -141,6 +210,10 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
     if (!err)
         err = array_create(&g.half, 3 * count, sizeof *g.half);
     if (!err)
+        err = array_create(&g.sky, 3 * count, sizeof *g.sky);
+    if (!err)
+        err = array_create(&g.half_sky, 3 * count, sizeof *g.half_sky);
+    if (!err)
         err = array_create(&g.scatters, 2 * count, sizeof *g.scatters);
     if (!err)
         err = array_create(&cache->half, 3 * count, sizeof *cache->half);
@@ -148,6 +221,7 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
         err = array_create(&g.link, count * (size_t)g.rays, sizeof *g.link);
     if (!err)
         err = array_create(&value, 3 * count, sizeof *value);
+    const bool sky = cache->cache.sky = cache->cache.opens;
     cache->cache.after = 1; /* each pass is of one scatter */
     path_use_cache(path, &cache->cache);
     if (!err)
@@ -156,13 +230,17 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
     cache->cache.after = after;
     const int most = err ? 0 : passes(&g, settings->bounces - after);
     if (!err)
-        err = cache_solve(count, g.rays, g.direct, g.link, most, threads, value);
+        err =
+            cache_solve(count, g.rays, sky ? g.sky : NULL, g.direct, g.link, most, threads, value);
     for (size_t i = 1; i < count && !err; i++)
         memmove(g.link + i * half, g.link + i * rays, half * sizeof *g.link);
     if (!err)
-        err = cache_solve(count, (int)half, g.half, g.link, most, threads, cache->half);
+        err = cache_solve(count, (int)half, sky ? g.half_sky : NULL, g.half, g.link, most, threads,
+                          cache->half);
     cache->cache.value = value;
     free(g.scatters);
+    free(g.half_sky);
+    free(g.sky);
     free(g.half);
     free(g.direct);
     free(g.link);
@@ -328,7 +406,7 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
                            const struct capture_settings *settings,
                            const struct cache_probes *probes, int threads, struct change *change)
 {
-    const double rays = cache->rays ? (double)cache->points.count * cache->rays / CHECKED / 4
+    const double rays = cache->rays ? (double)cache->points.count * cache->rays / CHECKED / 8
                                     : (double)settings->rays;
     struct capture_probe with[CHECKED] = {0}, less[CHECKED] = {0}, half[CHECKED] = {0};
     struct capture_settings all = *settings;
@@ -382,18 +460,21 @@ static void tell(struct capture_cache *cache, const struct change *change)
              100 * change->mean, 100 * change->mean_error, change->probes);
 }
 
-/* Rays that the points of a cache may have so that it pays. */
-static double rays_that_pay(const struct capture_settings *settings,
+/* Rays that the points of a cache may have so that it pays: more, where each ray of a probe brings
+ * questions that cost as much. */
+static double rays_that_pay(const struct capture_cache *cache,
+                            const struct capture_settings *settings,
                             const struct cache_probes *probes)
 {
-    return 0.1 * (double)probes->count * settings->rays;
+    const double share = cache->cache.lit || cache->cache.opens ? 2 * CACHE_SHARE : CACHE_SHARE;
+    return share * (double)probes->count * settings->rays;
 }
 
 static struct error *make(struct capture_cache *cache, struct path_tracer *path,
                           const struct capture_settings *settings,
                           const struct cache_probes *probes, double error, int threads)
 {
-    const double most = fmin(rays_that_pay(settings, probes), LINKS_MOST);
+    const double pay = rays_that_pay(cache, settings, probes), most = fmin(pay, LINKS_MOST);
     double rays = fmin(fmax(rays_at_2 * 0.02 / error, RAYS_LEAST), RAYS_MOST);
     const double points = floor(fmin(fmax(most / rays, 1), POINTS_MOST));
     struct error *err = cache_points_find(&cache->points, path, probes, (size_t)points,
@@ -405,9 +486,8 @@ static struct error *make(struct capture_cache *cache, struct path_tracer *path,
         return err;
     }
     /* where there are many probes a cache with less noise costs little */
-    rays = fmin(fmax(rays, CACHE_SHARE * (double)probes->count * settings->rays / (double)count),
-                fmin(RAYS_MOST, LINKS_MOST / (double)count));
-    cache->rays = (int)rays;
+    rays = fmin(fmax(rays, pay / (double)count), fmin(RAYS_MOST, LINKS_MOST / (double)count));
+    cache->rays = (int)rays / 2 * 2;
     err = make_discs(cache);
     if (!err)
         err = fill(cache, path, settings, threads);
@@ -417,9 +497,10 @@ static struct error *make(struct capture_cache *cache, struct path_tracer *path,
 
 static void empty(struct capture_cache *cache)
 {
-    const int after = cache->cache.after;
+    const struct path_cache was = cache->cache;
+    cache->cache.lit = NULL;
     capture_cache_clear(cache);
-    cache->cache.after = after;
+    cache->cache = (struct path_cache){.after = was.after, .lit = was.lit, .opens = was.opens};
 }
 
 /* A cache that changes too much is made anew for half of what this one was. */
@@ -466,6 +547,9 @@ static struct error *check_header(const struct stream_header *header, const stru
         return error_new("the cache is of another picture of the sky");
     if (was.light != CAPTURE_INDIRECT)
         return error_new("expected --light indirect, got %s light", capture_light_names[was.light]);
+    const char *holds = header_key(header, CACHE_HOLDS);
+    if (holds && strcmp(holds, "sky"))
+        return error_new("header key " CACHE_HOLDS ": expected sky, got %s", holds);
     if (was.decimate < settings->decimate || was.decimate > settings->decimate)
         return error_new("the cache was captured with --decimate %g, not %g", was.decimate,
                          settings->decimate);
@@ -549,6 +633,7 @@ static struct error *read_stream(struct capture_cache *cache, const char *name,
         err = error_new("expected table probe");
     if (!err)
         err = take_points(cache, table);
+    cache->cache.sky = !err && header_key(&stream->header, CACHE_HOLDS);
     cache->on = !err;
     stream_destroy(stream);
     return err ? error_wrap(err, "%s", name) : NULL;
@@ -586,41 +671,45 @@ static struct error *find_noise(const struct capture_cache *cache, struct path_t
     return err;
 }
 
-/* Sunlit points stay where they take noise away: out of doors, most of what probes see is sunlit,
- * and rays find it better. */
-static struct error *judge_lit(struct capture_cache *cache, struct path_tracer *path,
-                               const struct capture_settings *settings,
-                               const struct cache_probes *probes, int threads)
-{
-    struct lit *lit = cache->cache.lit;
-    double with = 0, without = 0;
-    struct error *err = find_noise(cache, path, settings, probes, threads, &with);
-    cache->cache.lit = NULL;
-    if (!err)
-        err = find_noise(cache, path, settings, probes, threads, &without);
-    if (!err && with >= without)
-        lit_destroy(lit);
-    else
-        cache->cache.lit = lit;
-    return err;
-}
-
-/* Sunlit points are where rays of probes come, whether a disc says anything there or not. */
-static struct error *light(struct capture_cache *cache, struct path_tracer *path,
+/* Sunlit points, and questions whether the sky is open, stay where they take more noise away than
+ * as much time of more rays would: out of doors rays find sun and sky as well. */
+static struct error *judge(struct capture_cache *cache, struct path_tracer *path,
                            const struct capture_settings *settings,
                            const struct cache_probes *probes, int threads)
 {
-    const struct cache_points *p = &cache->points;
-    const struct lit_sources sources = {path->tracer, &path->lights, &path->sky};
-    struct discs *reach = NULL;
-    struct error *err = cache_points_discs(p, p->reach ? p->reach : p->radius, &reach);
-    if (!err)
-        err = lit_create(&cache->cache.lit, &sources, &reach, particles_for(settings, probes),
-                         settings->seed, threads);
-    discs_destroy(reach);
-    if (!err && cache->cache.lit && probes->count)
-        err = judge_lit(cache, path, settings, probes, threads);
+    struct path_cache *c = &cache->cache;
+    struct lit *lit = c->lit;
+    double with = 0, without = 0;
+    struct error *err = NULL;
+    if (lit || c->opens)
+        err = find_noise(cache, path, settings, probes, threads, &with);
+    if (lit && !err) {
+        c->lit = NULL;
+        err = find_noise(cache, path, settings, probes, threads, &without);
+        if (!err && with * QUESTIONS_COST >= without) {
+            lit_destroy(lit);
+            with = without;
+        } else {
+            c->lit = lit;
+        }
+    }
+    if (c->opens && !err) {
+        c->opens = false;
+        err = find_noise(cache, path, settings, probes, threads, &without);
+        c->opens = with * QUESTIONS_COST < without;
+    }
     return err;
+}
+
+/* Makes what finds suns and an even sky. */
+static struct error *light(struct capture_cache *cache, const struct path_tracer *path,
+                           const struct capture_settings *settings,
+                           const struct cache_probes *probes, int threads)
+{
+    const struct lit_sources sources = {path->tracer, &path->lights, &path->sky};
+    cache->cache.opens = path->sky_shines && !path->sky.rows;
+    return lit_create(&cache->cache.lit, &sources, particles_for(settings, probes), settings->seed,
+                      threads);
 }
 
 /* -- all --------------------------------------------------------------------------------------- */
@@ -651,16 +740,20 @@ struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer
     *cache = (struct capture_cache){.cache.after = options->after};
     if (!options->name)
         return NULL;
-    if (settings->light == CAPTURE_DIRECT || settings->bounces <= options->after)
+    const bool made = !strcmp(options->name, "auto");
+    if (settings->light == CAPTURE_DIRECT || settings->bounces <= options->after) {
         tell_off(cache, "no light scatters on behind it");
-    else if (strcmp(options->name, "auto"))
-        err = open_stream(cache, path, settings, options, scene, probes, threads);
-    else if (!probes->count)
+    } else if (made && !probes->count) {
         tell_off(cache, "there are no probes");
-    else
-        err = make_fine(cache, path, settings, options, probes, threads);
-    if (!err && cache->on)
+    } else {
         err = light(cache, path, settings, probes, threads);
+        if (!err && made)
+            err = make_fine(cache, path, settings, options, probes, threads);
+        else if (!err)
+            err = open_stream(cache, path, settings, options, scene, probes, threads);
+    }
+    if (!err && cache->on && probes->count)
+        err = judge(cache, path, settings, probes, threads);
     if (!err && cache->on)
         path_use_cache(path, &cache->cache);
     return err;
@@ -689,6 +782,8 @@ struct error *capture_cache_write(const struct capture_cache *cache, const char 
         err = capture_settings_to_header(&own, &stream->header);
     if (!err)
         err = cache_options_to_header(&none, &stream->header);
+    if (!err && cache->cache.sky)
+        err = header_set_key(&stream->header, CACHE_HOLDS, "sky");
     if (!err)
         err = stream_add_table(stream, "probe", &table);
     if (!err)

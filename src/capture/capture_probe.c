@@ -2,16 +2,17 @@
 /* One probe's capture: rounds of samples, what they add up to, and when they are enough. */
 #include "base/array.h"
 #include "base/error.h"
+#include "capture/ask_lit.h"
 #include "capture/capture.h"
 #include "capture/capture_split.h"
 #include "capture/gradient.h"
+#include "capture/openings.h"
 #include "capture/probe_split.h"
 #include "capture/strata.h"
 #include "math/angle.h"
 #include "math/luminance.h"
 #include "scene/scene.h"
 #include "scene/scene_shade.h"
-#include "trace/lit.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -24,8 +25,15 @@ enum kind { OWN, LIGHTS, SKY, LIT };
  * so fewer are as good. */
 #define ASK_SHARE 0.5
 
-/* And so many times for sunlit points. */
-#define LIT_SHARE 0.125
+/* And with a cache so many times for sunlit points; and before, to learn which of them are seen. */
+#define LIT_SHARE 2.0
+#define LEARN_SHARE 1.0
+
+/* And so many times whether an even sky is open; of these, the share that goes to all directions
+ * alike; and before, to find openings. */
+#define OPEN_SHARE 2.0
+#define OPEN_EVEN 0.5
+#define FIND_SHARE 4.0
 
 /* Where no question found light, the share of questions that could is at most 3 in their number at
  * 95 % (the rule of three: Hanley and Lippman-Hand, JAMA 1983), which 1.96 standard errors are to
@@ -82,8 +90,8 @@ struct work {
     /* Where no light was found although something emits: what a question would have found in the
      * mean if nothing stood between, as strata's channels; else 0 */
     double unseen[STRATA_CHANNELS];
-    double *lit;        /* lit_weigh of the cache's sunlit points; owned; NULL: none */
-    uint32_t asked_lit; /* of them */
+    bool opens;         /* an even sky is asked for where it is open, not counted by rays */
+    struct ask_lit lit; /* of the cache's sunlit points */
     bool sparse;        /* that is of pictures which are bright at few points, and none was found */
     struct probe_split *parts; /* NULL: light is not split */
 };
@@ -153,6 +161,14 @@ static void draw_points(const struct work *w, enum kind kind, uint32_t first,
     }
 }
 
+/* 1 / density of own_direction, by solid angle. */
+static float own_solid_angle(const struct work *w, struct vec3f direction)
+{
+    return w->surface
+               ? (float)ANGLE_PI / float_most(vec3f_dot(direction, w->receiver.at.normal), 1e-6f)
+               : 4 * (float)ANGLE_PI;
+}
+
 /* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
 static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave,
                      struct gradient_cells *cells)
@@ -174,11 +190,9 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
                        met, w->parts ? &w->parts->light : NULL);
     for (size_t i = 0; i < count; i++) {
         const struct path_sample *m = &met[i];
-        const struct vec3f straight = which != CAPTURE_INDIRECT ? m->straight : (struct vec3f){0};
-        solid_angle[i] = 4 * (float)ANGLE_PI;
-        if (w->surface)
-            solid_angle[i] = (float)ANGLE_PI /
-                             float_most(vec3f_dot(direction[i], w->receiver.at.normal), 1e-6f);
+        const struct vec3f straight =
+            which != CAPTURE_INDIRECT && (m->hit || !w->opens) ? m->straight : (struct vec3f){0};
+        solid_angle[i] = own_solid_angle(w, direction[i]);
         light[i] = vec3f_scale(solid_angle[i], vec3f_fma(m->scattered, m->weight, straight));
         note(w, m, direction[i]);
         if (cells->cell) {
@@ -217,6 +231,99 @@ static void ask(struct work *w, enum kind kind, struct draw *draw, struct strata
         probe_split_asked(w->parts, wave, draw->fours, found);
 }
 
+/* Asks whether the sky is open, at points of the unit square. */
+static void ask_open(const struct work *w, const struct draw *draw,
+                     struct path_found found[PATH_WAVE])
+{
+    const size_t count = 4 * draw->fours;
+    struct vec3f direction[PATH_WAVE];
+    for (size_t i = 0; i < count; i++)
+        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+    path_open(w->path, &w->receiver,
+              &(struct path_rays){.count = count, .direction = direction, .random = draw->random},
+              found);
+}
+
+/* Takes in what was found by questions whose density is, for a ray, density[0] everywhere, and
+ * density[1] times that of the openings. */
+static void take_open(struct work *w, const struct openings *openings, const struct draw *draw,
+                      const double density[2])
+{
+    struct strata_wave wave;
+    struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
+    struct path_found found[PATH_WAVE];
+    ask_open(w, draw, found);
+    for (size_t i = 0; i < 4 * draw->fours; i++) {
+        const double all = density[0] +
+                           density[1] * openings_density(openings, (double)draw->x[i], draw->y[i]);
+        direction[i] = found[i].direction;
+        light[i] = vec3f_scale(own_solid_angle(w, direction[i]) / (float)all, found[i].light);
+    }
+    strata_add(&w->light, &wave, draw->fours, direction, light, w->receiver.at.normal);
+}
+
+/* Finds openings, by questions that are not counted. */
+static struct error *find_openings(struct work *w, const struct grid *grid,
+                                   struct openings *openings)
+{
+    struct error *err = openings_init(openings, grid->rows, grid->columns);
+    const int fours = grid_samples(grid) / 4;
+    struct draw draw;
+    struct path_found found[PATH_WAVE];
+    for (int four = 0; four < fours && !err; four += (int)draw.fours) {
+        draw_points(w, SKY, w->asked[1], grid, four, &draw);
+        ask_open(w, &draw, found);
+        for (size_t i = 0; i < 4 * draw.fours; i++)
+            openings->open[draw.cell[i]] = vec3f_most(found[i].light) > 0;
+    }
+    w->asked[1] += (uint32_t)grid_samples(grid);
+    return err ? err : openings_find(openings);
+}
+
+/* Points of openings, `count` in all, from `first` on: corner k of four f is at their place
+ * 4 f + k. */
+static void draw_openings(const struct work *w, const struct openings *openings, int count,
+                          int first, struct draw *draw)
+{
+    draw->fours = (size_t)(count - first < PATH_WAVE ? count - first : PATH_WAVE) / 4;
+    for (size_t k = 0, i = 0; k < 4; k++)
+        for (size_t f = 0; f < draw->fours; f++, i++) {
+            const uint32_t number = (uint32_t)first + (uint32_t)(4 * f + k);
+            double x;
+            draw->random[i] = random_start(w->settings->seed, w->name,
+                                           (uint32_t)SKY << 30 | (w->asked[1] + number));
+            openings_draw(openings, (number + random_double(&draw->random[i])) / count, &x,
+                          &draw->y[i]);
+            draw->x[i] = (float)x;
+        }
+}
+
+/* Questions whether the sky is open, for `own` rays. */
+static struct error *ask_openings(struct work *w, int own)
+{
+    struct openings openings = {0};
+    const struct grid find = grid_for((int)(FIND_SHARE * own), 3);
+    struct error *err = find_openings(w, &find, &openings);
+    const double share = openings.count ? OPEN_EVEN : 1;
+    const struct grid even = grid_for((int)(share * OPEN_SHARE * own), 3);
+    const int evens = grid_samples(&even),
+              near = openings.count ? (int)((1 - OPEN_EVEN) * OPEN_SHARE * own) / 4 * 4 : 0;
+    const double density[2] = {(double)evens / own, (double)near / own};
+    struct draw draw;
+    for (int four = 0; four < evens / 4 && !err; four += (int)draw.fours) {
+        draw_points(w, SKY, w->asked[1], &even, four, &draw);
+        take_open(w, &openings, &draw, density);
+    }
+    w->asked[1] += (uint32_t)evens;
+    for (int first = 0; first < near && !err; first += 4 * (int)draw.fours) {
+        draw_openings(w, &openings, near, first, &draw);
+        take_open(w, &openings, &draw, density);
+    }
+    w->asked[1] += (uint32_t)near;
+    openings_clear(&openings);
+    return err;
+}
+
 /* Questions to the sunlit points, `count` of them: corner k of four f is at their place 4 f + k. */
 static void ask_lit(struct work *w, int count, float share)
 {
@@ -226,23 +333,18 @@ static void ask_lit(struct work *w, int count, float share)
         const size_t fours = (size_t)now / 4;
         struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
         struct path_found found[PATH_WAVE];
-        struct random random[PATH_WAVE];
-        double x[PATH_WAVE];
+        int place[PATH_WAVE];
         for (size_t k = 0, i = 0; k < 4; k++)
-            for (size_t f = 0; f < fours; f++, i++) {
-                const uint32_t number = (uint32_t)first + (uint32_t)(4 * f + k);
-                random[i] = random_start(w->settings->seed, w->name,
-                                         (uint32_t)LIT << 30 | (w->asked_lit + number));
-                x[i] = (number + random_double(&random[i])) / count;
-            }
-        path_lit(w->path, &w->receiver, w->lit, 4 * fours, x, random, found);
+            for (size_t f = 0; f < fours; f++, i++)
+                place[i] = first + (int)(4 * f + k);
+        ask_lit_wave(&w->lit, count, 4 * fours, place, found);
         for (size_t i = 0; i < 4 * fours; i++) {
             direction[i] = found[i].direction;
             light[i] = vec3f_scale(1 / share, found[i].light);
         }
         strata_add(&w->light, &wave, fours, direction, light, w->receiver.at.normal);
     }
-    w->asked_lit += (uint32_t)count;
+    w->lit.first += (uint32_t)count;
 }
 
 /* -- rounds ------------------------------------------------------------------------------------ */
@@ -289,9 +391,11 @@ static struct error *take_round(struct work *w, int rays)
             ask_cells(w, LIGHTS, &asks);
         if (ask_sky)
             ask_cells(w, SKY, &asks);
-        if (w->lit)
+        if (w->receiver.lit)
             ask_lit(w, grid_samples(&lit), (float)grid_samples(&lit) / (float)grid_samples(&own));
     }
+    if (!err && w->opens)
+        err = ask_openings(w, grid_samples(&own));
     if (!err && cells.cell) /* distances are local: a world unit is `scale` of them */
         gradient_add_cells(&cells, w->settings->order, grid_samples(&own) * w->path->tracer->scale,
                            w->gradient);
@@ -554,23 +658,18 @@ static void finish(const struct work *w, struct capture_probe *result)
 }
 
 /* Makes sunlit points ready to be asked, where a cache has some. A gradient is of rays alone. */
-static struct error *weigh_lit(struct work *w)
+static struct error *start_lit(struct work *w)
 {
     const struct path_cache *cache = w->path->cache;
-    if (!cache || !cache->lit || cache->check || w->settings->light == CAPTURE_DIRECT ||
-        w->settings->columns & CAPTURE_GRADIENT || !lit_is_of(cache->lit, w->path->tracer))
+    if (!cache || cache->check || w->settings->light == CAPTURE_DIRECT ||
+        w->settings->columns & CAPTURE_GRADIENT)
         return NULL;
-    const size_t blocks = lit_blocks(cache->lit);
-    struct error *err = array_create(&w->lit, blocks, sizeof *w->lit);
-    if (err)
-        return err;
-    lit_weigh(cache->lit, &w->receiver.at, w->lit);
-    if (!(w->lit[blocks - 1] > 0)) {
-        free(w->lit);
-        w->lit = NULL;
-    }
-    w->receiver.lit = w->lit;
-    return NULL;
+    w->lit = (struct ask_lit){.path = w->path,
+                              .receiver = &w->receiver,
+                              .seed = w->settings->seed,
+                              .name = w->name,
+                              .first = (uint32_t)LIT << 30};
+    return ask_lit_start(&w->lit, (int)(LEARN_SHARE * w->settings->rays));
 }
 
 /* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares
@@ -615,8 +714,10 @@ struct error *capture_probe_split(const struct path_tracer *paths,
     }
     if (!err && settings->light != CAPTURE_INDIRECT)
         add_punctual(path, &w, p);
+    w.opens = path->cache && path->cache->opens && !path->cache->check &&
+              settings->light != CAPTURE_INDIRECT && !(settings->columns & CAPTURE_GRADIENT);
     if (!err)
-        err = weigh_lit(&w);
+        err = start_lit(&w);
     for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {
         err = take_round(&w, rays);
         if (!err)
@@ -629,6 +730,6 @@ struct error *capture_probe_split(const struct path_tracer *paths,
     if (!err && part)
         err = raise_errors(&w, part_error);
     probe_split_clear(&parts);
-    free(w.lit);
+    ask_lit_end(&w.lit);
     return err;
 }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # the light that reaches a probe
 capture_sources = \
+	%D%/ask_lit.c %D%/ask_lit.h \
 	%D%/cache_options.c %D%/cache_options.h \
 	%D%/cache_points.c %D%/cache_points.h \
 	%D%/capture.c %D%/capture.h \
@@ -14,5 +15,6 @@ capture_sources = \
 	%D%/capture_stream.c %D%/capture_stream.h \
 	%D%/probe_split.c %D%/probe_split.h \
 	%D%/gradient.c %D%/gradient.h \
+	%D%/openings.c %D%/openings.h \
 	%D%/stage.c %D%/stage.h \
 	%D%/strata.c %D%/strata.h

@@ -56,7 +56,7 @@ static struct error *pass_on(void *context, size_t chunk, int thread)
     return NULL;
 }
 
-struct error *cache_solve(size_t discs, int rays, const float *direct,
+struct error *cache_solve(size_t discs, int rays, const float *straight, const float *direct,
                           const struct cache_link *link, int scatters, int threads, float *value)
 {
     const size_t chunks = (discs + CHUNK - 1) / CHUNK;
@@ -65,9 +65,9 @@ struct error *cache_solve(size_t discs, int rays, const float *direct,
     struct error *err = array_create(&other, 3 * discs, sizeof *other);
     if (!err)
         err = array_create(&s.change, 2 * chunks, sizeof *s.change);
-    memcpy(value, direct, 3 * discs * sizeof *value);
+    memcpy(value, straight ? straight : direct, 3 * discs * sizeof *value);
     float *to = other;
-    for (int i = 1; i < scatters && !err; i++) {
+    for (int i = straight ? 0 : 1; i < scatters && !err; i++) {
         float change = 0, most = 0;
         s.from = from;
         s.to = to;

@@ -32,6 +32,8 @@ struct path_cache {
                               * they would have read (struct path_sample) */
     size_t count;        /* of discs */
     int after;           /* at least 1 */
+    bool sky;            /* the values hold the light that comes straight from the sky, too */
+    bool opens;          /* receivers ask for an even sky where it is open (path_open) */
     /* Paths go on as if there were no cache, and what they tell is the light that they find less
      * what the cache would have said: where it is read first, and 0 where it never is. */
     bool check;
@@ -51,9 +53,10 @@ struct cache_link {
 };
 
 /* Solves for the irradiance of all discs: `direct` (3 a disc) is what they have of light that
- * scattered once, links: `rays` a disc. Up to `scatters` times is light passed on, and no more when
+ * scattered once, and of what comes straight, which stands alone in `straight` as well (NULL:
+ * nothing), links: `rays` a disc. Up to `scatters` times is light passed on, and no more when
  * nothing changes. value: 3 a disc, written. */
-struct error *cache_solve(size_t discs, int rays, const float *direct,
+struct error *cache_solve(size_t discs, int rays, const float *straight, const float *direct,
                           const struct cache_link *link, int scatters, int threads, float *value);
 
 void cache_clear(struct path_cache *cache);

@@ -2,7 +2,6 @@
 #include "trace/lit.h"
 #include "base/array.h"
 #include "base/error.h"
-#include "interpolate/discs.h"
 #include "math/angle.h"
 #include "math/luminance.h"
 #include "trace/particles.h"
@@ -12,15 +11,19 @@
 #include <string.h>
 
 enum {
-    BLOCK = 8,   /* points */
-    NEAR = 32,   /* d0 squared, in areas that a particle stands for */
-    MORTON = 21, /* bits an axis */
+    BLOCK = 8,    /* points */
+    CLUSTER = 32, /* blocks */
+    NEAR = 32,    /* d0 squared, in areas that a particle stands for */
+    MORTON = 21,  /* bits an axis */
 };
 
 struct point {
     struct vec3f position, normal;
     struct vec3f scattered; /* radiance times area, local units^2 */
 };
+
+/* No cluster counts less than this share of what it would bring if all of it were seen. */
+#define LEAST_SEEN 0.02
 
 /* Neighbours: a ball that holds them, their mean normal, and how far the others are from it. */
 struct block {
@@ -30,10 +33,9 @@ struct block {
 
 struct lit {
     const struct tracer *tracer;
-    struct discs *discs; /* owned, and so are: */
-    struct point *point;
-    struct block *block;
-    size_t points, blocks;
+    struct point *point; /* owned, and so is: */
+    struct block *block, *cluster;
+    size_t points, blocks, clusters;
     float near; /* d0 squared */
 };
 
@@ -49,14 +51,6 @@ static struct vec3f albedo_of(const struct tracer *tracer, const struct particle
     trace_point_tint(tracer, &p, tint);
     return scene_albedo_tinted(tracer->scene, p.material, (struct vec3f){tint[0], tint[1], tint[2]},
                                p.u, p.v);
-}
-
-static bool is_covered(const struct lit *lit, struct vec3f position, struct vec3f normal)
-{
-    const struct vec3 p = trace_to_world(lit->tracer, position);
-    const double at[3] = {p.x, p.y, p.z},
-                 n[3] = {(double)normal.x, (double)normal.y, (double)normal.z};
-    return discs_covers(lit->discs, at, n);
 }
 
 struct place {
@@ -113,9 +107,7 @@ static struct error *take_hits(struct lit *lit, const struct particles *particle
     struct error *err = array_create(&place, particles->count, sizeof *place);
     for (size_t i = 0; i < particles->count && !err; i++) {
         const struct particle_hit *hit = &particles->hit[i];
-        if (is_covered(lit, hit->position, hit->normal))
-            place[lit->points++] =
-                (struct place){code_of(lit->tracer, hit->position, hit->normal), i};
+        place[lit->points++] = (struct place){code_of(lit->tracer, hit->position, hit->normal), i};
     }
     if (!err)
         err = array_create(&lit->point, lit->points, sizeof *lit->point);
@@ -127,14 +119,20 @@ static struct error *take_hits(struct lit *lit, const struct particles *particle
             trace_leave(hit->position, 4 * (float)lit->tracer->extent, hit->normal), hit->normal,
             vec3f_scale(1 / (float)ANGLE_PI, vec3f_mul(hit->flux, albedo_of(lit->tracer, hit)))};
     }
-    lit->blocks = (lit->points + BLOCK - 1) / BLOCK;
-    if (!err)
-        err = array_create(&lit->block, lit->blocks, sizeof *lit->block);
-    for (size_t i = 0; i < lit->blocks && !err; i++) {
-        const size_t left = lit->points - i * BLOCK;
-        lit->block[i] = block_of(lit->point + i * BLOCK, left < BLOCK ? left : BLOCK);
-    }
     free(place);
+    return err;
+}
+
+/* Puts every `size` points together. */
+static struct error *make_blocks(const struct lit *lit, size_t size, struct block **blocks,
+                                 size_t *count)
+{
+    *count = (lit->points + size - 1) / size;
+    struct error *err = array_create(blocks, *count, sizeof **blocks);
+    for (size_t i = 0; i < *count && !err; i++) {
+        const size_t left = lit->points - i * size;
+        (*blocks)[i] = block_of(lit->point + i * size, left < size ? left : size);
+    }
     return err;
 }
 
@@ -150,8 +148,8 @@ static float area_of(const struct scene *scene, const struct particles *particle
     return most > 0 ? (float)(flux / (double)particles->count / most) : 0;
 }
 
-struct error *lit_create(struct lit **lit, const struct lit_sources *from, struct discs **discs,
-                         size_t count, uint64_t seed, int threads)
+struct error *lit_create(struct lit **lit, const struct lit_sources *from, size_t count,
+                         uint64_t seed, int threads)
 {
     struct particles particles = {0};
     struct lit *l = NULL;
@@ -160,8 +158,6 @@ struct error *lit_create(struct lit **lit, const struct lit_sources *from, struc
     if (err)
         return err;
     l->tracer = from->tracer;
-    l->discs = *discs;
-    *discs = NULL;
     err = particles_trace(
         from->tracer, from->lights, from->sky,
         &(struct particles_settings){
@@ -170,6 +166,10 @@ struct error *lit_create(struct lit **lit, const struct lit_sources *from, struc
     if (!err && particles.count) {
         l->near = NEAR * area_of(l->tracer->scene, &particles);
         err = take_hits(l, &particles);
+        if (!err)
+            err = make_blocks(l, BLOCK, &l->block, &l->blocks);
+        if (!err)
+            err = make_blocks(l, (size_t)BLOCK * CLUSTER, &l->cluster, &l->clusters);
     }
     particles_clear(&particles);
     if (err || !l->points) {
@@ -186,7 +186,7 @@ void lit_destroy(struct lit *lit)
         return;
     free(lit->point);
     free(lit->block);
-    discs_destroy(lit->discs);
+    free(lit->cluster);
     free(lit);
 }
 
@@ -197,15 +197,15 @@ bool lit_is_of(const struct lit *lit, const struct tracer *tracer)
     return lit->tracer == tracer;
 }
 
-float lit_share(const struct lit *lit, struct vec3f position, struct vec3f normal, float distance)
+float lit_share(const struct lit *lit, float distance)
 {
     const float square = distance * distance;
-    return is_covered(lit, position, normal) ? square / (square + lit->near) : 0;
+    return square / (square + lit->near);
 }
 
-size_t lit_blocks(const struct lit *lit)
+size_t lit_clusters(const struct lit *lit)
 {
-    return lit->blocks;
+    return lit->clusters;
 }
 
 /* The most that the cosine at a point of the block can be; 0: none faces the receiver. */
@@ -215,13 +215,15 @@ static inline float most_cosine(const struct block *b, struct vec3f way, float d
     return float_least(float_most(cosine + b->spread + 2 * b->radius / distance, 0), 1);
 }
 
-void lit_weigh(const struct lit *lit, const struct lights_receiver *receiver, double *sum)
+/* What a receiver would get of these blocks if nothing stood between, added up block by block. */
+static void add_up(const struct lit *lit, const struct lights_receiver *receiver,
+                   const struct block *block, size_t count, double *sum)
 {
     const struct vec3f n = receiver->normal;
     const bool surface = n.x != 0 || n.y != 0 || n.z != 0;
     double all = 0;
-    for (size_t i = 0; i < lit->blocks; i++) {
-        const struct block *b = &lit->block[i];
+    for (size_t i = 0; i < count; i++) {
+        const struct block *b = &block[i];
         const struct vec3f way = vec3f_sub(b->middle, receiver->position);
         const float square = vec3f_dot(way, way), distance = sqrtf(square) + FLT_MIN;
         float weight = b->power * most_cosine(b, way, distance) /
@@ -235,11 +237,34 @@ void lit_weigh(const struct lit *lit, const struct lights_receiver *receiver, do
     }
 }
 
-bool lit_draw(const struct lit *lit, const struct lights_receiver *receiver, const double *sum,
-              double x, struct lit_point *point)
+void lit_weigh(const struct lit *lit, const struct lights_receiver *receiver, double *sum)
 {
-    const double all = sum[lit->blocks - 1], at = x * all;
-    size_t low = 0, high = lit->blocks - 1;
+    add_up(lit, receiver, lit->cluster, lit->clusters, sum);
+}
+
+void lit_learn(const struct lit *lit, const uint32_t *asked, const uint32_t *seen, double *sum)
+{
+    double all = 0, before = 0, asks = 0, sees = 0;
+    for (size_t i = 0; i < lit->clusters; i++) {
+        asks += asked[i];
+        sees += seen[i];
+    }
+    /* what few questions say counts as much as one that is answered like all */
+    const double mean = sees / fmax(asks, 1);
+    for (size_t i = 0; i < lit->clusters; i++) {
+        const double weight = sum[i] - before;
+        before = sum[i];
+        all += weight * fmax((seen[i] + mean) / (asked[i] + 1), LEAST_SEEN);
+        sum[i] = all;
+    }
+}
+
+/* Draws one of `count` by what was added up and *x, uniform in [0, 1), which it leaves so for what
+ * is drawn next. The probability; 0: none brings anything. */
+static double draw_one(const double *sum, size_t count, double *x, size_t *drawn)
+{
+    const double all = sum[count - 1], at = *x * all;
+    size_t low = 0, high = count - 1;
     while (low < high) { /* the first whose sum is beyond */
         const size_t middle = (low + high) / 2;
         if (sum[middle] > at)
@@ -248,20 +273,38 @@ bool lit_draw(const struct lit *lit, const struct lights_receiver *receiver, con
             low = middle + 1;
     }
     const double before = low ? sum[low - 1] : 0, own = sum[low] - before;
-    const size_t first = low * BLOCK, left = lit->points - first,
-                 count = left < BLOCK ? left : BLOCK;
+    *drawn = low;
     if (!(own > 0))
+        return 0;
+    *x = fmin((at - before) / own, 1 - 0x1p-53);
+    return own / all;
+}
+
+bool lit_draw(const struct lit *lit, const struct lights_receiver *receiver, const double *sum,
+              double x, struct lit_point *point)
+{
+    double within[CLUSTER];
+    size_t cluster, block;
+    double probability = draw_one(sum, lit->clusters, &x, &cluster);
+    point->cluster = cluster;
+    if (!(probability > 0))
         return false;
-    const double within = (at - before) / own * (double)count;
-    const size_t k = within < (double)count ? (size_t)within : count - 1;
-    const struct point *p = &lit->point[first + k];
+    const size_t first = cluster * CLUSTER, blocks = lit->blocks - first,
+                 count = blocks < CLUSTER ? blocks : CLUSTER;
+    add_up(lit, receiver, lit->block + first, count, within);
+    probability *= draw_one(within, count, &x, &block);
+    if (!(probability > 0))
+        return false;
+    const size_t begin = (first + block) * BLOCK, left = lit->points - begin,
+                 points = left < BLOCK ? left : BLOCK;
+    const struct point *p = &lit->point[begin + (size_t)(x * (double)points)];
     const struct vec3f way = vec3f_sub(p->position, receiver->position);
     const float square = vec3f_dot(way, way), cosine = -vec3f_dot(way, p->normal) / sqrtf(square);
     if (!(cosine > 0))
         return false;
-    const double probability = own / all / (double)count;
+    probability /= (double)points;
     *point = (struct lit_point){
-        p->position, p->normal,
+        cluster, p->position, p->normal,
         vec3f_scale((float)((double)(cosine / (square + lit->near)) / probability), p->scattered)};
     return true;
 }

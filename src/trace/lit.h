@@ -9,8 +9,8 @@
  * counts the rest there; both together are the whole, and neither is ever great. Based on: Keller,
  * "Instant radiosity", SIGGRAPH 1997.
  *
- * Points are there where some discs are, and nowhere else. They stand in blocks of some that
- * are neighbours; a receiver weighs blocks, so that there may be many points.
+ * Neighbours stand in blocks, and these in clusters; a receiver weighs clusters, and then the
+ * blocks of one that was drawn, so that there may be many points.
  */
 #ifndef LIT_H
 #define LIT_H
@@ -18,7 +18,6 @@
 #include "trace/lights.h"
 #include "trace/sky.h"
 
-struct discs;
 struct error;
 struct lit;
 
@@ -29,31 +28,36 @@ struct lit_sources {
     const struct sky *sky;
 };
 
-/* `count` particles from the suns, and those of their hits that discs cover, which
- * are taken over (and left NULL). NULL, without an error: there are none. */
-struct error *lit_create(struct lit **lit, const struct lit_sources *from, struct discs **discs,
-                         size_t count, uint64_t seed, int threads);
+/* `count` particles from the suns, and their hits. NULL, without an error: there are none. */
+struct error *lit_create(struct lit **lit, const struct lit_sources *from, size_t count,
+                         uint64_t seed, int threads);
 void lit_destroy(struct lit *lit); /* NULL is legal */
 
 /* Whether the points are in local coordinates of this tracer. */
 bool lit_is_of(const struct lit *lit, const struct tracer *tracer);
 
-/* The share of sunlight that points count which a side of a surface scatters, at that distance
- * (local, as all here); normal: of the side, unit. */
-float lit_share(const struct lit *lit, struct vec3f position, struct vec3f normal, float distance);
+/* The share that points count of sunlight which a surface scatters, at that distance (local, as
+ * all here). */
+float lit_share(const struct lit *lit, float distance);
 
-size_t lit_blocks(const struct lit *lit);
+size_t lit_clusters(const struct lit *lit);
 
-/* What a receiver would get of all blocks if nothing stood between, added up block by block: sum
- * has room for lit_blocks. The last is 0: nothing. */
+/* What a receiver would get of all clusters if nothing stood between, added up one by one: sum has
+ * room for lit_clusters. The last is 0: nothing. */
 void lit_weigh(const struct lit *lit, const struct lights_receiver *receiver, double *sum);
 
 struct lit_point {
+    size_t cluster;
     struct vec3f position, normal; /* off the surface, on its lit side */
     struct vec3f light; /* solid angle times radiance that it brings, over its probability */
 };
 
-/* Draws a point by x, uniform in [0, 1), with what lit_weigh added up. False: it brings nothing. */
+/* Weighs them anew, by how many of the questions that were asked of each were answered (`seen` of
+ * `asked`), for other questions than those. */
+void lit_learn(const struct lit *lit, const uint32_t *asked, const uint32_t *seen, double *sum);
+
+/* Draws a point by x, uniform in [0, 1), with what was added up. False: it brings nothing; of the
+ * point, cluster is set. */
 bool lit_draw(const struct lit *lit, const struct lights_receiver *receiver, const double *sum,
               double x, struct lit_point *point);
 

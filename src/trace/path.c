@@ -681,6 +681,7 @@ static bool read_cache(struct wave *w, struct path_sample *sample)
         if (!w->known[i])
             continue;
         some = true;
+        sample[w->sample[i]].scatters += 10;
         wave_put(&w->light, i,
                  vec3f_fma(wave_get(&w->light, i), 1 / (float)ANGLE_PI,
                            (struct vec3f){e[0], e[1], e[2]}));
@@ -689,16 +690,16 @@ static bool read_cache(struct wave *w, struct path_sample *sample)
 }
 
 /* Leaves their share of sunlight to the sunlit points. */
-static void leave_lit(struct wave *w)
+static void leave_lit(struct wave *w, struct path_sample *sample)
 {
     const struct lit *lit = w->path->cache->lit;
     for (size_t i = 0; i < w->count; i++) {
         const struct vec3f sunlight = wave_get(&w->sunlight, i);
         if (!(vec3f_most(sunlight) > 0))
             continue;
-        const float share =
-            lit_share(lit, wave_get(&w->ray.origin, i), wave_get(&w->facing, i), w->at.distance[i]);
+        const float share = lit_share(lit, w->at.distance[i]);
         wave_put(&w->light, i, vec3f_fma(wave_get(&w->light, i), -share, sunlight));
+        sample[w->sample[i]].scatters = share > 0 ? 1000 : 1;
     }
 }
 
@@ -768,9 +769,11 @@ static void compare(struct wave *w, struct path_sample *sample)
         if (s->compared || !ask_cache(w, i, s, e))
             continue;
         s->compared = true;
-        wave_put(&w->sum, i,
-                 vec3f_scale(-1 / (float)ANGLE_PI, vec3f_mul(wave_get(&w->throughput, i),
-                                                             (struct vec3f){e[0], e[1], e[2]})));
+        struct vec3f found = vec3f_scale(-1 / (float)ANGLE_PI, (struct vec3f){e[0], e[1], e[2]});
+        if (w->path->cache->sky && !w->at.hit[i])
+            found = vec3f_add(
+                found, scene_sky_radiance(w->path->tracer->scene, wave_get(&w->ray.direction, i)));
+        wave_put(&w->sum, i, vec3f_mul(wave_get(&w->throughput, i), found));
     }
 }
 
@@ -800,18 +803,21 @@ static void scatter_cached(struct wave *w, bool lit, struct path_sample *sample)
         face(w);
         light_surfaces(w);
         if (lit && bounce == 1)
-            leave_lit(w);
+            leave_lit(w, sample);
         bool known = reads && !cache->check && read_cache(w, sample);
         turn(w);
         if (known && !cache->value)
             set_links(w, bounce, sample);
         if (known && !w->path->emissive) {
-            if (w->path->sky_shines)
+            if (w->path->sky_shines && !cache->sky)
                 meet_sky(w);
             end_known(w, sample);
             known = false;
         }
         trace_rays_nearest(w->path->tracer, w->count, &w->ray, &w->at);
+        for (size_t i = 0; i < w->count && known && cache->sky; i++)
+            if (w->known[i] && !w->at.hit[i])
+                wave_put(&w->throughput, i, (struct vec3f){0});
         meet(w);
         for (size_t i = 0; i < w->count && known; i++)
             if (w->known[i])
@@ -962,9 +968,31 @@ void path_skies(const struct path_tracer *path, const struct path_receiver *rece
     ask_from(path, receiver, true, draws, found);
 }
 
+void path_open(const struct path_tracer *path, const struct path_receiver *receiver,
+               const struct path_rays *rays, struct path_found *found)
+{
+    struct trace_rays ray;
+    int32_t seen[PATH_WAVE];
+    for (size_t i = 0; i < rays->count; i++) {
+        struct random r = rays->random[i];
+        wave_put(&ray.origin, i, receiver->at.position);
+        wave_put(&ray.direction, i, rays->direction[i]);
+        ray.most[i] = INFINITY;
+        ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
+        seen[i] = 1;
+    }
+    trace_rays_occluded(path->tracer, rays->count, &ray, seen);
+    for (size_t i = 0; i < rays->count; i++) {
+        const struct vec3f d = rays->direction[i];
+        found[i] = (struct path_found){.direction = d};
+        if (seen[i])
+            found[i].light = scene_sky_radiance(path->tracer->scene, d);
+    }
+}
+
 void path_lit(const struct path_tracer *path, const struct path_receiver *receiver,
               const double *sum, size_t count, const double *x, const struct random *random,
-              struct path_found *found)
+              struct path_found *found, size_t *cluster)
 {
     const struct lit *lit = path->cache->lit;
     const struct vec3f origin = receiver->at.position;
@@ -973,6 +1001,7 @@ void path_lit(const struct path_tracer *path, const struct path_receiver *receiv
         struct lit_point point;
         struct random r = random[i];
         q.seen[i] = lit_draw(lit, &receiver->at, sum, x[i], &point);
+        cluster[i] = point.cluster;
         q.ray.salt[i] = path->tracer->has_alpha ? random_u32(&r) : 0;
         if (!q.seen[i])
             continue;

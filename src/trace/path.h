@@ -124,11 +124,15 @@ void path_lights(const struct path_tracer *path, const struct path_receiver *rec
 void path_skies(const struct path_tracer *path, const struct path_receiver *receiver,
                 const struct path_draws *draws, struct path_found *found);
 
+/* Asks once a direction whether it goes to the sky. light: its radiance. */
+void path_open(const struct path_tracer *path, const struct path_receiver *receiver,
+               const struct path_rays *rays, struct path_found *found);
+
 /* Asks for the sunlit points of the cache, once for each x in [0, 1), with what lit_weigh added up.
- * light: solid angle times radiance, over the probability. */
+ * light: solid angle times radiance, over the probability. cluster: of each point. */
 void path_lit(const struct path_tracer *path, const struct path_receiver *receiver,
               const double *sum, size_t count, const double *x, const struct random *random,
-              struct path_found *found);
+              struct path_found *found, size_t *cluster);
 
 /* What path_lights would find in the mean if nothing stood between. draws->random is not used.
  * Where all points that are drawn are dark, it is what the pictures that they are points of shine
