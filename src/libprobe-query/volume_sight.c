@@ -120,6 +120,28 @@ static void forget_outside(struct probe_volume *v)
     v->beyonds = 0;
 }
 
+/* The bits that any of an even number of floats has. */
+static inline uint64_t bits_of(const float *x, size_t count)
+{
+    uint64_t any = 0, two;
+    for (size_t i = 0; i < count; i += 2) {
+        memcpy(&two, x + i, sizeof two);
+        any |= two;
+    }
+    return any;
+}
+
+/* In most cells nothing stands. */
+static void halve_sight(const float *sight, size_t width, uint16_t *half)
+{
+    if (!bits_of(sight, width)) {
+        memset(half, 0, width * sizeof *half);
+        return;
+    }
+    for (size_t i = 0; i < width; i++)
+        half[i] = isfinite(sight[i]) ? half_of(sight[i]) : 0x7c00;
+}
+
 enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *sight,
                                          const int32_t *stand_in, size_t *row)
 {
@@ -141,8 +163,8 @@ enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *si
         return PROBE_NO_MEMORY;
     uint16_t *half = (uint16_t *)(void *)owned;
     int32_t *other = (int32_t *)(void *)(owned + halves);
-    for (size_t i = 0; i < width * v->cells; i++)
-        half[i] = isfinite(sight[i]) ? half_of(sight[i]) : 0x7c00;
+    for (size_t i = 0; i < v->cells; i++)
+        halve_sight(sight + width * i, width, half + width * i);
     for (size_t i = 0; i < v->cells; i++)
         other[i] = stand_in ? stand_in[i] : -1;
     v->sight = half;
@@ -162,10 +184,7 @@ enum probe_status probe_volume_set_sight(struct probe_volume *v, const float *si
 /* Whether there is anything to know of a cell. */
 static bool is_beyond(const float *slope, int32_t stand_in)
 {
-    bool any = stand_in >= 0;
-    for (int k = 0; k < 12; k++)
-        any = any || slope[k] != 0;
-    return any;
+    return stand_in >= 0 || bits_of(slope, 12) & 0x7fffffff7fffffff; /* -0 is 0 */
 }
 
 enum probe_status probe_volume_set_sight_outside(struct probe_volume *v, const float *slope,

@@ -94,6 +94,7 @@ static inline void read_four(const void *index, int bytes, size_t cell, int32_t 
     if (bytes == 4)
         memcpy(four, (const int32_t *)index + 4 * cell, 4 * sizeof *four);
     else
+#pragma GCC unroll 4
         for (size_t k = 0; k < 4; k++)
             four[k] = volume_index(index, 2, 4 * cell + k);
 }
@@ -126,6 +127,7 @@ static inline bool shares_face(const struct corners *a, int corner, const struct
 /* The middle of a cell, exactly. */
 static inline void middle_of(const double *const s[4], double middle[3])
 {
+#pragma GCC unroll 3
     for (int k = 0; k < 3; k++)
         middle[k] = (s[0][k] + s[1][k] + s[2][k] + s[3][k]) / 4;
 }
@@ -133,6 +135,7 @@ static inline void middle_of(const double *const s[4], double middle[3])
 static inline uint64_t key_of(const double middle[3])
 {
     uint32_t x[3];
+#pragma GCC unroll 3
     for (int k = 0; k < 3; k++)
         x[k] = (uint32_t)(int64_t)(middle[k] * (1.0 / ((uint64_t)1 << (LATTICE_BITS - 21 + 1))));
     return volume_morton(x, 21);
@@ -149,17 +152,24 @@ static uint64_t key_of_cell(const struct probe_volume *v, size_t cell)
     return key_of(middle);
 }
 
+/* Whether cells lie along a Morton curve by their middles, leaf by leaf of the tree. */
+static bool are_in_order(const struct probe_volume *v)
+{
+    uint64_t last = 0;
+    for (size_t i = 0; i < v->cells; i += VOLUME_LEAF) {
+        const uint64_t key = key_of_cell(v, i);
+        if (key < last)
+            return false;
+        last = key;
+    }
+    return true;
+}
+
 /* Cells in the order of their middles along a Morton curve. None is kept where they lie in it. */
 static enum probe_status make_order(struct probe_volume *v)
 {
     const size_t n = v->cells;
-    size_t sorted = 1;
-    for (uint64_t last = key_of_cell(v, 0), key; sorted < n; sorted++, last = key) {
-        key = key_of_cell(v, sorted);
-        if (key < last)
-            break;
-    }
-    if (sorted == n)
+    if (are_in_order(v))
         return PROBE_OK;
     uint64_t *key = volume_block(4 * n * sizeof *key), *room = key + n;
     v->number = malloc(n * sizeof *v->number);
@@ -211,6 +221,7 @@ static inline void check_faces(struct probe_volume *v, const struct volume_cell 
 {
     int earlier[5]; /* corners; the last for what none are */
     size_t count = 0, outer = 0;
+#pragma GCC unroll 4
     for (int k = 0; k < 4; k++) {
         const int32_t n = c->neighbour[k], here = (int32_t)i;
         earlier[count] = k;
@@ -238,9 +249,12 @@ static inline void check_faces(struct probe_volume *v, const struct volume_cell 
 static inline bool has_volume(const double *const s[4])
 {
     double d[3][3], volume = 0, size = 0;
+#pragma GCC unroll 3
     for (int i = 0; i < 3; i++)
+#pragma GCC unroll 3
         for (int k = 0; k < 3; k++)
             d[i][k] = s[i + 1][k] - s[0][k];
+#pragma GCC unroll 3
     for (int k = 0; k < 3; k++) {
         const int x = k == 2 ? 0 : k + 1, y = k == 0 ? 2 : k - 1;
         const double a = d[1][x] * d[2][y], b = d[1][y] * d[2][x];
@@ -254,8 +268,10 @@ static inline void grow_leaf(struct probe_volume *v, const double *const s[4], s
                              struct pass *pass)
 {
     const bool first = i % VOLUME_LEAF == 0;
+#pragma GCC unroll 3
     for (int k = 0; k < 3; k++) {
         double low = first ? s[0][k] : pass->low[k], high = first ? s[0][k] : pass->high[k];
+#pragma GCC unroll 4
         for (int c = 0; c < 4; c++) {
             low = s[c][k] < low ? s[c][k] : low;
             high = s[c][k] > high ? s[c][k] : high;
@@ -263,10 +279,8 @@ static inline void grow_leaf(struct probe_volume *v, const double *const s[4], s
         pass->low[k] = low;
         pass->high[k] = high;
     }
-    if (i % VOLUME_LEAF == VOLUME_LEAF - 1 || i == v->cells - 1) {
-        volume_tree_add(&v->cell_tree, i, pass->low);
-        volume_tree_add(&v->cell_tree, i, pass->high);
-    }
+    if (i % VOLUME_LEAF == VOLUME_LEAF - 1 || i == v->cells - 1)
+        volume_tree_put(&v->cell_tree, i / VOLUME_LEAF, pass->low, pass->high);
 }
 
 /* Makes the i-th cell; cell NULL: lean, or later. */

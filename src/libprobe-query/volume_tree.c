@@ -75,15 +75,44 @@ void volume_tree_clear(struct volume_tree *tree)
     *tree = (struct volume_tree){0};
 }
 
+/* The next float above one that is below the largest. */
+static inline float next_above(float x)
+{
+    int32_t bits;
+    x += 0; /* not -0 */
+    memcpy(&bits, &x, sizeof bits);
+    bits += x < 0 ? -1 : 1;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* The nearest float that is not above x, and not below it. */
+static inline float float_below(double x)
+{
+    const float nearest = (float)x;
+    return (double)nearest > x ? -next_above(-nearest) : nearest;
+}
+
+static inline float float_above(double x)
+{
+    const float nearest = (float)x;
+    return (double)nearest < x ? next_above(nearest) : nearest;
+}
+
+void volume_tree_put(struct volume_tree *tree, size_t leaf, const double low[3],
+                     const double high[3])
+{
+    for (int k = 0; k < 3; k++) {
+        tree->box[leaf].low[k] = float_below(low[k]);
+        tree->box[leaf].high[k] = float_above(high[k]);
+    }
+}
+
 void volume_tree_add(struct volume_tree *tree, size_t item, const double p[3])
 {
     struct volume_box *box = &tree->box[item / VOLUME_LEAF];
     for (int k = 0; k < 3; k++) {
-        float low = (float)p[k], high = low;
-        if ((double)low > p[k])
-            low = nextafterf(low, -INFINITY);
-        if ((double)high < p[k])
-            high = nextafterf(high, INFINITY);
+        const float low = float_below(p[k]), high = float_above(p[k]);
         box->low[k] = low < box->low[k] ? low : box->low[k];
         box->high[k] = high > box->high[k] ? high : box->high[k];
     }
@@ -101,9 +130,12 @@ void volume_tree_finish(struct volume_tree *tree)
         for (size_t i = 0; i < level_width(tree, level); i++) {
             struct volume_box *box = tree->box + tree->level[level] + i;
             *box = below[2 * i];
-            for (int k = 0; k < 3 && 2 * i + 1 < level_width(tree, level - 1); k++) {
-                box->low[k] = fminf(box->low[k], below[2 * i + 1].low[k]);
-                box->high[k] = fmaxf(box->high[k], below[2 * i + 1].high[k]);
+            if (2 * i + 1 == level_width(tree, level - 1))
+                continue;
+            for (int k = 0; k < 3; k++) {
+                const float low = below[2 * i + 1].low[k], high = below[2 * i + 1].high[k];
+                box->low[k] = low < box->low[k] ? low : box->low[k];
+                box->high[k] = high > box->high[k] ? high : box->high[k];
             }
         }
     }

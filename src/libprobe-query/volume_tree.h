@@ -41,6 +41,9 @@ enum probe_status volume_tree_init(struct volume_tree *tree, size_t items); /* m
 void volume_tree_clear(struct volume_tree *tree);
 /* grows the box of an item's leaf */
 void volume_tree_add(struct volume_tree *tree, size_t item, const double p[3]);
+/* the box of a leaf all of whose items are known; rounded outward */
+void volume_tree_put(struct volume_tree *tree, size_t leaf, const double low[3],
+                     const double high[3]);
 void volume_tree_finish(struct volume_tree *tree); /* makes the levels above */
 
 /* Squared distance of p from a box; 0 inside. */

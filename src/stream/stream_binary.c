@@ -19,6 +19,7 @@ static inline void copy_value(unsigned char *to, const unsigned char *from, size
     case 12: memcpy(to, from, 12); break;
     case 16: memcpy(to, from, 16); break;
     case 24: memcpy(to, from, 24); break;
+    case 48: memcpy(to, from, 48); break;   /* sight */
     case 108: memcpy(to, from, 108); break; /* sh of order 3 */
     default: memcpy(to, from, bytes);
     }
