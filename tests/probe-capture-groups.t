@@ -182,6 +182,16 @@ probe-capture -q -j1 --rays 64 --light direct --groups each --sky 1,1,1 cellar.o
 column_of sh_blue,sh_error_blue cellar.probe >got
 check "a lamp that is hidden has an error" every 'NF == 54 && $1 == 0 && $3 == 0 && $28 == 0 &&
     $30 > 1e-5 && $30 < 1' got
+# So of one that is dim and so seldom asked for that no question went to it.
+sed 's/^f .*//; /^usemtl/d' hall.obj >dim.obj
+printf 'v %s\n' '-1 -.5 -1' '1 -.5 -1' '0 -.5 1' '0 9 0' '.1 9 0' '0 9 .1' >>dim.obj
+{ cat dim.obj; printf 'usemtl blue\nf -3 -2 -1\n'; } >dim-alone.obj
+{ cat dim.obj; printf 'usemtl red lamp\nf -6 -5 -4\nusemtl blue\nf -3 -2 -1\n'; } >dim.both.obj
+probe-capture -q -j1 --rays 64 --light direct --groups each dim.both.obj in.probe >dim.probe
+probe-capture -q -j1 --rays 1024 --light direct dim-alone.obj in.probe >dim-alone.probe
+column_of sh_blue,sh_error_blue dim.probe >a
+column_of sh dim-alone.probe | paste -d ' ' a - >got
+check "or that no ray asked for" every 'NF == 81 && $30 > 0 && ($3 - $57) ^ 2 < (6 * $30) ^ 2' got
 
 # -- transfer --------------------------------------------------------------------------------------
 # Nothing but sky: each function of it comes as it is.

@@ -459,24 +459,42 @@ static double variance_of(const struct work *w, int channel, int function)
     return error * error;
 }
 
+/* The error of a group whose light no sample found, for 1 that it would give. The share of the
+ * questions that go to it, whose number the rule of three is of, may be small; all of its light may
+ * be missing, which 1.96 standard errors are to hold. */
+static double unseen_group(const struct work *w, double share)
+{
+    const double all = (double)w->receiver.lights_share * w->rays / 1.96 / UNSEEN;
+    return share > 0 ? fmin(1 / share, all) : all;
+}
+
 /* Raises the error of groups whose light no sample found, as that of all light. */
 static struct error *raise_errors(const struct work *w, float *part_error)
 {
     const struct group_map *groups = w->parts->split->groups;
     const size_t width = 3 * (size_t)w->parts->functions;
     float x[PATH_WAVE];
-    double y[PATH_WAVE], *mean = NULL;
+    double y[PATH_WAVE], *mean = NULL, *share;
     if (!groups || !w->path->emissive || w->settings->light == CAPTURE_INDIRECT)
         return NULL;
-    struct error *err = array_create(&mean, 3 * groups->count, sizeof *mean);
+    bool found = true;
+    for (size_t g = 0; g < groups->count; g++)
+        found = found && probe_split_found(w->parts, g);
+    if (found)
+        return NULL;
+    struct error *err = array_create(&mean, 4 * groups->count, sizeof *mean);
     if (err)
         return err;
+    share = mean + 3 * groups->count;
     set_lattice(x, y);
     path_groups_unshadowed(w->path, &w->receiver,
-                           &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y}, mean);
-    for (size_t k = 0; k < groups->count * width; k++)
-        if (!probe_split_found(w->parts, k / width))
-            part_error[k] = (float)(unseen_error(w, mean[k / width * 3 + k % 3]) / w->rays);
+                           &(struct path_draws){.count = PATH_WAVE, .x = x, .y = y}, mean, share);
+    for (size_t k = 0; k < groups->count * width; k++) {
+        const size_t g = k / width;
+        const double error = unseen_error(w, mean[3 * g + k % 3]) / w->rays;
+        if (!probe_split_found(w->parts, g))
+            part_error[k] = (float)(unseen_group(w, share[g]) * error);
+    }
     free(mean);
     return NULL;
 }

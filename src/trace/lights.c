@@ -486,6 +486,36 @@ static float first_share(const struct lights *lights, const struct light_node *n
     return first / (first + second);
 }
 
+/* Draws a point of a light by x and y, uniform in [0, 1). */
+static void draw_point(const struct lights *lights, const struct tracer *t,
+                       const struct light *light, float probability, float x, float y,
+                       struct lights_choice *choice)
+{
+    choice->probability = probability;
+    choice->punctual = NULL;
+    if (light->instance == PUNCTUAL) {
+        choice->punctual = &t->scene->lights[light->triangle];
+        return;
+    }
+    /* Uniform in the triangle (Turk, "Generating random points in triangles", Graphics Gems,
+     * 1990). */
+    const float r = sqrtf(x), b = r * (1 - y), c = r * y;
+    choice->point.position = vec3f_fma(vec3f_fma(light->corner, b, light->along), c, light->across);
+    choice->point.normal = light->axis;
+    choice->point.instance = light->instance;
+    choice->point.triangle = light->triangle;
+    choice->point.b = b;
+    choice->point.c = c;
+    if (light->part != WHOLE) {
+        const struct light_part *part = &lights->parts.part[light->part];
+        choice->point.b = part->b + part->size * b;
+        choice->point.c = part->c + part->size * c;
+    }
+    trace_point_shade(t, &choice->point);
+    choice->density = probability / light->area;
+    choice->brightness = light->strength / light->area;
+}
+
 bool lights_sample(const struct lights *lights, const struct tracer *t,
                    const struct lights_receiver *receiver, double x, float y,
                    struct lights_choice *choice)
@@ -509,30 +539,14 @@ bool lights_sample(const struct lights *lights, const struct tracer *t,
         probability *= second ? 1 - share : share;
         light += second;
     }
-    choice->probability = probability;
-    choice->punctual = NULL;
-    if (light->instance == PUNCTUAL) {
-        choice->punctual = &t->scene->lights[light->triangle];
-        return true;
-    }
-    /* Uniform in the triangle (Turk, "Generating random points in triangles", Graphics Gems,
-     * 1990). */
-    const float r = sqrtf((float)x), b = r * (1 - y), c = r * y;
-    choice->point.position = vec3f_fma(vec3f_fma(light->corner, b, light->along), c, light->across);
-    choice->point.normal = light->axis;
-    choice->point.instance = light->instance;
-    choice->point.triangle = light->triangle;
-    choice->point.b = b;
-    choice->point.c = c;
-    if (light->part != WHOLE) {
-        const struct light_part *part = &lights->parts.part[light->part];
-        choice->point.b = part->b + part->size * b;
-        choice->point.c = part->c + part->size * c;
-    }
-    trace_point_shade(t, &choice->point);
-    choice->density = probability / light->area;
-    choice->brightness = light->strength / light->area;
+    draw_point(lights, t, light, probability, (float)x, y, choice);
     return true;
+}
+
+void lights_draw(const struct lights *lights, const struct tracer *t, size_t number, float x,
+                 float y, struct lights_choice *choice)
+{
+    draw_point(lights, t, &lights->light[number], 1, x, y, choice);
 }
 
 float lights_density(const struct lights *lights, const struct lights_receiver *receiver,

@@ -65,6 +65,11 @@ bool lights_sample(const struct lights *lights, const struct tracer *tracer,
                    const struct lights_receiver *receiver, double x, float y,
                    struct lights_choice *choice);
 
+/* Draws a point on the light of that number, below count, by x and y: it is chosen with probability
+ * 1. */
+void lights_draw(const struct lights *lights, const struct tracer *tracer, size_t number, float x,
+                 float y, struct lights_choice *choice);
+
 /* The density per area (local units) with which lights_sample draws this point of a surface; 0 for
  * one that it never draws. */
 float lights_density(const struct lights *lights, const struct lights_receiver *receiver,

@@ -1059,19 +1059,66 @@ struct vec3f path_lights_unshadowed(const struct path_tracer *path,
     return vec3f_scale(1 / (float)draws->count, sum);
 }
 
-void path_groups_unshadowed(const struct path_tracer *path, const struct path_receiver *receiver,
-                            const struct path_draws *draws, double *mean)
+/* Adds what lights would give, times `weight`: those from `first` on, `step` apart, a wave of them;
+ * returns how many there were. */
+static size_t add_unshadowed(const struct path_tracer *path, const struct path_receiver *receiver,
+                             size_t first, size_t step, double weight, double *mean)
 {
     struct questions q;
-    memset(mean, 0, 3 * path->split->groups->count * sizeof *mean);
-    put_questions(path, receiver, false, draws, &q);
-    for (size_t i = 0; i < draws->count; i++) {
-        if (!q.seen[i])
-            continue;
-        const struct vec3f light = wave_get(&q.light, i);
-        double *of = mean + 3 * q.group[i];
-        of[0] += (double)light.x / (double)draws->count;
-        of[1] += (double)light.y / (double)draws->count;
-        of[2] += (double)light.z / (double)draws->count;
+    struct drawn drawn;
+    struct wave_vec position, normal;
+    const struct wave_vec *facing = on_surface(&receiver->at) ? &normal : NULL;
+    size_t count = 0, group[PATH_WAVE];
+    for (size_t i = first; i < path->lights.count && count < PATH_WAVE; i += step, count++) {
+        struct lights_choice choice;
+        /* in the middle of the triangle */
+        lights_draw(&path->lights, path->tracer, i, 4 / 9.0f, 0.5f, &choice);
+        group[count] = group_of_choice(path, &choice);
+        q.seen[count] = !choice.punctual;
+        if (choice.punctual) { /* of no meaning, but numbers all the same */
+            choice.point = (struct trace_point){0};
+            choice.density = 0;
+            wave_put(&drawn.position, count, choice.point.position);
+            wave_put(&drawn.normal, count, choice.point.normal);
+            wave_put(&drawn.radiance, count, (struct vec3f){0});
+            drawn.density[count] = 0;
+        } else {
+            set_drawn(path, &choice, &drawn, count);
+        }
+        /* a picture is dark there, but not all of it */
+        if (!choice.punctual && !(vec3f_most(wave_get(&drawn.radiance, count)) > 0))
+            wave_put(&drawn.radiance, count,
+                     (struct vec3f){choice.brightness, choice.brightness, choice.brightness});
+        wave_put(&position, count, receiver->at.position);
+        wave_put(&normal, count, receiver->at.normal);
     }
+    if (count)
+        aim(&position, facing ? facing : &drawn.normal, facing,
+            path->tracer->scene->emit_front_only, receiver->lights_share, count, &drawn, &q);
+    for (size_t i = 0; i < count; i++) {
+        const struct vec3f light = wave_get(&q.light, i);
+        double *of = mean + 3 * group[i];
+        of[0] += q.seen[i] ? weight * (double)light.x : 0;
+        of[1] += q.seen[i] ? weight * (double)light.y : 0;
+        of[2] += q.seen[i] ? weight * (double)light.z : 0;
+    }
+    return count;
+}
+
+void path_groups_unshadowed(const struct path_tracer *path, const struct path_receiver *receiver,
+                            const struct path_draws *draws, double *mean, double *share)
+{
+    enum { LIGHTS_MOST = 4096 };
+    const size_t groups = path->split->groups->count, count = path->lights.count,
+                 step = (count + LIGHTS_MOST - 1) / LIGHTS_MOST;
+    const struct lights_receiver asking = {receiver->at.position, receiver->at.normal, true};
+    memset(mean, 0, 3 * groups * sizeof *mean);
+    memset(share, 0, groups * sizeof *share);
+    for (size_t i = 0; i < draws->count; i++) {
+        struct lights_choice choice;
+        if (lights_sample(&path->lights, path->tracer, &asking, draws->y[i], draws->x[i], &choice))
+            share[group_of_choice(path, &choice)] += 1 / (double)draws->count;
+    }
+    for (size_t first = 0, got = 1; got && first < count; first += got * step)
+        got = add_unshadowed(path, receiver, first, step, (double)step, mean);
 }

@@ -141,9 +141,10 @@ struct vec3f path_lights_unshadowed(const struct path_tracer *path,
                                     const struct path_receiver *receiver,
                                     const struct path_draws *draws, bool *sparse);
 
-/* The same mean by groups of the tracer, of emissive surfaces: 3 a group, set. Pictures whose
- * points that are drawn are dark count as dark. */
+/* For each group of the tracer what questions to its emissive surfaces alone would find in the mean
+ * if nothing stood between, 3 a group, by the middle of each surface, or of some where there are
+ * many; and the share of questions that go to it. Both are set. */
 void path_groups_unshadowed(const struct path_tracer *path, const struct path_receiver *receiver,
-                            const struct path_draws *draws, double *mean);
+                            const struct path_draws *draws, double *mean, double *share);
 
 #endif
