@@ -124,6 +124,9 @@ done
 probe-leakfix --rounds 4 --max-probes "$rows" "$rooms" cells.probe >limited.probe 2>err
 check "or nothing, where there is no room" [ "$(row_count probe limited.probe)" = "$rows" ] \
     and says err "max-probes $rows: 0 probes went in"
+probe-place grid -q --count 100 "$rooms" | probe-tet >round.probe
+probe-leakfix --points 2000 "$rooms" round.probe 2>err >/dev/null
+check "what rounding leaves is nothing" says err 'outside: unseen' and lacks err 'e-1[0-9]'
 probe-place grid -q --count 120 "$rooms" | probe-tet >dark.probe
 probe-leakfix --rounds 4 "$rooms" dark.probe >fixed.probe 2>err
 check "probes without light get none, with a note" says err 'run probe-capture'

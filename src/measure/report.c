@@ -165,12 +165,20 @@ static void print_part(const struct report *report, const char *of, FILE *out)
     fprintf(out, "\n");
 }
 
+/* What the rounding of weights leaves is nothing. */
+static double whole(double share)
+{
+    return fabs(share) < 1e-12 ? 0 : share;
+}
+
 /* A share in percent, and its interval where it has one, in 28 columns or more. */
 static void print_column(const struct report *report, const char *measure, const char *of,
                          FILE *out)
 {
     char interval[64], text[80];
-    const struct estimate e = report_get(report, measure, of);
+    struct estimate e = report_get(report, measure, of);
+    e.value = whole(e.value);
+    e.low = whole(e.low);
     snprintf(text, sizeof text, "%8.3g %%", 100 * e.value);
     if (*interval_text(e, 100, interval))
         snprintf(text + strlen(text), sizeof text - strlen(text), " (%s)", interval);
