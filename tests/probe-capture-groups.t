@@ -287,6 +287,14 @@ refused 1 'the probes were captured with group-1 lamps' \
     probe-capture -q --groups each hall.obj one.probe
 refused 1 'its light is not split as that of the probes to be filled' \
     probe-cat --fill plain.probe slice1.probe
+probe-cat -q --rotate-light 0,1,0,90 plain.probe >turned.probe
+probe-cat -q --columns position in.probe >wanting.probe
+probe-cat -q --rows 0:9 plain.probe >some.plain
+probe-cat -q --fill some.plain wanting.probe >part.probe
+refused 1 'rotated-light is 0,0,1,0,1,0,-1,0,0, and theirs is none' \
+    probe-cat --fill turned.probe part.probe
+probe-cat plain.probe turned.probe 2>said >both.probe
+check "merged with turned light, that is said" says said 'key rotated-light .* another has none'
 capture --groups each >other.probe
 refused 1 'the streams cannot be merged: group-1 is' probe-cat one.probe other.probe
 probe-cat -q --rows 9: one.probe >others.probe

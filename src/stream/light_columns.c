@@ -62,3 +62,13 @@ bool light_key_is_split(const char *key)
 {
     return !strncmp(key, "group-", 6) || !strncmp(key, "transfer-", 9);
 }
+
+bool light_key_changes(const char *key)
+{
+    static const char *const families[] = {"sun-",   "point-",  "spot-",
+                                           "relit-", "weight-", "rotated"};
+    for (size_t i = 0; i < sizeof families / sizeof *families; i++)
+        if (!strncmp(key, families[i], strlen(families[i])))
+            return true;
+    return false;
+}

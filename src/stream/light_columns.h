@@ -38,4 +38,8 @@ bool light_column_is_split(const char *name);
  * transfer-sun-N. */
 bool light_key_is_split(const char *key);
 
+/* Whether light is another where a header has the key than where it has not: a light of options,
+ * what was relit, how it was turned. */
+bool light_key_changes(const char *key);
+
 #endif

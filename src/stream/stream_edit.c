@@ -444,10 +444,29 @@ struct error *stream_filter(struct stream_reader *reader, struct stream_writer *
 
 /* -- merging ---------------------------------------------------------------------------------- */
 
+/* Says which keys one of two captures lacks, where that means that its light is another. */
+static void warn_of_lacking(const struct stream_header *to, const struct stream_header *from,
+                            struct warnings *warnings)
+{
+    const struct stream_header *const both[] = {to, from};
+    if (!header_key(to, "capture-rays") || !header_key(from, "capture-rays"))
+        return;
+    for (int turn = 0; turn < 2; turn++)
+        for (size_t i = 0; i < both[turn]->key_count; i++) {
+            const char *name = both[turn]->keys[i].name;
+            if (light_key_changes(name) && !header_key(both[!turn], name))
+                warnings_add(warnings, "key lacks",
+                             "key %s is '%s' in one stream, and another has none: it is kept as if "
+                             "it were of all probes",
+                             name, both[turn]->keys[i].value);
+        }
+}
+
 static struct error *merge_header(struct stream_header *to, const struct stream_header *from,
                                   struct warnings *warnings)
 {
     struct error *err = NULL;
+    warn_of_lacking(to, from, warnings);
     for (size_t i = 0; i < from->provenance_count && !err; i++)
         err = header_add_provenance(to, from->provenance[i]);
     for (size_t i = 0; i < from->key_count && !err; i++) {

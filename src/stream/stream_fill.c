@@ -39,7 +39,8 @@ static bool is_of_light(const char *key)
     return false;
 }
 
-/* That the light of both, where both have some, is split into the same parts. */
+/* That the light of both, where both have some, is split into the same parts, turned, relit and lit
+ * by lights of options in the same way: a key that one lacks says that it is not. */
 static struct error *check_parts(const struct stream_header *to, const struct stream_header *from)
 {
     const struct stream_header *const both[] = {to, from};
@@ -49,9 +50,15 @@ static struct error *check_parts(const struct stream_header *to, const struct st
         for (size_t i = 0; i < both[turn]->key_count; i++) {
             const char *name = both[turn]->keys[i].name, *ours = header_key(to, name),
                        *theirs = header_key(from, name);
-            if (light_key_is_split(name) && (!ours || !theirs))
+            if (ours && theirs)
+                continue;
+            if (light_key_is_split(name))
                 return error_new("its light is not split as that of the probes to be filled: %s is "
                                  "%s, and theirs is %s",
+                                 name, theirs ? theirs : "none", ours ? ours : "none");
+            if (light_key_changes(name))
+                return error_new("its light is not that of the probes to be filled: %s is %s, and "
+                                 "theirs is %s",
                                  name, theirs ? theirs : "none", ours ? ours : "none");
         }
     return NULL;
