@@ -476,7 +476,8 @@ int main(int argc, char **argv)
         err = file_inputs_differ(a.table, "the weights", input, "the probes");
     if (!err && a.light.sky_probe)
         err = file_inputs_differ(a.light.sky_probe, "the sky's probe", input, "the probes");
-    claim_in_place(input);
+    if (!find_place(a.common.output)) /* a row's name is no word that its input may go */
+        claim_in_place(input);
     if (!err)
         err = relight(&run, input);
     if (!a.common.quiet)

@@ -173,6 +173,11 @@ refused 2 "rows.tsv: it is read, and --output would overwrite it" \
     probe-relight -q -w rows.tsv --row 0 -o rows.tsv parts.probe
 refused 2 "rows.tsv has 2 rows: expected --row, or --output with %s" \
     probe-relight -q -w rows.tsv parts.probe
+printf 'name\tlamps\nparts\t1\n' >own.tsv
+refused 2 "parts.probe: it is read" probe-relight -q -w own.tsv -o '%s.probe' parts.probe
+awk 'BEGIN { print "name\tlamps"; for (i = 0; i < 40000; i++) print "row " i "\t" i }' >long.tsv
+check "a table may have many rows" timeout 20 probe-relight -q -w long.tsv --row 'row 39999' \
+    -o long.probe parts.probe
 refused 2 "expected one %s" probe-relight -q -w rows.tsv -o '%s%s' parts.probe
 refused 2 "expected the name of a row, or a number below 2, got 'noon'" \
     probe-relight -q -w rows.tsv --row noon parts.probe

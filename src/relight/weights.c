@@ -160,7 +160,9 @@ struct table_reader {
     struct weights *weights;
     struct cell *cell; /* of a line */
     long *column;      /* group, NAME_COLUMN or OPTION_COLUMN - option */
-    size_t columns;    /* 0: the first line is still to come */
+    size_t *line;      /* of the file, by row */
+    size_t line_capacity;
+    size_t columns; /* 0: the first line is still to come */
 };
 
 static size_t split(const char *line, size_t length, struct cell *cell)
@@ -222,10 +224,6 @@ static struct error *name_row(struct weights *w, const struct cell *cell)
     const size_t row = w->rows - 1;
     if (!cell->length) /* it has its number */
         return NULL;
-    for (size_t r = 0; r < row; r++)
-        if (w->name[r] && strlen(w->name[r]) == cell->length &&
-            !memcmp(w->name[r], cell->text, cell->length))
-            return error_new("there is a row '%s' already", w->name[r]);
     w->name[row] = strndup(cell->text, cell->length);
     return w->name[row] ? NULL : error_memory();
 }
@@ -250,13 +248,49 @@ static struct error *read_cell(struct weights *w, long column, const struct cell
     return error_wrap(read_weight(cell->text, cell->length, weight), "group %s", w->group[column]);
 }
 
-static struct error *read_row(struct table_reader *t, size_t count)
+struct named_row {
+    const char *name;
+    size_t line;
+};
+
+static int compare_names(const void *a, const void *b)
+{
+    const struct named_row *x = a, *y = b;
+    const int order = strcmp(x->name, y->name);
+    return order ? order : x->line < y->line ? -1 : 1;
+}
+
+/* That no two rows have the same name. */
+static struct error *check_names(const struct table_reader *t, const char *file)
+{
+    const struct weights *w = t->weights;
+    struct named_row *row = NULL;
+    size_t count = 0;
+    struct error *err = array_create(&row, w->rows + 1, sizeof *row);
+    for (size_t r = 0; r < w->rows && !err; r++)
+        if (w->name[r])
+            row[count++] = (struct named_row){w->name[r], t->line[r]};
+    if (!err)
+        qsort(row, count, sizeof *row, compare_names);
+    for (size_t r = 1; r < count && !err; r++)
+        if (!strcmp(row[r].name, row[r - 1].name))
+            err = error_new("%s:%zu: there is a row '%s' already", file, row[r].line, row[r].name);
+    free(row);
+    return err;
+}
+
+static struct error *read_row(struct table_reader *t, size_t count, size_t line)
 {
     if (count != t->columns)
         return error_new("expected %zu cells, as the first line has, got %zu", t->columns, count);
-    struct error *err = add_row(t->weights);
+    struct weights *w = t->weights;
+    struct error *err = array_reserve(&t->line, &t->line_capacity, w->rows + 1, sizeof *t->line);
+    if (!err)
+        err = add_row(w);
+    if (!err)
+        t->line[w->rows - 1] = line;
     for (size_t c = 0; c < count && !err; c++)
-        err = read_cell(t->weights, t->column[c], &t->cell[c]);
+        err = read_cell(w, t->column[c], &t->cell[c]);
     return err;
 }
 
@@ -284,7 +318,7 @@ static struct error *read_table(struct table_reader *t, struct file_input *in)
         const size_t mark = in->line == 1 && length > 2 && !memcmp(line, "\xEF\xBB\xBF", 3) ? 3 : 0;
         const size_t count = split(line + mark, length - mark, t->cell);
         if (*line != '#' && !is_empty(t->cell, count))
-            err = t->columns ? read_row(t, count) : read_head(t, count);
+            err = t->columns ? read_row(t, count, in->line) : read_head(t, count);
         err = error_wrap(err, "%s:%zu", in->name, in->line);
         file_input_consume(in, bytes);
     }
@@ -306,8 +340,11 @@ struct error *weights_read(struct weights *w, const char *path)
         if (!err && !w->rows)
             err = error_new("%s: expected a line of groups and one a row of weights, got no row",
                             in.name);
+        if (!err)
+            err = check_names(&t, in.name);
         file_input_close(&in);
     }
+    free(t.line);
     free(t.cell);
     free(t.column);
     return err;
