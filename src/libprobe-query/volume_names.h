@@ -66,6 +66,7 @@
 #define volume_tree_finish probe_private_volume_tree_finish
 #define volume_tree_init probe_private_volume_tree_init
 #define volume_tree_near probe_private_volume_tree_near
+#define volume_tree_put probe_private_volume_tree_put
 #define volume_tree_search probe_private_volume_tree_search
 #define volume_zeros probe_private_volume_zeros
 
