@@ -27,7 +27,7 @@ struct arguments {
     enum query_format to;
     enum probe_packing pack;
     enum interpolate_visible visible;
-    bool normals, explain;
+    bool normals, explain, groups;
     const char *column, *along, *scene;
 };
 
@@ -83,20 +83,20 @@ static struct error *open_baked(struct interpolate **in, struct stream **stream,
     return err ? err : error_wrap(interpolate_open(in, *stream, &settings), "%s", path);
 }
 
-static struct error *write_packed(const struct interpolate *in, enum probe_packing packing,
+static struct error *write_packed(const struct interpolate *in, const struct arguments *a,
                                   const char *path)
 {
     struct file_output out;
     char *image;
     size_t size = 0;
-    struct error *err = interpolate_pack(in, packing, &size, NULL);
+    struct error *err = interpolate_pack(in, a->pack, a->groups, &size, NULL);
     if (!err)
         err = file_output_open(&out, path, true);
     if (err)
         return err;
     err = file_output_room(&out, size, &image);
     if (!err)
-        err = interpolate_pack(in, packing, &size, image);
+        err = interpolate_pack(in, a->pack, a->groups, &size, image);
     if (!err) {
         out.count += size;
         return file_output_finish(&out);
@@ -238,6 +238,11 @@ int main(int argc, char **argv)
          .shown = "no",
          .help = "answer no points: write BAKED as a packed file for libprobe-query, its\n"
                  "light as floats or halves (float, half)"},
+        {.name = "groups",
+         .kind = OPTION_FLAG,
+         .value = &a.groups,
+         .help = "with --pack: pack the light of each group of lights, too, for programs\n"
+                 "that dim and switch lamps"},
         {.name = "explain",
          .kind = OPTION_FLAG,
          .value = &a.explain,
@@ -278,6 +283,10 @@ int main(int argc, char **argv)
         err = error_usage("--pack packs what all probes of a cell hold: no --visible rays");
     if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
+    if (!err && a.groups && !pack)
+        err = error_usage("--groups is of packed files: it needs --pack");
+    if (!err && a.groups && strcmp(a.column, "sh"))
+        err = error_usage("--groups packs column sh and those of all groups: no --column");
     if (!err && pack && program.operand_count > 1)
         err = error_usage("--pack takes no points");
     if (!err && pack && !interpolate_kind_is_plain(a.how.kind) && !a.how.kind->pack)
@@ -299,7 +308,7 @@ int main(int argc, char **argv)
     if (!err && pack && !in->order && !a.how.kind->pack)
         err = error_usage("--pack packs no column but sh, or that of a group, sh_NAME");
     if (!err)
-        err = pack ? write_packed(in, a.pack, common.output)
+        err = pack ? write_packed(in, &a, common.output)
                    : answer(in, &a, input, &common, &program, &warnings);
     if (!err && !common.quiet)
         warnings_print(&warnings, program.name);

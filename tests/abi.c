@@ -45,6 +45,10 @@ int main(void)
     PLACE(probe_discs, normal);
     PLACE(probe_discs, radius);
     PLACE(probe_discs, irradiance);
+    SIZE(probe_groups);
+    PLACE(probe_groups, count);
+    PLACE(probe_groups, name);
+    PLACE(probe_groups, sh);
     NUMBER(PROBE_OK);
     NUMBER(PROBE_NO_MEMORY);
     NUMBER(PROBE_BAD_ARGUMENT);
@@ -61,6 +65,7 @@ int main(void)
     NUMBER(PROBE_BAD_DISC);
     NUMBER(PROBE_DISCS_APART);
     NUMBER(PROBE_DISCS_LARGE);
+    NUMBER(PROBE_NO_GROUPS);
     NUMBER(PROBE_LEAN);
     NUMBER(PROBE_NEAREST);
     NUMBER(PROBE_EXTEND);

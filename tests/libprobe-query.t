@@ -132,6 +132,43 @@ for content in radiance irradiance; do
     done
 done
 
+# -- groups of lights ------------------------------------------------------------------------------
+check "and that of groups" [ "$(wc -l <"$SRC/doc/example_groups.c")" -lt 60 ]
+probe-place grid --spacing 2 --bounds 0,0,0,8,4,4 --text | numbers | awk '
+BEGIN { srand(6) }
+{
+    printf "%s %s %s", $1, $2, $3
+    for (k = 0; k < 54; k++) { part[k] = rand() - (k % 27 > 2) / 2; $(4 + k) = part[k] }
+    for (k = 0; k < 27; k++) printf " %.9g", part[k] + part[27 + k]
+    for (k = 0; k < 54; k++) printf " %.9g", part[k]
+    print ""
+}' | stream_of "sh-order 3" "sh-content radiance" "group-1 alarm light=alarm" "group-2 rest" \
+    "table probe position:f64:3 sh:f32:27 sh_alarm:f32:27 sh_rest:f32:27" |
+    probe-tet -q >groups.probe
+echo 3.3 1.7 2.2 0 1 0 >here
+for red in 0 2; do
+    probe-relight -w rest=.25 -w alarm=$red,0,0 groups.probe >lit.probe
+    probe-query -q --to binary lit.probe here >lit.$red
+done
+cat lit.0 lit.2 lit.0 lit.2 >expected
+probe-query --pack float --groups -o groups.pack groups.probe
+probe-query --pack half --groups -o half.pack groups.probe
+"$BUILD/doc/example_groups" groups.pack alarm 3.3 1.7 2.2 >got.text
+perl -ne 'print pack("f<3", split)' got.text >got
+"$BUILD/doc/example_groups" half.pack alarm 3.3 1.7 2.2 >half.text
+check "a lamp blinks: bytes of probe-relight and probe-query" \
+    test -s expected and cmp got expected and differ lit.0 lit.2
+check "and nearly these of halves" near 2e-3 got.text half.text and test -s half.text \
+    and differ got.text half.text
+for column in sh sh_alarm sh_rest; do
+    probe-query -q --to binary --column $column groups.probe here >expected
+    probe-query -q --to binary --column $column groups.pack here >got
+    check "column $column of the packed file is that of the stream" \
+        test -s expected and cmp got expected
+done
+printf '\001' | cat groups.pack - >longer.pack
+refused 1 "damaged" probe-query longer.pack here
+
 # -- surfaces --------------------------------------------------------------------------------------
 check "so has the example of surfaces" [ "$(wc -l <"$SRC/doc/example_surface.c")" -lt 60 ]
 probe-place grid --spacing 1 --bounds 0,0,0,8,.1,8 --text | numbers |

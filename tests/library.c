@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* libprobe-query as a game has it, through its public header alone: it holds as many bytes as it
  * says, and no light; memory that runs out anywhere is a status and no leak; halves are the nearest
- * ones over a float's whole range; many threads may ask one volume; a header that lies is refused,
- * whatever its checksum. */
+ * ones over a float's whole range; many threads may ask one volume; groups of lights are weighed as
+ * a sum over them says; a header that lies is refused, whatever its checksum. */
 #include "base/error.h"
 #include "libprobe-query/probe-query.h"
 #include "math/random.h"
@@ -452,7 +452,8 @@ static void test_headers(void)
         uint64_t number;
         enum probe_status status;
         const char *what;
-    } whole[] = {{16, 4, 2, PROBE_NOT_AN_IMAGE, "version 2"},
+    } whole[] = {{16, 4, 3, PROBE_NOT_AN_IMAGE, "version 3"},
+                 {16, 4, 2, PROBE_BAD_IMAGE, "version 2, without groups"},
                  {16, 4, 0x01000000, PROBE_NOT_AN_IMAGE,
                   "a version as a machine of the other byte order sees it"},
                  {20, 1, 0, PROBE_BAD_IMAGE, "cells without corners"},
@@ -556,6 +557,182 @@ static void test_headers(void)
     tetra_clear(&b.t);
 }
 
+/* -- groups of lights ------------------------------------------------------------------------- */
+
+enum { GROUPS = 3 };
+
+static const char *const group_names[GROUPS] = {"alarm", "lamps-2", "rest"};
+
+/* Each group's light is that of other probes, so that it is told apart. */
+static void *pack_groups(const struct baked *b, int order, enum probe_packing packing, size_t *size,
+                         const float *light[GROUPS])
+{
+    struct probe_volume *v = create(b, 0);
+    for (size_t g = 0; g < GROUPS; g++)
+        light[g] = b->sh + (g + 1) * 3 * (size_t)(order * order);
+    const struct probe_groups groups = {GROUPS, group_names, light};
+    *size = probe_volume_pack_groups(v, order, b->sh, 0, packing, &groups, NULL, 0);
+    void *image = malloc(*size);
+    if (!*size || !image ||
+        probe_volume_pack_groups(v, order, b->sh, 0, packing, &groups, image, *size) != *size)
+        bail("no groups are packed");
+    probe_volume_destroy(v);
+    return image;
+}
+
+/* What a packed file's probe number i is in the mesh: cells are the same. */
+static void find_numbers(const struct probe_volume *v, const struct baked *b, int32_t *number)
+{
+    struct probe_place place = {.cell = PROBE_COLD};
+    for (size_t i = 0; i < b->mesh.probes; i++) {
+        probe_volume_locate(v, b->position + 3 * i, &place);
+        for (int k = 0; k < 4; k++)
+            if (place.weight[k] > 0.999999)
+                number[place.probe[k]] = (int32_t)i;
+    }
+}
+
+static void test_groups(int order)
+{
+    static const float weights[][9] = {
+        {0, 0, 0, 1, 1, 1, 0, 0, 0}, {0.25f, 1.5f, 0, -0.3f, 7, 1e-3f, 1, 1.1f, 0.7f}, {0}};
+    static struct baked b;
+    static float lit[WIDTH_MOST * MOST];
+    static int32_t number[MOST];
+    const size_t width = (size_t)(3 * order * order);
+    const float *light[GROUPS];
+    struct random r = random_start(8, 0, 0);
+    bake(&b, 4, 100);
+    for (int half = 0; half < 2; half++) {
+        size_t size;
+        void *image =
+            pack_groups(&b, order, half ? PROBE_PACK_HALF : PROBE_PACK_FLOAT, &size, light);
+        struct probe_volume *v = open_image(image, size, 0);
+        bool same = probe_volume_groups(v) == GROUPS && !probe_volume_group_name(v, GROUPS);
+        for (size_t g = 0; g < GROUPS; g++)
+            same = same && !strcmp(probe_volume_group_name(v, g), group_names[g]);
+        find_numbers(v, &b, number);
+        double worst = 0, apart = 0;
+        heap_begin(0);
+        for (size_t w = 0; w < sizeof weights / sizeof *weights; w++) {
+            same = same && probe_volume_relight(v, weights[w], lit) == PROBE_OK;
+            for (size_t i = 0; i < b.mesh.probes * width; i++) {
+                const size_t from = (size_t)number[i / width] * width + i % width;
+                double sum = 0, size_of_all = 0;
+                for (size_t g = 0; g < GROUPS; g++) {
+                    const double part = (double)weights[w][3 * g + i % 3] * (double)light[g][from];
+                    sum += part;
+                    size_of_all += fabs(part);
+                }
+                same = same && (half || lit[i] == (float)sum);
+                worst = fmax(worst, fabs((double)lit[i] - sum) / (size_of_all + 1e-9));
+            }
+            for (int n = 0; n < 100; n++) {
+                float here[WIDTH_MOST], there[WIDTH_MOST];
+                const double p[3] = {4096 * random_double(&r), 4096 * random_double(&r),
+                                     4096 * random_double(&r)};
+                struct probe_place place = {.cell = PROBE_COLD};
+                probe_volume_locate(v, p, &place);
+                probe_blend(&place, lit, width, there);
+                probe_volume_light_weighted(v, &place, weights[w], here);
+                for (size_t k = 0; k < width; k++)
+                    apart = fmax(apart, fabs((double)here[k] - (double)there[k]));
+            }
+        }
+        same = same && !heap.calls;
+        heap.on = false;
+        ok(same && worst <= (half ? 0x1.1p-11 : 0x1p-24) && (half ? worst > 0x1p-13 : true),
+           "order %d, %s: all probes' light is the sum of weighted groups (off by %g of it), and "
+           "nothing is allocated",
+           order, half ? "halves" : "floats", worst);
+        ok(apart < 1e-5, "so is the light of a place (%g)", apart);
+        const float bad[9] = {1, 1, 1, 1, NAN};
+        ok(probe_volume_relight(v, bad, lit) == PROBE_BAD_ARGUMENT, "weights are numbers");
+        probe_volume_destroy(v);
+        free(image);
+    }
+    tetra_clear(&b.t);
+}
+
+static void test_group_files(void)
+{
+    static struct baked b;
+    size_t size, plain_size;
+    const float *light[GROUPS];
+    float sh[3] = {1, 1, 1};
+    bake(&b, 4, 100);
+    char *image = pack_groups(&b, 1, PROBE_PACK_FLOAT, &size, light),
+         *plain = pack(&b, 1, PROBE_PACK_FLOAT, &plain_size);
+    struct probe_volume *v = open_image(plain, plain_size, 0);
+    struct probe_place place = {.cell = PROBE_COLD};
+    probe_volume_locate(v, b.position, &place);
+    probe_volume_light_weighted(v, &place, NULL, sh);
+    ok(!probe_volume_groups(v) && !probe_volume_group_name(v, 0) &&
+           probe_volume_relight(v, NULL, NULL) == PROBE_NO_GROUPS && sh[0] + sh[1] + sh[2] == 0,
+       "a file without groups says so");
+    probe_volume_destroy(v);
+    uint64_t name_bytes;
+    memcpy(&name_bytes, image + 104, sizeof name_bytes);
+    ok(name_bytes == 19 && changed(image, size, 0, "p", 1) == PROBE_OK &&
+           !memcmp(image + 128, plain + 128, plain_size - 128),
+       "groups stand behind what a file without them holds");
+
+    static const struct {
+        size_t at, bytes;
+        uint64_t number;
+        enum probe_status status;
+        const char *what;
+    } whole[] = {{16, 4, 1, PROBE_BAD_IMAGE, "version 1"},
+                 {21, 1, 0, PROBE_BAD_IMAGE, "order 0"},
+                 {84, 4, 0, PROBE_BAD_IMAGE, "no groups"},
+                 {84, 4, 2, PROBE_BAD_IMAGE, "two groups, of three names"},
+                 {84, 4, 4097, PROBE_BAD_IMAGE, "too many groups"},
+                 {84, 4, UINT32_MAX, PROBE_BAD_IMAGE, "2^32 - 1 groups"},
+                 {104, 8, 0, PROBE_BAD_IMAGE, "no names"},
+                 {104, 8, 18, PROBE_BAD_IMAGE, "a last name that does not end"},
+                 {104, 8, 20, PROBE_BAD_IMAGE, "a name of nothing"},
+                 {104, 8, UINT64_MAX - 45, PROBE_BAD_IMAGE, "2^64 bytes of names"},
+                 {112, 8, 1, PROBE_NOT_AN_IMAGE, "a number that is reserved"}};
+    for (size_t i = 0; i < sizeof whole / sizeof *whole; i++)
+        ok(changed(image, size, whole[i].at, &whole[i].number, whole[i].bytes) == whole[i].status,
+           "refused with groups: %s", whole[i].what);
+    const size_t names = plain_size, first = names + 64;
+    const float numbers[] = {NAN, INFINITY};
+    const size_t last = first + b.mesh.probes * 9 * sizeof(float) - sizeof(float);
+    int taken = 0;
+    for (size_t i = 0; i < 2; i++)
+        taken += changed(image, size, first, &numbers[i], 4) != PROBE_BAD_IMAGE ||
+                 changed(image, size, last, &numbers[i], 4) != PROBE_BAD_IMAGE;
+    ok(taken == 0 && changed(image, size, names, "b", 1) == PROBE_OK &&
+           changed(image, size, names, "B", 1) == PROBE_BAD_IMAGE &&
+           changed(image, size, names, "", 1) == PROBE_BAD_IMAGE &&
+           changed(image, size, names + 5, "x", 1) == PROBE_BAD_IMAGE,
+       "refused: light that is no number, and names that are none");
+
+    v = create(&b, 0);
+    const char *const bad_names[] = {"Alarm", "", "a b"}, *const good[] = {"a"};
+    static float broken[3 * 100];
+    broken[7] = NAN;
+    const float *const no_light = broken;
+    struct probe_groups groups = {1, NULL, light};
+    for (size_t i = 0; i < 3; i++) {
+        groups.name = bad_names + i;
+        taken += probe_volume_pack_groups(v, 1, b.sh, 0, PROBE_PACK_HALF, &groups, NULL, 0) != 0;
+    }
+    groups.name = good;
+    taken += probe_volume_pack_groups(v, 0, b.sh, 0, PROBE_PACK_HALF, &groups, NULL, 0) != 0;
+    groups.count = 0;
+    const size_t none = probe_volume_pack_groups(v, 1, b.sh, 0, PROBE_PACK_FLOAT, &groups, NULL, 0);
+    groups = (struct probe_groups){1, good, &no_light};
+    taken += probe_volume_pack_groups(v, 1, b.sh, 0, PROBE_PACK_FLOAT, &groups, NULL, 0) != 0;
+    ok(taken == 0 && none == plain_size,
+       "names that are none, light that is no number, groups of nothing are not packed");
+    probe_volume_destroy(v);
+    free(image);
+    free(plain);
+    tetra_clear(&b.t);
+}
+
 int main(void)
 {
     for (int corners = 1; corners <= 4; corners++)
@@ -567,5 +744,8 @@ int main(void)
         test_threads(flags);
     test_threads(PROBE_LAZY);
     test_headers();
+    for (int order = 1; order <= 6; order += order == 3 ? 3 : 1)
+        test_groups(order);
+    test_group_files();
     return tap_done();
 }

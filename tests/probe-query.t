@@ -277,11 +277,20 @@ check "the example opens it" has_lines 11 sides
 head -c 5000 half.pack >short.pack
 refused 1 "short.pack: the packed file is damaged" given "1 1 1" probe-query short.pack
 refused 1 "holds the column sh, and not ao" given "1 1 1" probe-query --column ao half.pack
+refused 2 "--groups is of packed files: it needs --pack" probe-query --groups baked.probe around.txt
+refused 2 "--groups packs column sh and those of all groups: no --column" \
+    probe-query --pack half --groups --column sh_lamp baked.probe
+refused 1 "the probes have no groups of lights (no column sh_NAME): run probe-capture --groups" \
+    probe-query --pack half --groups -o x baked.probe
+refused 1 "a packed file with groups of lights is made of a stream" \
+    probe-query --pack half --groups -o x half.pack
 echo 1 1 1 0 1 0 2 3 4 5 |
     stream_of "table probe position:f64:3 normal:f32:3 radius:f32:1 irradiance:f32:3" >light.probe
 probe-query --interpolate discs --pack half -o light.pack light.probe
 check "a packed file of discs answers" into got given "1 1 1.5 0 1 0" \
     probe-query --interpolate discs light.pack and says got '^3 4 5$'
+refused 1 "discs are packed without groups of lights" \
+    probe-query --interpolate discs --pack half --groups -o x light.probe
 refused 2 "--pack packs cells or discs" probe-query --pack half --interpolate nearest baked.probe
 refused 1 "light.pack: a packed file of discs is asked as such" \
     given "1 1 1 0 1 0" probe-query light.pack

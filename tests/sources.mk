@@ -147,10 +147,13 @@ tests_fuzz_fuzz_gltf_SOURCES = tests/fuzz/fuzz_gltf.c tests/fuzz/fuzz_scene.c
 tests_fuzz_fuzz_gltf_CPPFLAGS = $(IMAGE_TEST_CPPFLAGS) -DFUZZ_ENGINE
 
 # the library as others use it, in C alone
-check_PROGRAMS += doc/example doc/example_surface tests/abi
+check_PROGRAMS += doc/example doc/example_groups doc/example_surface tests/abi
 doc_example_LDADD = src/libprobe-query/libprobe-query.la
 doc_example_CPPFLAGS = -I$(top_srcdir)/src/libprobe-query
 doc_example_LINK = $(LINK_C)
+doc_example_groups_LDADD = src/libprobe-query/libprobe-query.la
+doc_example_groups_CPPFLAGS = -I$(top_srcdir)/src/libprobe-query
+doc_example_groups_LINK = $(LINK_C)
 doc_example_surface_LDADD = src/libprobe-query/libprobe-query.la
 doc_example_surface_CPPFLAGS = -I$(top_srcdir)/src/libprobe-query
 doc_example_surface_LINK = $(LINK_C)
@@ -161,7 +164,7 @@ tests_library_LINK = $(LIBTOOL) $(AM_V_lt) --tag=CXX --mode=link $(LINK) -static
 	$(tests_library_LDFLAGS)
 tests_library_LDFLAGS = -Wl,--wrap=malloc,--wrap=calloc,--wrap=aligned_alloc,--wrap=free
 exampledir = $(docdir)
-dist_example_DATA = doc/example.c doc/example_surface.c
+dist_example_DATA = doc/example.c doc/example_groups.c doc/example_surface.c
 
 # makes system calls fail; tests/probe-cat.t preloads it
 check_DATA = tests/support/failing_io.so

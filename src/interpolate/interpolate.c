@@ -236,6 +236,36 @@ static struct error *unpack_light(struct interpolate *in)
     return err;
 }
 
+/* The light of one group alone. */
+static struct error *unpack_group(struct interpolate *in, size_t group)
+{
+    float *weight = NULL;
+    struct error *err =
+        array_create(&in->owned, probe_volume_probes(in->volume) * in->width, sizeof *in->owned);
+    if (!err)
+        err = array_create(&weight, 3 * probe_volume_groups(in->volume), sizeof *weight);
+    for (size_t k = 0; k < 3 && !err; k++)
+        weight[3 * group + k] = 1;
+    if (!err)
+        probe_volume_relight(in->volume, weight, in->owned);
+    free(weight);
+    in->value = in->owned;
+    return err;
+}
+
+static struct error *open_light(struct interpolate *in)
+{
+    const char *column = in->settings.column;
+    const size_t groups = probe_volume_groups(in->volume);
+    if (!strcmp(column, "sh"))
+        return unpack_light(in);
+    for (size_t g = 0; g < groups && !strncmp(column, "sh_", 3); g++)
+        if (!strcmp(column + 3, probe_volume_group_name(in->volume, g)))
+            return unpack_group(in, g);
+    return error_new("a packed file holds the column sh, and not %s%s", column,
+                     groups ? "; this one holds those of its groups, too" : "");
+}
+
 static struct error *open_volume(struct interpolate *in)
 {
     const struct interpolate_settings *settings = &in->settings;
@@ -251,11 +281,9 @@ static struct error *open_volume(struct interpolate *in)
     if (!interpolate_kind_is_plain(settings->kind))
         return error_new("a packed file of cells is interpolated from cells alone: --interpolate "
                          "barycentric");
-    if (strcmp(settings->column, "sh"))
-        return error_new("a packed file holds the column sh, and not %s", settings->column);
     if (!facts.order)
         return error_new("the probes have no light");
-    return unpack_light(in);
+    return open_light(in);
 }
 
 static struct error *open_surface(struct interpolate *in)
@@ -292,14 +320,52 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     return err;
 }
 
-struct error *interpolate_pack(const struct interpolate *in, enum probe_packing packing,
-                               size_t *size, void *image)
+/* The columns of groups, in their order. name, sh: room for one a column. */
+static struct error *find_groups(const struct interpolate *in, struct probe_groups *groups,
+                                 const char **name, const float **sh)
 {
+    const struct table *probes = stream_table(in->stream, "probe");
+    for (size_t i = 0; i < probes->column_count; i++) {
+        const struct column *column = &probes->columns[i];
+        if (!is_sh(probes, column) || !strcmp(column->name, "sh"))
+            continue;
+        name[groups->count] = column->name + strlen("sh_");
+        sh[groups->count++] = column_f32(column);
+    }
+    groups->name = name;
+    groups->sh = sh;
+    return groups->count ? NULL
+                         : error_new("the probes have no groups of lights (no column sh_NAME): run "
+                                     "probe-capture --groups");
+}
+
+struct error *interpolate_pack(const struct interpolate *in, enum probe_packing packing,
+                               bool groups, size_t *size, void *image)
+{
+    struct probe_groups of = {0};
+    const char **name = NULL;
+    const float **sh = NULL;
+    struct error *err = NULL;
+    if (groups && !in->stream)
+        return error_new("a packed file with groups of lights is made of a stream");
+    if (groups && in->settings.kind->pack)
+        return error_new("discs are packed without groups of lights");
     if (in->settings.kind->pack)
         return in->settings.kind->pack(in, packing, size, image);
-    *size =
-        probe_volume_pack(in->volume, in->order, in->value, in->convolved, packing, image, *size);
-    return *size ? NULL : error_new("some probes have no light: run probe-capture");
+    const size_t room = groups ? stream_table(in->stream, "probe")->column_count : 1;
+    err = array_create(&name, room, sizeof *name);
+    if (!err)
+        err = array_create(&sh, room, sizeof *sh);
+    if (!err && groups)
+        err = find_groups(in, &of, name, sh);
+    if (!err)
+        *size = probe_volume_pack_groups(in->volume, in->order, in->value, in->convolved, packing,
+                                         &of, image, *size);
+    if (!err && !*size)
+        err = error_new("some probes have no light: run probe-capture");
+    free(name);
+    free(sh);
+    return err;
 }
 
 void interpolate_close(struct interpolate *in)

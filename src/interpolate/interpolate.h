@@ -106,9 +106,10 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
                                       const struct interpolate_settings *settings);
 
 /* Packs it (probe_volume_pack, or of discs probe_surface_pack): with *size 0 it tells the size
- * alone. Error: some probes have no light, memory. */
+ * alone. groups: the light of each group of lights as well, of cells. Error: some probes have no
+ * light; there are no groups, or these are of discs or a packed file; memory. */
 struct error *interpolate_pack(const struct interpolate *interpolate, enum probe_packing packing,
-                               size_t *size, void *image);
+                               bool groups, size_t *size, void *image);
 
 /* The error that probes without a column sh have no light, or that of surfaces alone. */
 struct error *interpolate_no_light(const struct table *probes);

@@ -59,7 +59,8 @@ enum probe_status {
     PROBE_NO_DISCS,     /* no surface probe has a disc; or none faces as a point does */
     PROBE_BAD_DISC,     /* row: of a probe whose normal or irradiance is not finite */
     PROBE_DISCS_APART,  /* they are too far from one another */
-    PROBE_DISCS_LARGE   /* they are too large for that */
+    PROBE_DISCS_LARGE,  /* they are too large for that */
+    PROBE_NO_GROUPS     /* a volume without groups of lights */
 };
 
 /* In English, without a full stop. */
@@ -223,6 +224,52 @@ void probe_volume_light(const struct probe_volume *volume, const struct probe_pl
  * is short, a coefficient is not finite, or there is no such order or packing. */
 size_t probe_volume_pack(const struct probe_volume *volume, int order, const float *sh,
                          int convolved, enum probe_packing packing, void *image, size_t size);
+
+/* -- groups of lights ------------------------------------------------------------------------- */
+
+/* What `probe-query --pack half --groups` writes holds the light of each group of lights beside all
+ * of it (probe-capture --groups). Lamps are dimmed, switched and coloured by weights, three numbers
+ * a group, red, green and blue: the light is the sum over groups of weight times what the group
+ * gives. Weights are finite; below 0, light is taken away.
+ *
+ *     when lamps change:  probe_volume_relight(volume, weight, lit);
+ *     each frame:         probe_volume_locate(volume, position, &place);
+ *                         probe_blend(&place, lit, 3 * order * order, sh);
+ */
+
+/* How many there are: 0 where the volume is of arrays or a packed file without. */
+size_t probe_volume_groups(const struct probe_volume *volume);
+
+/* The name of a group, from 0, which lives as long as the packed file; NULL: there is none of that
+ * number. */
+const char *probe_volume_group_name(const struct probe_volume *volume, size_t group);
+
+/* The light of all probes under these weights into sh, of the caller's: 3 * order^2 numbers a
+ * probe, the rows that probe_blend takes. Groups whose weights are 0 take no time. To the bit what
+ * probe-relight makes of a stream, where the file is of floats. PROBE_NO_GROUPS; and
+ * PROBE_BAD_ARGUMENT: a weight is not finite. Nothing is written then. */
+enum probe_status probe_volume_relight(const struct probe_volume *volume, const float *weight,
+                                       float *sh);
+
+/* The same at one place, without light of all probes: 3 * order^2 numbers, to rounding what
+ * probe_blend gives after probe_volume_relight; 0 where there are no groups. Takes about as long as
+ * probe_volume_light for each group whose weights are not 0. */
+void probe_volume_light_weighted(const struct probe_volume *volume, const struct probe_place *place,
+                                 const float *weight, float *sh);
+
+/* Groups of lights: names of a-z 0-9 _ -, 4096 at the most, and SH of their light, of the order of
+ * all light: 3 * order^2 a probe. */
+struct probe_groups {
+    size_t count;
+    const char *const *name;
+    const float *const *sh;
+};
+
+/* probe_volume_pack with groups (NULL, or a count of 0: none). Returns 0 for a bad name as well, or
+ * groups without light (order 0). */
+size_t probe_volume_pack_groups(const struct probe_volume *volume, int order, const float *sh,
+                                int convolved, enum probe_packing packing,
+                                const struct probe_groups *groups, void *image, size_t size);
 
 /* -- surfaces ---------------------------------------------------------------------------------- */
 

@@ -2,6 +2,8 @@
 /* What all parts ask a volume and its cells. */
 #include "volume.h"
 
+#include <string.h>
+
 const int volume_facet_corner[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 /* Lattice units along the axes that tell places of a lower-dimensional mesh apart. */
@@ -78,6 +80,7 @@ const char *probe_status_text(enum probe_status status)
     case PROBE_NO_DISCS: return "there are no discs, or none that faces as the point does";
     case PROBE_BAD_DISC: return "a normal or irradiance is not finite";
     case PROBE_DISCS_APART: return "surface probes are too far from one another for discs";
+    case PROBE_NO_GROUPS: return "the packed file has no groups of lights";
     case PROBE_DISCS_LARGE: return "discs are too large for the distance of their points";
     }
     return "an unknown status";
@@ -106,4 +109,19 @@ int probe_volume_extends(const struct probe_volume *v)
 size_t probe_volume_bytes(const struct probe_volume *v)
 {
     return v->bytes;
+}
+
+size_t probe_volume_groups(const struct probe_volume *v)
+{
+    return v->groups;
+}
+
+const char *probe_volume_group_name(const struct probe_volume *v, size_t group)
+{
+    const char *name = v->group_names;
+    if (group >= v->groups)
+        return NULL;
+    while (group--)
+        name += strlen(name) + 1;
+    return name;
 }

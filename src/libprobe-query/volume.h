@@ -127,7 +127,10 @@ struct probe_volume {
     struct probe_image_facts image;
     const void *light; /* of an image */
     float light_scale;
-    size_t bytes; /* owned */
+    size_t groups;           /* of lights, of an image */
+    const char *group_names; /* one behind the other, each with a 0 at its end */
+    const void *group_light; /* as light; of each probe, all groups */
+    size_t bytes;            /* owned */
 };
 
 /* -- cells, by internal number ---------------------------------------------------------------- */

@@ -6,9 +6,11 @@
  * Sums are made in one order, so light is the same bytes everywhere: ((w0 a + w1 b) + (w2 c + w3
  * d)), in floats.
  */
+#include "half.h"
 #include "sh.h"
 #include "volume.h"
 
+#include <math.h>
 #include <string.h>
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -116,12 +118,15 @@ static bool has_eights(void)
 }
 #endif
 
-void probe_blend(const struct probe_place *place, const float *row, size_t width, float *out)
+/* Rows begin `stride` behind one another. */
+static inline __attribute__((always_inline)) void blend_floats(const struct probe_place *place,
+                                                               const float *row, size_t stride,
+                                                               size_t width, float *out)
 {
     struct blend with;
     choose(place, &with);
-    const float *const rows[4] = {row + with.probe[0] * width, row + with.probe[1] * width,
-                                  row + with.probe[2] * width, row + with.probe[3] * width};
+    const float *const rows[4] = {row + with.probe[0] * stride, row + with.probe[1] * stride,
+                                  row + with.probe[2] * stride, row + with.probe[3] * stride};
     if (width >= 8 && has_eights())
         blend_eights(&with, rows, width, out);
     else if (width >= 4)
@@ -130,6 +135,11 @@ void probe_blend(const struct probe_place *place, const float *row, size_t width
         for (size_t k = 0; k < width; k++)
             out[k] = mix(&with, (four){rows[0][k]}, (four){rows[1][k]}, (four){rows[2][k]},
                          (four){rows[3][k]})[0];
+}
+
+void probe_blend(const struct probe_place *place, const float *row, size_t width, float *out)
+{
+    blend_floats(place, row, width, width, out);
 }
 
 /* -- halves ----------------------------------------------------------------------------------- */
@@ -151,14 +161,14 @@ static inline four load_half(const uint16_t *from)
 }
 
 static void blend_half(const struct probe_place *place, const uint16_t *row, float scale,
-                       size_t width, float *out)
+                       size_t stride, size_t width, float *out)
 {
     struct blend with;
     const uint16_t *r[4];
     choose(place, &with);
     for (int i = 0; i < 4; i++) {
         with.weight[i] *= scale;
-        r[i] = row + with.probe[i] * width;
+        r[i] = row + with.probe[i] * stride;
     }
     for (size_t k = 0; k < width; k += 4) {
         if (k + 4 > width && width >= 4)
@@ -181,9 +191,79 @@ void probe_volume_light(const struct probe_volume *v, const struct probe_place *
     if (!width)
         return;
     if (v->image.packing == PROBE_PACK_HALF)
-        blend_half(place, v->light, v->light_scale, width, sh);
+        blend_half(place, v->light, v->light_scale, width, width, sh);
     else
         probe_blend(place, v->light, width, sh);
+}
+
+/* -- groups of lights ------------------------------------------------------------------------- */
+
+enum { WIDTH_MOST = 108 };
+
+static bool is_black(const float weight[3])
+{
+    return weight[0] == 0 && weight[1] == 0 && weight[2] == 0;
+}
+
+void probe_volume_light_weighted(const struct probe_volume *v, const struct probe_place *place,
+                                 const float *weight, float *sh)
+{
+    const size_t width = (size_t)(3 * v->image.order * v->image.order), stride = width * v->groups;
+    float light[WIDTH_MOST];
+    memset(sh, 0, width * sizeof *sh);
+    for (size_t g = 0; g < v->groups; g++) {
+        const float *const w = weight + 3 * g;
+        if (is_black(w))
+            continue;
+        if (v->image.packing == PROBE_PACK_HALF)
+            blend_half(place, (const uint16_t *)v->group_light + g * width, v->light_scale, stride,
+                       width, light);
+        else
+            blend_floats(place, (const float *)v->group_light + g * width, stride, width, light);
+        for (size_t k = 0; k < width; k += 3)
+            for (size_t c = 0; c < 3; c++)
+                sh[k + c] += w[c] * light[k + c];
+    }
+}
+
+/* Sums are of doubles, group after group, as those of probe-relight. at: of the row of the probe's
+ * first group. */
+static void relight_row(const struct probe_volume *v, const float *weight, size_t width, size_t at,
+                        float *sh)
+{
+    double sum[WIDTH_MOST] = {0};
+    float light[WIDTH_MOST];
+    for (size_t g = 0; g < v->groups; g++, at += width) {
+        const float *from = (const float *)v->group_light + at;
+        const double w[3] = {(double)weight[3 * g], (double)weight[3 * g + 1],
+                             (double)weight[3 * g + 2]};
+        if (is_black(weight + 3 * g))
+            continue;
+        if (v->image.packing == PROBE_PACK_HALF) {
+            const uint16_t *half = (const uint16_t *)v->group_light + at;
+            for (size_t k = 0; k < width; k++)
+                light[k] = v->light_scale * half_value(half[k]);
+            from = light;
+        }
+        for (size_t k = 0; k < width; k += 3)
+            for (size_t c = 0; c < 3; c++)
+                sum[k + c] += w[c] * (double)from[k + c];
+    }
+    for (size_t k = 0; k < width; k++)
+        sh[k] = (float)sum[k];
+}
+
+enum probe_status probe_volume_relight(const struct probe_volume *v, const float *weight, float *sh)
+{
+    const size_t width = (size_t)(3 * v->image.order * v->image.order);
+    if (!v->groups)
+        return PROBE_NO_GROUPS;
+    for (size_t i = 0; i < 3 * v->groups; i++)
+        if (!(fabsf(weight[i]) < INFINITY))
+            return PROBE_BAD_ARGUMENT;
+    for (size_t i = 0; i < v->probes; i++)
+        relight_row(v, weight, width, i * v->groups * width, sh + i * width);
+    return PROBE_OK;
 }
 
 /* -- irradiance ------------------------------------------------------------------------------- */

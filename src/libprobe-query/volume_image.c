@@ -13,7 +13,9 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-enum { IMAGE_VERSION = 1, IMAGE_ALIGNMENT = 64 };
+/* The later version is of files with groups of lights: what does not know them must not open them.
+ */
+enum { IMAGE_VERSION = 1, IMAGE_OF_GROUPS = 2, IMAGE_ALIGNMENT = 64, GROUPS_MOST = 4096 };
 
 struct image_header {
     char magic[8];
@@ -23,10 +25,11 @@ struct image_header {
     uint64_t probes, cells;
     double step, origin[3]; /* position = origin + step * site */
     float light_scale;      /* coefficient = light_scale * what is stored */
-    uint32_t nothing_either;
-    uint64_t size;    /* of the whole */
-    uint64_t outside; /* cells that something stands beyond, outside of the hull */
-    uint64_t unused[3];
+    uint32_t groups;        /* of lights; version 2 */
+    uint64_t size;          /* of the whole */
+    uint64_t outside;       /* cells that something stands beyond, outside of the hull */
+    uint64_t name_bytes;    /* of all groups' names; version 2 */
+    uint64_t unused[2];
 };
 _Static_assert(sizeof(struct image_header) == 128, "the header is packed");
 _Static_assert(sizeof(struct volume_beyond) == 56, "what is outside is packed");
@@ -35,7 +38,7 @@ static const char image_magic[8] = {'p', 'r', 'o', 'b', 'e', 'p', 'a', 'k'};
 
 /* Where the parts of an image lie. */
 struct layout {
-    size_t site, light, vertex, neighbour, sight, stand_in, beyond, size;
+    size_t site, light, vertex, neighbour, sight, stand_in, beyond, names, group_light, size;
 };
 
 static size_t align(size_t at)
@@ -48,17 +51,26 @@ static size_t width_of(const struct image_header *h)
     return (size_t)(3 * h->order * h->order);
 }
 
+static size_t light_bytes(const struct image_header *h)
+{
+    return h->packing == PROBE_PACK_HALF ? 2 : 4;
+}
+
 static struct layout lay_out(const struct image_header *h)
 {
     struct layout at = {.site = align(sizeof *h)};
     at.light = align(at.site + h->probes * 3 * sizeof(double));
-    at.vertex = align(at.light + h->probes * width_of(h) * (h->packing == PROBE_PACK_HALF ? 2 : 4));
+    at.vertex = align(at.light + h->probes * width_of(h) * light_bytes(h));
     at.neighbour = align(at.vertex + h->cells * h->corners * h->vertex_bytes);
     at.sight = align(at.neighbour + h->cells * h->corners * h->neighbour_bytes);
     const uint64_t walled = h->sight ? h->cells : 0;
     at.stand_in = align(at.sight + walled * (uint64_t)sight_width(h->corners) * 2);
     at.beyond = align(at.stand_in + walled * h->vertex_bytes);
-    at.size = align(at.beyond + h->outside * sizeof(struct volume_beyond));
+    at.names = align(at.beyond + h->outside * sizeof(struct volume_beyond));
+    const bool grouped = h->version == IMAGE_OF_GROUPS;
+    at.group_light = align(at.names + (grouped ? h->name_bytes : 0));
+    at.size = align(at.group_light +
+                    (grouped ? h->probes * h->groups * width_of(h) * light_bytes(h) : 0));
     return at;
 }
 
@@ -100,7 +112,7 @@ static bool sane_scale(const struct image_header *h)
 /* What this version does not use is 0, so that a later one may. */
 static bool knows_all(const struct image_header *h)
 {
-    uint64_t other = h->nothing_either;
+    uint64_t other = h->version == IMAGE_OF_GROUPS ? 0 : h->groups | h->name_bytes;
     for (size_t i = 0; i < sizeof h->nothing; i++)
         other |= h->nothing[i];
     for (size_t i = 0; i < sizeof h->unused / sizeof *h->unused; i++)
@@ -108,10 +120,32 @@ static bool knows_all(const struct image_header *h)
     return !other;
 }
 
+static bool sane_groups(const struct image_header *h, size_t size)
+{
+    return h->version != IMAGE_OF_GROUPS ||
+           (h->groups > 0 && h->groups <= GROUPS_MOST && h->order > 0 && h->name_bytes <= size);
+}
+
+/* Each is such as a column may have, and ends with a 0. */
+static bool sane_names(const char *names, size_t bytes, size_t groups)
+{
+    size_t ends = 0, length = 0;
+    for (size_t i = 0; i < bytes; i++) {
+        const char c = names[i];
+        const bool part = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+        if (!part && (c || !length))
+            return false;
+        length = part ? length + 1 : 0;
+        ends += !part;
+    }
+    return !length && ends == groups;
+}
+
 static enum probe_status check_header(const struct image_header *h, const void *image, size_t size)
 {
     /* a big-endian machine sees another version */
-    if (memcmp(h->magic, image_magic, sizeof h->magic) || h->version != IMAGE_VERSION)
+    if (memcmp(h->magic, image_magic, sizeof h->magic) ||
+        (h->version != IMAGE_VERSION && h->version != IMAGE_OF_GROUPS))
         return PROBE_NOT_AN_IMAGE;
     const bool sane = h->corners >= 1 && h->corners <= 4 && h->order <= 6 && h->convolved <= 1 &&
                       h->packing <= PROBE_PACK_HALF && h->sight <= 1 &&
@@ -119,7 +153,7 @@ static enum probe_status check_header(const struct image_header *h, const void *
                       (h->neighbour_bytes == 2 || h->neighbour_bytes == 4) &&
                       h->probes <= INT32_MAX && h->cells <= INT32_MAX &&
                       h->outside <= (h->sight && h->corners == 4 ? h->cells : 0) &&
-                      sane_lattice(h) && sane_scale(h);
+                      sane_lattice(h) && sane_scale(h) && sane_groups(h, size);
     if (!sane || h->size != size || lay_out(h).size != size ||
         h->checksum != image_checksum(image, size))
         return PROBE_BAD_IMAGE;
@@ -143,6 +177,13 @@ static bool all_finite(const void *numbers, size_t bytes, uint64_t exponent, uin
     return !(any & (exponent + one));
 }
 
+static bool finite_light(const struct probe_volume *v, const void *light, size_t count)
+{
+    return v->image.packing == PROBE_PACK_HALF
+               ? all_finite(light, 2 * count, 0x7c007c007c007c00, 0x0400040004000400)
+               : all_finite(light, 4 * count, 0x7f8000007f800000, 0x0080000000800000);
+}
+
 /* Sites are whole numbers of the lattice; coefficients are finite. */
 static enum probe_status check_numbers(const struct probe_volume *v, size_t *row)
 {
@@ -154,10 +195,9 @@ static enum probe_status check_numbers(const struct probe_volume *v, size_t *row
             return PROBE_BAD_POSITION;
         }
     const size_t n = v->probes * (size_t)(3 * v->image.order * v->image.order);
-    const bool finite = v->image.packing == PROBE_PACK_HALF
-                            ? all_finite(v->light, 2 * n, 0x7c007c007c007c00, 0x0400040004000400)
-                            : all_finite(v->light, 4 * n, 0x7f8000007f800000, 0x0080000000800000);
-    return finite ? PROBE_OK : PROBE_BAD_IMAGE;
+    return finite_light(v, v->light, n) && finite_light(v, v->group_light, n * v->groups)
+               ? PROBE_OK
+               : PROBE_BAD_IMAGE;
 }
 
 enum probe_status probe_volume_open(struct probe_volume **volume, const void *image, size_t size,
@@ -178,11 +218,13 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
     enum probe_status status = check_header(&h, image, size);
     if (status)
         return status;
+    const struct layout at = lay_out(&h);
+    const char *bytes = image;
+    if (!sane_names(bytes + at.names, (size_t)h.name_bytes, h.groups))
+        return PROBE_BAD_IMAGE;
     struct probe_volume *v = calloc(1, sizeof *v);
     if (!v)
         return PROBE_NO_MEMORY;
-    const struct layout at = lay_out(&h);
-    const char *bytes = image;
     *v = (struct probe_volume){
         .flags = flags,
         .corners = h.corners,
@@ -203,15 +245,17 @@ enum probe_status probe_volume_open(struct probe_volume **volume, const void *im
         .beyond = (const struct volume_beyond *)(const void *)(bytes + at.beyond),
         .beyonds = (size_t)h.outside,
         .light = bytes + at.light,
-        .light_scale = h.light_scale};
+        .light_scale = h.light_scale,
+        .groups = h.groups,
+        .group_names = bytes + at.names,
+        .group_light = bytes + at.group_light};
     v->image = (struct probe_image_facts){
         .order = h.order,
         .convolved = h.convolved,
         .packing = (enum probe_packing)h.packing,
         .vertex_bytes = h.vertex_bytes,
         .neighbour_bytes = h.neighbour_bytes,
-        .bytes_per_probe = 3 * sizeof(double) +
-                           width_of(&h) * (h.packing == PROBE_PACK_HALF ? 2 : 4),
+        .bytes_per_probe = 3 * sizeof(double) + (1 + h.groups) * width_of(&h) * light_bytes(&h),
         .bytes_per_cell = (size_t)h.corners * (size_t)(h.vertex_bytes + h.neighbour_bytes) +
                           (h.sight ? (size_t)sight_width(h.corners) * 2 + h.vertex_bytes : 0),
         .bytes = size};
@@ -254,19 +298,62 @@ static size_t number_probes(const struct probe_volume *v, int32_t *fresh, int32_
     return used;
 }
 
-/* What coefficients are divided by. 0: one is not finite. */
-static float scale_of(size_t used, const int32_t *old, size_t width, const float *sh,
-                      enum probe_packing packing)
+/* The largest coefficient; infinite: one is not finite. */
+static float most_of(const struct image_header *h, const int32_t *old, const float *sh)
 {
+    const size_t width = width_of(h);
     float most = 0;
-    for (size_t i = 0; i < used; i++)
+    for (size_t i = 0; i < h->probes; i++)
         for (size_t k = 0; k < width; k++) {
             const float x = fabsf(sh[(size_t)old[i] * width + k]);
             if (!isfinite(x))
-                return 0;
+                return INFINITY;
             most = x > most ? x : most;
         }
-    return packing == PROBE_PACK_HALF ? half_scale(most) : 1;
+    return most;
+}
+
+/* What coefficients are divided by. 0: one is not finite. */
+static float scale_of(const struct image_header *h, const int32_t *old, const float *sh,
+                      const struct probe_groups *groups)
+{
+    float most = most_of(h, old, sh);
+    for (size_t g = 0; g < h->groups; g++)
+        most = fmaxf(most, most_of(h, old, groups->sh[g]));
+    if (!isfinite(most))
+        return 0;
+    return h->packing == PROBE_PACK_HALF ? half_scale(most) : 1;
+}
+
+/* Rows of SH, the first of them `first` numbers from `to`, and each `step` behind the last. */
+static void put_light(const struct image_header *h, const int32_t *old, const float *sh,
+                      size_t first, size_t step, char *to)
+{
+    const size_t width = width_of(h);
+    float *light = (float *)(void *)to + first;
+    uint16_t *half = (uint16_t *)(void *)to + first;
+    for (size_t i = 0; i < h->probes; i++)
+        for (size_t k = 0; k < width; k++) {
+            const float x = sh[(size_t)old[i] * width + k];
+            if (h->packing == PROBE_PACK_HALF)
+                half[i * step + k] = half_of(x / h->light_scale);
+            else
+                light[i * step + k] = x;
+        }
+}
+
+static void put_groups(const struct image_header *h, const int32_t *old,
+                       const struct probe_groups *groups, char *image)
+{
+    const struct layout at = lay_out(h);
+    const size_t width = width_of(h);
+    char *name = image + at.names;
+    for (size_t g = 0; g < h->groups; g++) {
+        const size_t bytes = strlen(groups->name[g]) + 1;
+        memcpy(name, groups->name[g], bytes);
+        name += bytes;
+        put_light(h, old, groups->sh[g], g * width, h->groups * width, image + at.group_light);
+    }
 }
 
 /* Records of cells by their own order, as open wants them; those of the volume are few. */
@@ -286,24 +373,16 @@ static void put_outside(const struct probe_volume *v, uint64_t count, const int3
 }
 
 static void put_parts(const struct probe_volume *v, const struct image_header *h,
-                      const int32_t *fresh, const int32_t *old, const float *sh, char *image)
+                      const int32_t *fresh, const int32_t *old, const float *sh,
+                      const struct probe_groups *groups, char *image)
 {
     const struct layout at = lay_out(h);
-    const size_t width = width_of(h);
     double *site = (double *)(void *)(image + at.site);
-    float *light = (float *)(void *)(image + at.light);
-    uint16_t *half = (uint16_t *)(void *)(image + at.light);
     memset(image, 0, at.size);
-    for (size_t i = 0; i < h->probes; i++) {
+    for (size_t i = 0; i < h->probes; i++)
         memcpy(site + 3 * i, volume_site(v, old[i]), 3 * sizeof *site);
-        for (size_t k = 0; k < width; k++) {
-            const float x = sh[(size_t)old[i] * width + k];
-            if (h->packing == PROBE_PACK_HALF)
-                half[i * width + k] = half_of(x / h->light_scale);
-            else
-                light[i * width + k] = x;
-        }
-    }
+    put_light(h, old, sh, 0, width_of(h), image + at.light);
+    put_groups(h, old, groups, image);
     for (size_t cell = 0; cell < v->cells; cell++)
         for (int k = 0; k < v->corners; k++) {
             const size_t i = cell * (size_t)v->corners + (size_t)k;
@@ -325,21 +404,46 @@ static void put_parts(const struct probe_volume *v, const struct image_header *h
     memcpy(image + offsetof(struct image_header, checksum), &sum, sizeof sum);
 }
 
+/* The bytes of all names; 0: one is no name of a group. */
+static size_t count_names(const struct probe_groups *groups)
+{
+    size_t bytes = 0;
+    for (size_t g = 0; g < groups->count; g++) {
+        const size_t length = strlen(groups->name[g]) + 1;
+        if (!sane_names(groups->name[g], length, 1))
+            return 0;
+        bytes += length;
+    }
+    return bytes;
+}
+
 size_t probe_volume_pack(const struct probe_volume *v, int order, const float *sh, int convolved,
                          enum probe_packing packing, void *image, size_t size)
 {
+    return probe_volume_pack_groups(v, order, sh, convolved, packing, NULL, image, size);
+}
+
+size_t probe_volume_pack_groups(const struct probe_volume *v, int order, const float *sh,
+                                int convolved, enum probe_packing packing,
+                                const struct probe_groups *groups, void *image, size_t size)
+{
+    const bool grouped = groups && groups->count;
+    const size_t name_bytes = grouped ? count_names(groups) : 0;
     const bool sane = order >= 0 && order <= 6 && (order == 0 || sh) &&
-                      (packing == PROBE_PACK_FLOAT || packing == PROBE_PACK_HALF);
+                      (packing == PROBE_PACK_FLOAT || packing == PROBE_PACK_HALF) &&
+                      (!grouped || (order > 0 && name_bytes && groups->count <= GROUPS_MOST));
     int32_t *fresh = sane ? malloc(2 * (v->probes + 1) * sizeof *fresh) : NULL;
     if (!fresh)
         return 0;
     int32_t *old = fresh + v->probes + 1;
     struct image_header h = {
-        .version = IMAGE_VERSION,
+        .version = grouped ? IMAGE_OF_GROUPS : IMAGE_VERSION,
         .corners = (uint8_t)v->corners,
         .order = (uint8_t)order,
         .convolved = convolved != 0,
         .packing = (uint8_t)packing,
+        .groups = grouped ? (uint32_t)groups->count : 0,
+        .name_bytes = name_bytes,
         .sight = v->sight != NULL,
         .outside = v->sight ? v->beyonds : 0,
         .cells = v->cells,
@@ -349,10 +453,10 @@ size_t probe_volume_pack(const struct probe_volume *v, int order, const float *s
     h.probes = number_probes(v, fresh, old);
     h.vertex_bytes = h.probes < UINT16_MAX ? 2 : 4;
     h.neighbour_bytes = h.cells < UINT16_MAX ? 2 : 4;
-    h.light_scale = scale_of((size_t)h.probes, old, width_of(&h), sh, packing);
+    h.light_scale = scale_of(&h, old, sh, groups);
     h.size = lay_out(&h).size;
     if (h.light_scale > 0 && size >= h.size)
-        put_parts(v, &h, fresh, old, sh, image);
+        put_parts(v, &h, fresh, old, sh, groups, image);
     free(fresh);
     return h.light_scale > 0 ? (size_t)h.size : 0;
 }

@@ -66,7 +66,15 @@ static void ask(const struct probe_volume *v, uint64_t seed)
             for (int k = 0; k < 3 * facts.order * facts.order; k++)
                 require(!isnan(sh[k]), "light is a number");
         }
+        if (i % 8 == 3 && facts.order && probe_volume_groups(v) <= 2) {
+            const float weight[6] = {1, 0.5f, 0, 1, 1, 1};
+            probe_volume_light_weighted(v, &place, weight, sh);
+            for (int k = 0; k < 3 * facts.order * facts.order; k++)
+                require(!isnan(sh[k]), "weighted light is a number");
+        }
     }
+    for (size_t g = 0; g < probe_volume_groups(v); g++)
+        require(strlen(probe_volume_group_name(v, g)) < 256, "a group has a name");
     many[0].cell = PROBE_COLD;
     require(probe_volume_locate_many(v, 32, point[0], 3, NULL, many) == PROBE_OK, "many at once");
     uint32_t order[32];
@@ -256,6 +264,7 @@ static void make_sight(const struct probe_mesh *m, float sight[12 * 48], int32_t
         stand_in[i] = (int32_t)(i * 7 % (m->probes + 1)) - 1;
 }
 
+/* Floats without sight and halves with it have groups of lights, too. */
 static void make_seed(int corners, bool packed, bool sees, enum probe_packing packing,
                       struct bytes *seed)
 {
@@ -277,7 +286,12 @@ static void make_seed(int corners, bool packed, bool sees, enum probe_packing pa
             (sees && corners == 4 && probe_volume_set_sight_outside(v, sight, stand_in, NULL)))
             bail("no seed");
         static uint64_t image[ROOM / 8];
-        const size_t bytes = probe_volume_pack(v, 2, sh, 0, packing, image, ROOM - 1);
+        const char *const names[] = {"alarm", "rest"};
+        const float *const light[] = {sh, sh + 12};
+        const struct probe_groups groups = {sees == (packing == PROBE_PACK_HALF) ? 2 : 0, names,
+                                            light};
+        const size_t bytes =
+            probe_volume_pack_groups(v, 2, sh, 0, packing, &groups, image, ROOM - 1);
         if (!bytes || bytes > ROOM - 1)
             bail("no room for a seed");
         memcpy(at, image, bytes);
