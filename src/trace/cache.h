@@ -43,7 +43,7 @@ struct path_cache {
     double error[SH_ORDER_MAX];
 };
 
-enum { CACHE_NONE = UINT32_MAX }; /* no disc */
+#define CACHE_NONE UINT32_MAX /* no disc */
 
 /* What a row of F is made of: a ray of a disc that ended at another, with the share of that one's
  * irradiance that it brings, 3 colours: to be summed and divided by the disc's rays. */
