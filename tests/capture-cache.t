@@ -71,6 +71,15 @@ check "sunlit ground, by its points and by rays" says said '-capture: cache: ' a
         END { m = s / n; e = sqrt((q / n - m * m) / n)
             t = .282094792 * (1 / 3.14159265) * 4 * atan2(64, sqrt(65 * 65 - 64 * 64))
             z = (m - t) / e; exit !(n == 32 && z < 4 && z > -4 && e / t < .01) }' ground.probe
+# So it is beside a sun that is a million times as bright and lights the side which no probe sees.
+probe-place points -q over.txt ground.obj |
+    probe-capture --rays 1024 --sun 0,-1,0,2,2,2 --sun 0,1,0,2e6,2e6,2e6 --light indirect \
+    --cache auto --text ground.obj >dim.probe 2>said
+check "ground in the light of a sun that is dim beside another" says said '-capture: cache: ' and \
+    awk '/^[0-9-]/ { n++; s += $4; q += $4 * $4 }
+        END { m = s / n; e = sqrt((q / n - m * m) / n)
+            t = .282094792 * (1 / 3.14159265) * 4 * atan2(64, sqrt(65 * 65 - 64 * 64))
+            z = (m - t) / e; exit !(n == 32 && z < 4 && z > -4 && e / t < .01) }' dim.probe
 
 # Where most of what probes see is sunlit, rays find it better than the points do.
 awk 'BEGIN { for (i = 0; i < 64; i++) print (i % 8 - 3.5) * 1.7, 2, (int(i / 8) - 3.5) * 1.7 }' \

@@ -23,7 +23,14 @@ static struct error *learn(struct ask_lit *ask, const struct lit *lit, int count
 {
     const size_t clusters = lit_clusters(lit);
     uint32_t *asked = NULL;
+    double *const sum = ask->sum, *spread = NULL;
     struct error *err = array_create(&asked, 2 * clusters, sizeof *asked);
+    if (!err)
+        err = array_create(&spread, clusters, sizeof *spread);
+    if (!err) {
+        lit_spread(lit, sum, spread);
+        ask->sum = spread;
+    }
     for (int first = 0; first < count && !err; first += PATH_WAVE) {
         const int now = count - first < PATH_WAVE ? count - first : PATH_WAVE;
         struct path_found found[PATH_WAVE];
@@ -37,8 +44,10 @@ static struct error *learn(struct ask_lit *ask, const struct lit *lit, int count
             asked[clusters + cluster[i]] += vec3f_most(found[i].light) > 0;
         }
     }
+    ask->sum = sum;
     if (!err)
-        lit_learn(lit, asked, asked + clusters, ask->sum);
+        lit_learn(lit, asked, asked + clusters, sum);
+    free(spread);
     ask->first += (uint32_t)count;
     free(asked);
     return err;

@@ -13,7 +13,7 @@
 enum {
     BLOCK = 8,    /* points */
     CLUSTER = 32, /* blocks */
-    NEAR = 32,    /* d0 squared, in areas that a particle stands for */
+    NEAR = 32,    /* d0 squared, in areas that a sun's particle stands for */
     MORTON = 21,  /* bits an axis */
 };
 
@@ -54,15 +54,18 @@ static struct vec3f albedo_of(const struct tracer *tracer, const struct particle
 }
 
 struct place {
+    int group;
     uint64_t code;
     size_t hit;
+    struct vec3f scattered;
 };
 
 static int by_code(const void *a, const void *b)
 {
     const struct place *x = a, *y = b;
-    return x->code != y->code ? (x->code > y->code ? 1 : -1)
-                              : (x->hit > y->hit) - (x->hit < y->hit);
+    return x->group != y->group ? (x->group > y->group ? 1 : -1)
+           : x->code != y->code ? (x->code > y->code ? 1 : -1)
+                                : (x->hit > y->hit) - (x->hit < y->hit);
 }
 
 /* The axis that a normal is nearest to, and its sign: 0 .. 5. */
@@ -72,8 +75,15 @@ static int side_of(struct vec3f n)
     return x >= y && x >= z ? n.x < 0 : y >= z ? 2 + (n.y < 0) : 4 + (n.z < 0);
 }
 
+/* Points of one side that scatter about as much: within 16 times. */
+static int group_of(struct vec3f scattered, struct vec3f n)
+{
+    const float power = luminance_vec3f(scattered);
+    return 6 * (power > 0 ? (int)floorf(log2f(power) / 4) : -64) + side_of(n);
+}
+
 /* Side by side, along a Morton curve. */
-static uint64_t code_of(const struct tracer *tracer, struct vec3f p, struct vec3f n)
+static uint64_t code_of(const struct tracer *tracer, struct vec3f p)
 {
     const double side = 2 * tracer->extent, at[3] = {(double)p.x, (double)p.y, (double)p.z};
     uint64_t code = 0;
@@ -83,7 +93,7 @@ static uint64_t code_of(const struct tracer *tracer, struct vec3f p, struct vec3
         for (int b = 0; b < MORTON; b++)
             code |= (c >> b & 1) << (3 * b + k);
     }
-    return code >> 3 | (uint64_t)side_of(n) << 60;
+    return code;
 }
 
 static struct block block_of(const struct point *point, size_t count)
@@ -101,24 +111,40 @@ static struct block block_of(const struct point *point, size_t count)
     return b;
 }
 
+/* Points by groups, each of which fills its clusters up with points that scatter nothing: else a
+ * bright one that faces away would take the questions of a dim one that is seen. */
 static struct error *take_hits(struct lit *lit, const struct particles *particles)
 {
     struct place *place = NULL;
     struct error *err = array_create(&place, particles->count, sizeof *place);
+    size_t count = 0, capacity = 0;
     for (size_t i = 0; i < particles->count && !err; i++) {
         const struct particle_hit *hit = &particles->hit[i];
-        place[lit->points++] = (struct place){code_of(lit->tracer, hit->position, hit->normal), i};
+        const struct vec3f scattered =
+            vec3f_scale(1 / (float)ANGLE_PI, vec3f_mul(hit->flux, albedo_of(lit->tracer, hit)));
+        place[i] = (struct place){group_of(scattered, hit->normal),
+                                  code_of(lit->tracer, hit->position), i, scattered};
     }
     if (!err)
-        err = array_create(&lit->point, lit->points, sizeof *lit->point);
-    if (!err)
-        qsort(place, lit->points, sizeof *place, by_code);
-    for (size_t i = 0; i < lit->points && !err; i++) {
+        qsort(place, particles->count, sizeof *place, by_code);
+    for (size_t i = 0; i < particles->count && !err; i++) {
         const struct particle_hit *hit = &particles->hit[place[i].hit];
-        lit->point[i] = (struct point){
-            trace_leave(hit->position, 4 * (float)lit->tracer->extent, hit->normal), hit->normal,
-            vec3f_scale(1 / (float)ANGLE_PI, vec3f_mul(hit->flux, albedo_of(lit->tracer, hit)))};
+        const bool last = i + 1 < particles->count && place[i + 1].group != place[i].group;
+        const size_t whole = BLOCK * CLUSTER, after = count + 1,
+                     fill = last ? (whole - after % whole) % whole : 0;
+        err = array_reserve(&lit->point, &capacity, after + fill, sizeof *lit->point);
+        if (err)
+            break;
+        lit->point[count] =
+            (struct point){trace_leave(hit->position, 4 * (float)lit->tracer->extent, hit->normal),
+                           hit->normal, place[i].scattered};
+        for (size_t k = after; k < after + fill; k++) {
+            lit->point[k] = lit->point[count];
+            lit->point[k].scattered = (struct vec3f){0};
+        }
+        count = after + fill;
     }
+    lit->points = count;
     free(place);
     return err;
 }
@@ -136,18 +162,6 @@ static struct error *make_blocks(const struct lit *lit, size_t size, struct bloc
     return err;
 }
 
-/* The area that a particle of the mean flux stands for, where the brightest sun is overhead. */
-static float area_of(const struct scene *scene, const struct particles *particles)
-{
-    double flux = 0, most = 0;
-    for (size_t i = 0; i < particles->count; i++)
-        flux += (double)luminance_vec3f(particles->hit[i].flux);
-    for (size_t i = 0; i < scene->light_count; i++)
-        if (scene->lights[i].kind == SCENE_SUN)
-            most = fmax(most, luminance_f64(scene->lights[i].intensity));
-    return most > 0 ? (float)(flux / (double)particles->count / most) : 0;
-}
-
 struct error *lit_create(struct lit **lit, const struct lit_sources *from, size_t count,
                          uint64_t seed, int threads)
 {
@@ -158,13 +172,16 @@ struct error *lit_create(struct lit **lit, const struct lit_sources *from, size_
     if (err)
         return err;
     l->tracer = from->tracer;
-    err = particles_trace(
-        from->tracer, from->lights, from->sky,
-        &(struct particles_settings){
-            .count = count, .bounces = 1, .suns_only = true, .seed = seed, .threads = threads},
-        &particles);
+    err = particles_trace(from->tracer, from->lights, from->sky,
+                          &(struct particles_settings){.count = count,
+                                                       .bounces = 1,
+                                                       .suns_only = true,
+                                                       .even = 1,
+                                                       .seed = seed,
+                                                       .threads = threads},
+                          &particles);
     if (!err && particles.count) {
-        l->near = NEAR * area_of(l->tracer->scene, &particles);
+        l->near = NEAR * particles.sun_area;
         err = take_hits(l, &particles);
         if (!err)
             err = make_blocks(l, BLOCK, &l->block, &l->blocks);
@@ -242,19 +259,41 @@ void lit_weigh(const struct lit *lit, const struct lights_receiver *receiver, do
     add_up(lit, receiver, lit->cluster, lit->clusters, sum);
 }
 
+void lit_spread(const struct lit *lit, const double *sum, double *spread)
+{
+    double count = 0, all = 0;
+    for (size_t i = 0; i < lit->clusters; i++)
+        count += sum[i] > (i ? sum[i - 1] : 0);
+    for (size_t i = 0; i < lit->clusters; i++) {
+        const double weight = sum[i] - (i ? sum[i - 1] : 0);
+        all += weight > 0 ? weight / sum[lit->clusters - 1] + 1 / count : 0;
+        spread[i] = all;
+    }
+}
+
 void lit_learn(const struct lit *lit, const uint32_t *asked, const uint32_t *seen, double *sum)
 {
-    double all = 0, before = 0, asks = 0, sees = 0;
+    double all = 0, before = 0, asks = 0, sees = 0, known = 0, unknown = 0;
     for (size_t i = 0; i < lit->clusters; i++) {
         asks += asked[i];
         sees += seen[i];
     }
-    /* what few questions say counts as much as one that is answered like all */
+    /* what few questions say counts as much as one that is answered like all; what none saw takes
+     * no more of the questions than what was seen */
     const double mean = sees / fmax(asks, 1);
     for (size_t i = 0; i < lit->clusters; i++) {
-        const double weight = sum[i] - before;
+        const double weight = sum[i] - before, share = seen[i] / (asked[i] + 1.0);
         before = sum[i];
-        all += weight * fmax((seen[i] + mean) / (asked[i] + 1), LEAST_SEEN);
+        known += weight * share;
+        unknown += weight * (fmax(share + mean / (asked[i] + 1.0), LEAST_SEEN) - share);
+    }
+    const double most = known > 0 ? fmin(known / unknown, 1) : 1;
+    before = 0;
+    for (size_t i = 0; i < lit->clusters; i++) {
+        const double weight = sum[i] - before, share = seen[i] / (asked[i] + 1.0);
+        before = sum[i];
+        all += weight *
+               (share + most * (fmax(share + mean / (asked[i] + 1.0), LEAST_SEEN) - share));
         sum[i] = all;
     }
 }
@@ -297,12 +336,18 @@ bool lit_draw(const struct lit *lit, const struct lights_receiver *receiver, con
         return false;
     const size_t begin = (first + block) * BLOCK, left = lit->points - begin,
                  points = left < BLOCK ? left : BLOCK;
-    const struct point *p = &lit->point[begin + (size_t)(x * (double)points)];
+    double power[BLOCK], all = 0;
+    size_t drawn;
+    for (size_t i = 0; i < points; i++)
+        power[i] = all += (double)luminance_vec3f(lit->point[begin + i].scattered);
+    probability *= draw_one(power, points, &x, &drawn);
+    if (!(probability > 0))
+        return false;
+    const struct point *p = &lit->point[begin + drawn];
     const struct vec3f way = vec3f_sub(p->position, receiver->position);
     const float square = vec3f_dot(way, way), cosine = -vec3f_dot(way, p->normal) / sqrtf(square);
     if (!(cosine > 0))
         return false;
-    probability /= (double)points;
     *point = (struct lit_point){
         cluster, p->position, p->normal,
         vec3f_scale((float)((double)(cosine / (square + lit->near)) / probability), p->scattered)};

@@ -28,7 +28,8 @@ struct lit_sources {
     const struct sky *sky;
 };
 
-/* `count` particles from the suns, and their hits. NULL, without an error: there are none. */
+/* `count` particles, as many of each sun, and their hits. NULL, without an error: there are
+ * none. */
 struct error *lit_create(struct lit **lit, const struct lit_sources *from, size_t count,
                          uint64_t seed, int threads);
 void lit_destroy(struct lit *lit); /* NULL is legal */
@@ -51,6 +52,10 @@ struct lit_point {
     struct vec3f position, normal; /* off the surface, on its lit side */
     struct vec3f light; /* solid angle times radiance that it brings, over its probability */
 };
+
+/* Weighs them for questions that are to learn: half by that, half alike, so that those of a sun
+ * that is dim beside another are asked, too. spread has room for lit_clusters. */
+void lit_spread(const struct lit *lit, const double *sum, double *spread);
 
 /* Weighs them anew, by how many of the questions that were asked of each were answered (`seen` of
  * `asked`), for other questions than those. */

@@ -159,6 +159,15 @@ struct start {
     struct vec3f origin, direction, flux;
 };
 
+/* Of a particle, across its way; 0: this is no sun. */
+static float sun_area(const struct job *job, const struct source *s)
+{
+    if (s->kind != SUN || !s->count)
+        return 0;
+    const struct window w = window_of(job, direction_of(s->sun));
+    return 4 * w.width * w.height / (float)s->count;
+}
+
 static struct start start_sun(const struct job *job, const struct source *s, struct numbers n)
 {
     const struct vec3f d = direction_of(s->sun);
@@ -392,6 +401,8 @@ struct error *particles_trace(const struct tracer *tracer, const struct lights *
     if (!err && job.sources)
         err = gather(&job, blocks, particles);
     particles->sent = job.sources ? settings->count : 0;
+    for (size_t i = 0; i < job.sources; i++)
+        particles->sun_area = fmaxf(particles->sun_area, sun_area(&job, &job.source[i]));
     for (size_t i = 0; i < blocks && job.block; i++)
         free(job.block[i].hit);
     free(job.block);

@@ -45,7 +45,8 @@ struct particle_hit {
 struct particles {
     struct particle_hit *hit; /* owned; in order of particle / 64, bounce, particle */
     size_t count;
-    size_t sent; /* particles; 0: nothing shines */
+    size_t sent;    /* particles; 0: nothing shines */
+    float sun_area; /* the most that a sun's particle stands for, across its way; local units^2 */
 };
 
 /* Nothing shines: no hits. */
