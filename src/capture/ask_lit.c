@@ -5,6 +5,7 @@
 #include "trace/lit.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static void ask_wave(const struct ask_lit *ask, int count, size_t now, const int *place,
                      struct path_found *found, size_t *cluster)
@@ -18,12 +19,13 @@ static void ask_wave(const struct ask_lit *ask, int count, size_t now, const int
     path_lit(ask->path, ask->receiver, ask->sum, now, x, random, found, cluster);
 }
 
-/* Learns from `count` questions. */
+/* Learns from `count` questions; those that count go on alike where none is answered. */
 static struct error *learn(struct ask_lit *ask, const struct lit *lit, int count)
 {
     const size_t clusters = lit_clusters(lit);
     uint32_t *asked = NULL;
     double *const sum = ask->sum, *spread = NULL;
+    bool some = false;
     struct error *err = array_create(&asked, 2 * clusters, sizeof *asked);
     if (!err)
         err = array_create(&spread, clusters, sizeof *spread);
@@ -40,12 +42,16 @@ static struct error *learn(struct ask_lit *ask, const struct lit *lit, int count
             place[i] = first + i;
         ask_wave(ask, count, (size_t)now, place, found, cluster);
         for (int i = 0; i < now; i++) {
+            const bool seen = vec3f_most(found[i].light) > 0;
             asked[cluster[i]]++;
-            asked[clusters + cluster[i]] += vec3f_most(found[i].light) > 0;
+            asked[clusters + cluster[i]] += seen;
+            some = some || seen;
         }
     }
     ask->sum = sum;
-    if (!err)
+    if (!err && !some)
+        memcpy(sum, spread, clusters * sizeof *sum);
+    else if (!err)
         lit_learn(lit, asked, asked + clusters, sum);
     free(spread);
     ask->first += (uint32_t)count;
