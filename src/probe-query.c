@@ -27,7 +27,7 @@ struct arguments {
     enum query_format to;
     enum probe_packing pack;
     enum interpolate_visible visible;
-    bool normals, explain, groups;
+    bool normals, explain, groups, transfer;
     const char *column, *along, *scene;
 };
 
@@ -89,14 +89,16 @@ static struct error *write_packed(const struct interpolate *in, const struct arg
     struct file_output out;
     char *image;
     size_t size = 0;
-    struct error *err = interpolate_pack(in, a->pack, a->groups, &size, NULL);
+    const unsigned parts = (a->groups ? INTERPOLATE_GROUPS : 0) |
+                           (a->transfer ? INTERPOLATE_TRANSFER : 0);
+    struct error *err = interpolate_pack(in, a->pack, parts, &size, NULL);
     if (!err)
         err = file_output_open(&out, path, true);
     if (err)
         return err;
     err = file_output_room(&out, size, &image);
     if (!err)
-        err = interpolate_pack(in, a->pack, a->groups, &size, image);
+        err = interpolate_pack(in, a->pack, parts, &size, image);
     if (!err) {
         out.count += size;
         return file_output_finish(&out);
@@ -243,6 +245,10 @@ int main(int argc, char **argv)
          .value = &a.groups,
          .help = "with --pack: pack the light of each group of lights, too, for programs\n"
                  "that dim and switch lamps"},
+        {.name = "transfer",
+         .kind = OPTION_FLAG,
+         .value = &a.transfer,
+         .help = "with --pack: pack the responses to a sky and to suns, too, as groups"},
         {.name = "explain",
          .kind = OPTION_FLAG,
          .value = &a.explain,
@@ -283,10 +289,11 @@ int main(int argc, char **argv)
         err = error_usage("--pack packs what all probes of a cell hold: no --visible rays");
     if (!err && a.explain && a.to != QUERY_TEXT)
         err = error_usage("--explain needs --to text");
-    if (!err && a.groups && !pack)
-        err = error_usage("--groups is of packed files: it needs --pack");
-    if (!err && a.groups && strcmp(a.column, "sh"))
-        err = error_usage("--groups packs column sh and those of all groups: no --column");
+    const char *parts = a.groups ? "--groups" : a.transfer ? "--transfer" : NULL;
+    if (!err && parts && !pack)
+        err = error_usage("%s is of packed files: it needs --pack", parts);
+    if (!err && parts && strcmp(a.column, "sh"))
+        err = error_usage("%s packs column sh and those of all groups: no --column", parts);
     if (!err && pack && program.operand_count > 1)
         err = error_usage("--pack takes no points");
     if (!err && pack && !interpolate_kind_is_plain(a.how.kind) && !a.how.kind->pack)

@@ -166,6 +166,38 @@ for column in sh sh_alarm sh_rest; do
     check "column $column of the packed file is that of the stream" \
         test -s expected and cmp got expected
 done
+# weights of a sky are its SH, those of a sun its irradiance: all .25, as the example has them
+sed 's/^ *//' >sky.probe <<'END'
+    #?probe 1
+    sh-order 2
+    sh-content radiance
+    table probe position:f64:3 sh:f32:12
+    0 0 0 .25 .25 .25 .25 .25 .25 .25 .25 .25 .25 .25 .25
+    end
+END
+awk 'BEGIN {
+    srand(7)
+    for (i = 0; i < 16; i++) {
+        printf "%d %d %d", i % 2, int(i / 2) % 2, int(i / 4)
+        for (k = 0; k < 108; k++) printf " %.6f", rand()
+        print ""
+    }
+}' | stream_of "sh-order 2" "sh-content radiance" "sky 0,0,0" "group-1 alarm light=alarm" \
+    "group-2 rest" "transfer-sky 2" "transfer-sun-1 0,1,0" "transfer-sun-2 1,0,0" \
+    "table probe position:f64:3 sh:f32:12 sh_alarm:f32:12 sh_rest:f32:12 transfer_sky:f32:48 \
+transfer_suns:f32:24" | probe-tet -q >parts.probe
+probe-query --pack float --groups --transfer -o parts.pack parts.probe
+probe-relight -q -w rest=.25 -w alarm=0 --sky-probe sky.probe --sun 0,1,0,.25,.25,.25 \
+    --sun 1,0,0,.25,.25,.25 parts.probe | probe-query -q - here >expected
+"$BUILD/doc/example_groups" parts.pack alarm 3.3 1.7 2.2 | head -n 1 >got
+check "blocks of transfers are groups: a sky and two suns" near 1e-5 got expected and test -s got
+sed -e /^group/d parts.probe | probe-cat --drop sh_alarm,sh_rest >whole.probe
+probe-query --pack float --transfer -o whole.pack whole.probe
+probe-query -q --column sh_rest whole.pack here >whole
+probe-query -q whole.probe here >expected
+check "without groups all light is one" near 1e-6 whole expected and test -s whole
+refused 1 "no transfer (no column transfer_sky or transfer_suns): run probe-capture --transfer" \
+    probe-query --pack half --transfer -o x groups.probe
 printf '\001' | cat groups.pack - >longer.pack
 refused 1 "damaged" probe-query longer.pack here
 

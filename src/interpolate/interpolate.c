@@ -320,54 +320,6 @@ struct error *interpolate_open_packed(struct interpolate **interpolate, const ch
     return err;
 }
 
-/* The columns of groups, in their order. name, sh: room for one a column. */
-static struct error *find_groups(const struct interpolate *in, struct probe_groups *groups,
-                                 const char **name, const float **sh)
-{
-    const struct table *probes = stream_table(in->stream, "probe");
-    for (size_t i = 0; i < probes->column_count; i++) {
-        const struct column *column = &probes->columns[i];
-        if (!is_sh(probes, column) || !strcmp(column->name, "sh"))
-            continue;
-        name[groups->count] = column->name + strlen("sh_");
-        sh[groups->count++] = column_f32(column);
-    }
-    groups->name = name;
-    groups->sh = sh;
-    return groups->count ? NULL
-                         : error_new("the probes have no groups of lights (no column sh_NAME): run "
-                                     "probe-capture --groups");
-}
-
-struct error *interpolate_pack(const struct interpolate *in, enum probe_packing packing,
-                               bool groups, size_t *size, void *image)
-{
-    struct probe_groups of = {0};
-    const char **name = NULL;
-    const float **sh = NULL;
-    struct error *err = NULL;
-    if (groups && !in->stream)
-        return error_new("a packed file with groups of lights is made of a stream");
-    if (groups && in->settings.kind->pack)
-        return error_new("discs are packed without groups of lights");
-    if (in->settings.kind->pack)
-        return in->settings.kind->pack(in, packing, size, image);
-    const size_t room = groups ? stream_table(in->stream, "probe")->column_count : 1;
-    err = array_create(&name, room, sizeof *name);
-    if (!err)
-        err = array_create(&sh, room, sizeof *sh);
-    if (!err && groups)
-        err = find_groups(in, &of, name, sh);
-    if (!err)
-        *size = probe_volume_pack_groups(in->volume, in->order, in->value, in->convolved, packing,
-                                         &of, image, *size);
-    if (!err && !*size)
-        err = error_new("some probes have no light: run probe-capture");
-    free(name);
-    free(sh);
-    return err;
-}
-
 void interpolate_close(struct interpolate *in)
 {
     if (!in)

@@ -105,11 +105,16 @@ struct error *interpolate_open(struct interpolate **interpolate, const struct st
 struct error *interpolate_open_packed(struct interpolate **interpolate, const char *path,
                                       const struct interpolate_settings *settings);
 
-/* Packs it (probe_volume_pack, or of discs probe_surface_pack): with *size 0 it tells the size
- * alone. groups: the light of each group of lights as well, of cells. Error: some probes have no
- * light; there are no groups, or these are of discs or a packed file; memory. */
+/* What is packed beside all light, of cells: the light of each group of lights; of each block of a
+ * transfer, which is a group transfer_sky_J or transfer_suns_N, beside groups, or all light as
+ * group rest where there are none. */
+enum { INTERPOLATE_GROUPS = 1, INTERPOLATE_TRANSFER = 2 };
+
+/* Packs it (probe_volume_pack_groups, or of discs probe_surface_pack): with *size 0 it tells the
+ * size alone. parts: of the above, or 0. Error: some probes have no light; there are no groups or
+ * transfers, or these are asked of discs or a packed file; memory. */
 struct error *interpolate_pack(const struct interpolate *interpolate, enum probe_packing packing,
-                               bool groups, size_t *size, void *image);
+                               unsigned parts, size_t *size, void *image);
 
 /* The error that probes without a column sh have no light, or that of surfaces alone. */
 struct error *interpolate_no_light(const struct table *probes);

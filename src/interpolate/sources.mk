@@ -12,6 +12,7 @@ interpolate_sources = \
 	%D%/interpolate_kind.h \
 	%D%/interpolate_nodes.c \
 	%D%/interpolate_options.c %D%/interpolate_options.h \
+	%D%/interpolate_pack.c \
 	%D%/interpolate_scattered.c \
 	%D%/nodes.c %D%/nodes.h \
 	%D%/octree.c %D%/octree.h \
