@@ -1,7 +1,6 @@
 /* An alarm lamp that blinks, from a packed file with the light of each group of lights: what a game
  * does when its lamps change.
  *
- *     probe-capture --groups lamps.txt scene.gltf placed.probe | probe-tet > baked.probe
  *     probe-query --pack half --groups -o baked.pack baked.probe
  *     cc example_groups.c $(pkg-config --cflags --libs libprobe-query)
  *     ./a.out baked.pack alarm 1 1 2
@@ -32,12 +31,11 @@ int main(int argc, char **argv)
     const struct probe_image_facts facts = probe_volume_image(volume);
     const size_t width = 3 * (size_t)facts.order * (size_t)facts.order,
                  groups = probe_volume_groups(volume);
-    float *lit = malloc(probe_volume_probes(volume) * width * sizeof *lit + 1),
-          *weight = malloc(3 * groups * sizeof *weight + 1);
+    float *lit = malloc(probe_volume_probes(volume) * width * sizeof *lit + 1), weight[3 * 64];
     size_t alarm = 0;
     while (alarm < groups && strcmp(probe_volume_group_name(volume, alarm), argv[2]))
         alarm++;
-    if (alarm == groups || !lit || !weight)
+    if (alarm == groups || groups > 64 || !lit)
         return 1;
     for (size_t i = 0; i < 3 * groups; i++)
         weight[i] = i / 3 == alarm ? 0 : 0.25f; /* all other lamps burn low */
@@ -54,5 +52,8 @@ int main(int argc, char **argv)
         printf("%.9g %.9g %.9g\n", (double)rgb[0], (double)rgb[1], (double)rgb[2]);
     }
     probe_volume_destroy(volume);
+    free(lit);
+    free(file);
+    fclose(in);
     return 0;
 }
