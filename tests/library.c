@@ -708,6 +708,10 @@ static void test_group_files(void)
            changed(image, size, names, "", 1) == PROBE_BAD_IMAGE &&
            changed(image, size, names + 5, "x", 1) == PROBE_BAD_IMAGE,
        "refused: light that is no number, and names that are none");
+    const uint64_t one_more = name_bytes + 1;
+    image[names + name_bytes] = 'x';
+    ok(changed(image, size, 104, &one_more, 8) == PROBE_BAD_IMAGE,
+       "refused: enough names, and the beginning of another one");
 
     v = create(&b, 0);
     const char *const bad_names[] = {"Alarm", "", "a b"}, *const good[] = {"a"};
