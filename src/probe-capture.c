@@ -17,6 +17,7 @@
 #include "scene/relit.h"
 #include "scene/scene.h"
 #include "scene/scene_told.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 #include "topology/decimate.h"
 
@@ -58,7 +59,7 @@ static void warn_after(const struct capture_run *run, struct warnings *warnings)
                      run->probes, run->options.slice.parts > 1 ? " of the slice" : "");
 }
 
-/* The light of a stream that was relit. */
+/* The light of a stream that was relit; that its parts are as they were captured. */
 static struct error *relight(struct scene *scene, const struct capture_options *o,
                              const struct stream_header *header, struct warnings *warnings)
 {
@@ -72,6 +73,10 @@ static struct error *relight(struct scene *scene, const struct capture_options *
         return error_new("the stream was relit: groups and transfers are of light as it is "
                          "captured: expected --groups off and a stream that was relit without "
                          "--keep");
+    if (header_key(header, LIGHT_BASIS_KEY))
+        return error_new("the stream's groups and transfers are compressed (key %s): expected the "
+                         "stream before probe-relight --compress",
+                         LIGHT_BASIS_KEY);
     return relit_scene(scene, s, header, warnings);
 }
 

@@ -7,14 +7,19 @@
 #include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "relight/compress.h"
+#include "relight/compressed.h"
 #include "relight/other_light.h"
+#include "relight/pca.h"
 #include "relight/relight.h"
 #include "relight/weights.h"
 #include "scene/relit.h"
 #include "stream/common_options.h"
 #include "stream/header_number.h"
+#include "stream/light_columns.h"
 #include "stream/stream.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,6 +35,9 @@ struct arguments {
     const char *row;
     struct other_light light;
     bool keep;
+    const char *compress; /* how many vectors, or "table"; NULL: relight */
+    int clusters;
+    bool clusters_given;
     struct common common;
 };
 
@@ -212,9 +220,11 @@ static struct error *make_header(const struct run *run, const struct output *out
     if (!err)
         err = other_light_to_header(&out->light, &run->relight,
                                     out->weight + 3 * run->weights.groups, header);
+    const char *lost = header_key(header, COMPRESSED_ERROR_KEY);
+    if (!err && lost)
+        err = header_set_key(header, COMPRESSED_RELIT_ERROR_KEY, lost);
     for (size_t k = header->key_count; k-- > 0 && !a->keep;)
-        if (!strncmp(header->keys[k].name, "transfer-", 9) ||
-            !strncmp(header->keys[k].name, "group-", 6))
+        if (light_key_is_split(header->keys[k].name))
             header_remove_key(header, header->keys[k].name);
     return err ? err : header_add_provenance(header, run->program->recorded);
 }
@@ -318,6 +328,23 @@ static struct error *do_table(struct run *run, struct table *schema)
     return err;
 }
 
+/* The basis of a compressed stream, which the probes need. */
+static struct error *do_basis(struct run *run, struct table *basis)
+{
+    size_t got;
+    struct error *err = stream_reader_rows(run->reader, basis, SIZE_MAX, &got);
+    for (size_t r = 0; r < run->weights.rows && run->arguments->keep && !err; r++) {
+        err = stream_writer_table(run->output[r].writer, basis);
+        if (!err)
+            err = stream_writer_rows(run->output[r].writer, basis, 0, basis->rows);
+    }
+    if (!err)
+        err =
+            error_wrap(relight_take_basis(&run->relight, stream_reader_header(run->reader), basis),
+                       "%s", run->input);
+    return err;
+}
+
 static struct error *do_stream(struct run *run)
 {
     struct error *err = array_create(&run->output, run->weights.rows, sizeof *run->output);
@@ -326,8 +353,10 @@ static struct error *do_stream(struct run *run)
     for (bool more = true; more && !err;) {
         struct table schema = {0};
         err = stream_reader_next_table(run->reader, &schema, &more);
+        const bool basis = !err && more && run->relight.compressed &&
+                           !strcmp(schema.name, COMPRESSED_TABLE);
         if (!err && more)
-            err = do_table(run, &schema);
+            err = basis ? do_basis(run, &schema) : do_table(run, &schema);
         table_clear(&schema);
     }
     for (size_t r = 0; run->output && r < run->weights.rows; r++) {
@@ -363,6 +392,33 @@ static struct error *relight(struct run *run, const char *input)
     return err ? err : do_stream(run);
 }
 
+/* -- compression ------------------------------------------------------------------------------ */
+
+static struct error *compress(const struct run *run, const char *input)
+{
+    const struct arguments *a = run->arguments;
+    struct stream *stream = NULL;
+    char *end;
+    const size_t vectors = strtoul(a->compress, &end, 10);
+    struct error *err = stream_read(&stream, input);
+    if (err)
+        return err;
+    if (!strcmp(a->compress, "table"))
+        err = compress_table(stream, (size_t)a->clusters, stdout, a->common.threads);
+    else
+        err = compress_stream(stream, vectors, (size_t)a->clusters, a->common.threads);
+    err = error_wrap(err, "%s", file_input_name(input));
+    if (!err && strcmp(a->compress, "table")) {
+        err = header_add_provenance(&stream->header, run->program->recorded);
+        if (!err)
+            err = stream_write(stream, a->common.output, a->common.encoding);
+    } else if (!err && (fflush(stdout) || ferror(stdout))) {
+        err = error_system(errno, "stdout");
+    }
+    stream_destroy(stream);
+    return err;
+}
+
 /* -- the command line ------------------------------------------------------------------------- */
 
 enum { LIGHT_ROWS = 6 };
@@ -380,6 +436,31 @@ static void light_rows(struct arguments *a, struct option_row rows[LIGHT_ROWS + 
                    "panorama (Radiance .hdr, OpenEXR)";
     rows[0].shown = "none";
     rows[LIGHT_ROWS] = (struct option_row){0};
+}
+
+static struct error *check_compress(const struct arguments *a, const struct program *program)
+{
+    static const char *const fine[] = {"compress", "clusters", "output", "text",
+                                       "binary",   "threads",  "quiet"};
+    if (!a->compress)
+        return a->clusters_given ? error_usage("--clusters needs --compress") : NULL;
+    char *end;
+    const long vectors = strtol(a->compress, &end, 10);
+    const bool table = !strcmp(a->compress, "table");
+    if (!table && (*end || end == a->compress || vectors < 1 || vectors > PCA_VECTORS_MOST))
+        return error_usage("--compress: expected 1 to %d vectors, or table, got '%s'",
+                           PCA_VECTORS_MOST, a->compress);
+    if (table && strcmp(a->common.output, "-"))
+        return error_usage("--compress table is written to standard output: expected no --output");
+    for (size_t i = 0; i < program->given_count; i++) {
+        bool is_fine = false;
+        for (size_t k = 0; k < sizeof fine / sizeof *fine; k++)
+            is_fine = is_fine || !strcmp(program->given[i].row->name, fine[k]);
+        if (!is_fine)
+            return error_usage("--compress does not relight: expected no --%s",
+                               program->given[i].row->name);
+    }
+    return NULL;
 }
 
 static struct error *check(const struct arguments *a)
@@ -448,18 +529,36 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .kind = OPTION_FLAG,
          .value = &a->keep,
          .help = "keep the columns of groups and transfers"},
+        {.name = "compress",
+         .argument = "K|table",
+         .kind = OPTION_TEXT,
+         .value = &a->compress,
+         .shown = "none",
+         .help = "do not relight: store groups and transfers as K numbers a\n"
+                 "probe; table: print what 1, 2, 4 ... lose"},
+        {.name = "clusters",
+         .argument = "C",
+         .kind = OPTION_INT,
+         .value = &a->clusters,
+         .least = 1,
+         .most = PCA_CLUSTERS_MOST,
+         .given = &a->clusters_given,
+         .help = "with vectors of their own for each of C clusters of probes"},
         {0}};
     struct option_row light[LIGHT_ROWS + 1], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
         rows, light, more, common_rows(&a->common, COMMON_STREAM | COMMON_THREADS, shared), NULL};
     light_rows(a, light);
     struct error *err = options_parse(program, groups, argc, argv);
+    if (!err)
+        err = check_compress(a, program);
     return err ? err : check(a);
 }
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.light = other_light_default(), .common = common_default()};
+    struct arguments a = {
+        .light = other_light_default(), .clusters = 1, .common = common_default()};
     struct program program = {
         .name = "probe-relight",
         .usage = "[OPTION]... [STREAM]",
@@ -479,7 +578,7 @@ int main(int argc, char **argv)
     if (!find_place(a.common.output)) /* a row's name is no word that its input may go */
         claim_in_place(input);
     if (!err)
-        err = relight(&run, input);
+        err = a.compress ? compress(&run, input) : relight(&run, input);
     if (!a.common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);

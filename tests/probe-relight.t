@@ -272,6 +272,102 @@ refused 1 "the probes were turned (key rotated or rotated-light)" \
     probe-relight -q --sky 1,1,1 turned.probe
 check "weights do not mind" probe-relight -q -w lamps=0 --sky-probe sees.probe -o out turned.probe
 
+# -- compression -----------------------------------------------------------------------------------
+# Two groups, a sky of order 2 and two suns, of four unlike sorts of probes; one without light.
+awk 'BEGIN {
+    print "#?probe 1\nsh-order 1\nsky 0,0,0\ngroup-1 a emissive\ngroup-2 rest\ntransfer-sky 2"
+    print "transfer-sun-1 0,1,0\ntransfer-sun-2 1,0,0"
+    print "table probe position:f64:3 sh:f32:3 sh_error:f32:3 sh_a:f32:3 sh_error_a:f32:3" \
+        " sh_rest:f32:3 sh_error_rest:f32:3 transfer_sky:f32:12 transfer_suns:f32:6"
+    for (i = 0; i < 200; i++) {
+        printf "%d %d %d 5 5 5 .1 .1 .1", i % 6, int(i / 6) % 6, int(i / 36)
+        for (k = 0; k < 30; k++)
+            printf " %s", (i == 17 ? "nan" : int(k / 3) % 2 && k < 12 ? .1 : \
+                k * k * (1 + i % 4) % 11 + sin(i * .1) * (k * (2 + i % 4) % 7) + \
+                .1 * cos(i * k * k))
+        print ""
+    }
+    print "end"
+}' >alike.probe
+light() { # OPTION... STREAM: what there is at each probe
+    probe-relight -q --text --sky 1,2,3 --sun -1,-1,0,2,1,1 -w a=.5,1,2 "$@" | probe-cat --text \
+        --columns position,sh - | numbers
+}
+light alike.probe >plain.light
+probe-relight --compress 24 alike.probe >small.probe
+light small.probe >small.light
+check "as many vectors as numbers lose nothing" every 'NF == 6' small.light and \
+    near 2e-4 plain.light small.light
+probe-relight --compress 8 --clusters 4 alike.probe >small.probe
+light small.probe >small.light
+check "few lose little" near 3 plain.light small.light and not near 1e-4 plain.light small.light
+# share A B: the RMS of what differs, as a share of A
+share() { paste -d ' ' "$1" "$2" | awk '$4 != "nan" { for (i = 4; i < 7; i++) {
+        d += ($i - $(6 + i)) ^ 2; s += $i ^ 2 } } END { print sqrt(d / s) }'; }
+lost=$(sed -n 's/^pca-error //p' small.probe)
+check "the header says how much: $lost, and here $(share plain.light small.light)" \
+    given "$lost $(share plain.light small.light)" every '$1 > 1e-5 && $1 < .05 && $2 < 4 * $1'
+check "parts and their errors go, light stays" says small.probe \
+    '^table basis sh_a:f32:3 sh_rest:f32:3 transfer_sky:f32:12 transfer_suns:f32:6$' \
+    '^table probe position:f64:3 sh:f32:3 sh_error:f32:3 pca:f32:8 pca_cluster:i32:1$' \
+    '^5 2 0 5 5 5 .* nan nan nan nan nan nan nan nan -1$'
+probe-relight -q --sky 1,2,3 small.probe >out
+check "what was lost stays in the header, the basis does not" says out "^relit-pca-error $lost\$" \
+    '^5 2 0 nan nan nan$' and lacks out '^pca' '^table basis' '^transfer' '^group'
+probe-relight -j 1 --compress 8 --clusters 4 alike.probe >one.probe
+probe-relight -j 3 --compress 8 --clusters 4 alike.probe >three.probe
+check "the same bytes with one thread and with three" cmp one.probe three.probe
+probe-relight --compress table alike.probe >table
+probe-relight --compress table --clusters 4 alike.probe >clusters
+check "a table: the more vectors, the less is lost" says table \
+    '^# 199 probes of 24 numbers, 19104 bytes$' \
+    '^vectors	clusters	bytes	all	sh_a	sh_rest	transfer_sky	transfer_suns$' and \
+    awk 'NR > 3 && $4 >= last { exit 1 } { last = $4 }' table and has_lines 7 table
+paste table clusters | sed 1,2d | cut -f 4,12 >both
+check "and with clusters less" every '$2 < $1' both and says clusters "	$(printf %.6g "$lost")	"
+probe-relight -q --keep -w a=0 small.probe | light - >again.light
+check "--keep keeps them" cmp small.light again.light
+probe-tet -q small.probe | light - >celled.light
+check "cells come beside" cmp small.light celled.light
+probe-cat --rows 100: small.probe | light - >some.light
+tail -n +101 small.light >tail.light
+check "some probes" cmp tail.light some.light
+probe-cat --rows :100 small.probe | probe-cat - one.probe --output twice.probe
+light twice.probe >twice.light
+check "streams of one basis are merged" has_lines 300 twice.light
+probe-relight --compress 8 alike.probe >other.probe
+refused 1 "pca-basis is" probe-cat small.probe other.probe
+refused 1 "the first has none" probe-cat alike.probe small.probe
+probe-cat --content irradiance small.probe >changed.probe
+refused 1 "or their light was changed after it was compressed" probe-relight -q changed.probe
+refused 1 "groups and transfers are compressed" probe-cat --rotate 0,1,0,30 small.probe
+probe-cat --tables probe small.probe >bare.probe
+refused 1 "expected a table basis before table probe, there is none" probe-relight -q bare.probe
+sed 's/ 3$/ 4/' small.probe >wrong.probe
+refused 1 "column pca_cluster: expected 0 to 3 where pca is known, got 4" \
+    probe-relight -q wrong.probe
+refused 1 "the stream is compressed (key pca-basis)" probe-relight --compress 2 small.probe
+refused 1 "expected at most 24 vectors in each of 1 clusters of 199 probes with light" \
+    probe-relight --compress 25 alike.probe
+refused 1 "expected at most 0 vectors in each of 256 clusters" \
+    probe-relight --compress table --clusters 256 alike.probe
+refused 1 "there is nothing to relight" probe-relight --compress 2 plain.probe
+for i in 0 129 2x; do
+    refused 2 "expected 1 to 128 vectors, or table, got '$i'" \
+        probe-relight --compress "$i" alike.probe
+done
+refused 2 "--clusters needs --compress" probe-relight --clusters 2 alike.probe
+refused 2 "--compress does not relight: expected no --sky" \
+    probe-relight --compress 2 --sky 1,1,1 alike.probe
+refused 2 "expected no --output" probe-relight --compress table -o out alike.probe
+sed -e '/^group/d' alike.probe | probe-relight --compress 8 >one.probe
+check "without groups, transfers alone" says one.probe \
+    '^table basis transfer_sky:f32:12 transfer_suns:f32:6$' and probe-relight -q -w rest=2 one.probe
+sed -e 's/ sh\([:_]\)/ irradiance\1/g' -e '/^sh-order/d' alike.probe | probe-relight --compress 24 |
+    probe-relight -q --sky 1,2,3 --sun -1,-1,0,2,1,1 -w a=.5,1,2 - |
+    probe-cat --columns position,irradiance - | numbers >surface.light
+check "irradiance of surfaces" near 2e-4 plain.light surface.light
+
 # -- the truth of relit light ----------------------------------------------------------------------
 # Points without bounces are exact: what is traced for the header of relit light is that light.
 printf 'v %s\n' '-9 0 -9' '9 0 -9' '0 0 9' '9 9 9' >floor.obj
@@ -317,6 +413,9 @@ check "probe-query looks by rays all the same" \
 probe-relight -q --keep -w key=2 parts.probe >kept.probe
 refused 1 "groups and transfers are of light as it is captured" \
     probe-capture -q --again floor.obj kept.probe
+probe-relight -q --compress 2 parts.probe >kept.small
+refused 1 "groups and transfers are compressed (key pca-basis)" \
+    probe-capture -q --again floor.obj kept.small
 probe-leakfix --probes 10 floor.obj kept.probe 2>said >/dev/null
 check "probe-leakfix says that new probes have no parts" says said 'and keeps the parts'
 

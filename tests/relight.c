@@ -4,6 +4,8 @@
 #include "relight/relight.h"
 #include "base/warning.h"
 #include "math/direction.h"
+#include "math/eigen.h"
+#include "relight/pca.h"
 #include "relight/sky_bands.h"
 #include "relight/sun_blend.h"
 #include "scene/scene.h"
@@ -277,10 +279,97 @@ static void test_errors(void)
        "an error that cannot be is taken for the nearest that can");
 }
 
+/* -- compression ------------------------------------------------------------------------------- */
+
+enum { SIZE = 60, ROWS = 90, WAVES = 6 };
+
+/* Number i of n of the k-th cosine: over i, orthonormal, and for k > 0 of mean 0. */
+static double wave(int k, int i, int n)
+{
+    return sqrt((k ? 2.0 : 1.0) / n) * cos(PI * k * (i + 0.5) / n);
+}
+
+/* A matrix of known vectors, in a shuffled order, and eigenvalues 1, 1/2, 1/4 ... */
+static void test_eigen(void)
+{
+    enum { COUNT = 5 };
+    static double matrix[SIZE * SIZE], vector[SIZE * SIZE];
+    double value[SIZE], off = 0, aslant = 0;
+    for (int k = 0; k < SIZE; k++)
+        for (int i = 0; i < SIZE * SIZE; i++)
+            matrix[i] += exp2(-k) * wave(k * 7 % SIZE, i / SIZE, SIZE) *
+                         wave(k * 7 % SIZE, i % SIZE, SIZE);
+    for (int all = 0; all < 2; all++) {
+        const int count = all ? SIZE : COUNT;
+        must(eigen_leading(matrix, SIZE, (size_t)count, value, vector, 2));
+        for (int k = 0; k < count; k++) {
+            double along = 0;
+            for (int i = 0; i < SIZE; i++)
+                along += vector[k * SIZE + i] * wave(k * 7 % SIZE, i, SIZE);
+            off = fmax(off, fabs(value[k] - exp2(-k)));
+            aslant = k < 20 ? fmax(aslant, fabs(fabs(along) - 1)) : aslant;
+        }
+    }
+    ok(off < 1e-12 && aslant < 1e-9, "eigenvalues and vectors are found: %.1e, %.1e", off, aslant);
+    memset(matrix, 0, sizeof matrix);
+    must(eigen_leading(matrix, SIZE, COUNT, value, vector, 1));
+    double lengths = 0;
+    for (int k = 0; k < COUNT; k++)
+        lengths = fmax(lengths, fabs(eigen_dot(vector + k * SIZE, vector + k * SIZE, SIZE) - 1));
+    ok(lengths < 1e-12 && value[0] == 0, "of nothing, any vectors of length 1");
+}
+
+static double left_of(const struct pca *pca, size_t vectors, size_t clusters)
+{
+    struct pca_fit fit = {0};
+    double left, all;
+    must(pca_fit(pca, vectors, clusters, &fit, 2));
+    must(pca_error(pca, &fit, &pca->numbers, 1, &left, &all, 2));
+    pca_fit_clear(&fit);
+    return left;
+}
+
+static void test_pca(void)
+{
+    static float values[ROWS * SIZE];
+    struct pca pca = {0};
+    double off = 0;
+    /* waves over rows times waves over numbers: of the k-th the sum of squares is 4^-k */
+    for (int i = 0; i < ROWS * SIZE; i++) {
+        double sum = 3;
+        for (int k = 0; k < WAVES; k++)
+            sum += exp2(-k) * wave(k + 1, i / SIZE, ROWS) * wave(k + 2, i % SIZE, SIZE);
+        values[i] = (float)sum;
+    }
+    must(pca_start(&pca, values, ROWS, SIZE, WAVES, 2));
+    double left = 0;
+    for (int k = WAVES; k > 0; k--) {
+        off = fmax(off, fabs(left_of(&pca, (size_t)k, 1) - left));
+        left += exp2(-2 * (k - 1));
+    }
+    ok(off < 1e-6, "what is lost is what the vectors that are left out have: %.1e", off);
+    pca_clear(&pca);
+
+    /* two kinds of rows, each on a line of its own */
+    for (int i = 0; i < ROWS * SIZE; i++) {
+        const int row = i / SIZE, kind = row % 2;
+        values[i] = (float)(wave(1 + kind, i % SIZE, SIZE) +
+                            wave(3 + kind, i % SIZE, SIZE) * wave(2, row, ROWS));
+    }
+    must(pca_start(&pca, values, ROWS, SIZE, 2, 2));
+    const double one = left_of(&pca, 1, 1), two = left_of(&pca, 1, 2);
+    ok(one > 0.1 && two < 1e-10, "each cluster has a line of its own: %.2e, %.1e", one, two);
+    ok(left_of(&pca, 2, 2) < 1e-10 && left_of(&pca, 3, 1) < 1e-10,
+       "what is more than there is does no harm");
+    pca_clear(&pca);
+}
+
 int main(void)
 {
     test_sky();
     test_suns();
     test_errors();
+    test_eigen();
+    test_pca();
     return tap_done();
 }

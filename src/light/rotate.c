@@ -373,6 +373,12 @@ static struct error *check(const struct table *probes, bool light_only)
                          "--rotate, which turns both");
     if (light_only && !table_column(probes, "sh"))
         return error_new("the probes have no light to turn (no column sh): run probe-capture");
+    for (size_t i = 0; i < probes->column_count; i++)
+        if (light_column_is_compressed(probes->columns[i].name))
+            return error_new("groups and transfers are compressed (column %s), and cannot be "
+                             "turned: turn the stream before probe-relight --compress, or what was "
+                             "relit",
+                             probes->columns[i].name);
     return NULL;
 }
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # vectors, affine maps, boxes, directions, luminance, angles, powers, hashes, random numbers,
-# even points, a rule of integration, sorting, cells, cubes of space, places on a lattice: the same
-# bits on every machine
+# even points, a rule of integration, eigenvectors, sorting, cells, cubes of space, places on a
+# lattice: the same bits on every machine
 math_sources = \
 	%D%/affine.h \
 	%D%/angle.c %D%/angle.h \
@@ -9,6 +9,7 @@ math_sources = \
 	%D%/cell.c %D%/cell.h \
 	%D%/cubes.c %D%/cubes.h \
 	%D%/direction.h \
+	%D%/eigen.c %D%/eigen.h \
 	%D%/hash.c %D%/hash.h \
 	%D%/luminance.h \
 	%D%/places.c %D%/places.h \

@@ -7,6 +7,7 @@
 #include "libprobe-query/sh.h"
 #include "light/basis.h"
 #include "light/rotate.h"
+#include "relight/compressed.h"
 #include "stream/header_number.h"
 #include "stream/stream.h"
 
@@ -61,6 +62,7 @@ struct error *relight_from_header(struct relight *r, const struct stream_header 
                         header_key(header, "weight-1") ? "the stream was relit without --keep"
                                                        : "probe-capture --groups, --transfer");
     r->whole = !r->groups.count;
+    r->compressed = header_key(header, COMPRESSED_KEY) != NULL;
     r->again = header_key(header, "weight-1") != NULL;
     r->turned = header_key(header, ROTATED_KEY) || header_key(header, ROTATED_LIGHT_KEY);
     if (!err)
@@ -76,6 +78,7 @@ void relight_clear(struct relight *r)
     free(r->names);
     free(r->sun);
     free(r->part);
+    table_clear(&r->basis);
     *r = (struct relight){0};
 }
 
@@ -99,10 +102,13 @@ static const char *light_name(const struct relight *r)
     return r->surface ? "irradiance" : "sh";
 }
 
-/* Adds `count` parts that lie in a column side by side. */
-static struct error *add_parts(struct relight *r, const struct table *t, enum relight_kind kind,
-                               const char *name, const char *error_name, size_t count)
+/* Adds `count` parts that lie in a column side by side, of the probes or of the basis. */
+static struct error *add_parts(struct relight *r, const struct table *probes,
+                               enum relight_kind kind, const char *name, const char *error_name,
+                               size_t count)
 {
+    const bool in_basis = r->compressed && !(r->whole && kind == RELIGHT_GROUP);
+    const struct table *t = in_basis ? &r->basis : probes;
     const size_t column = find_column(t, name), error = find_column(t, error_name);
     struct column *c;
     if (column == RELIGHT_NONE)
@@ -111,7 +117,7 @@ static struct error *add_parts(struct relight *r, const struct table *t, enum re
     if (!err && error != RELIGHT_NONE)
         err = table_require(t, error_name, COLUMN_F32, r->width * count, &c);
     for (size_t i = 0; i < count && !err; i++)
-        r->part[r->parts++] = (struct relight_part){kind, column, error, i * r->width};
+        r->part[r->parts++] = (struct relight_part){kind, column, error, i * r->width, in_basis};
     r->errors = r->errors && error != RELIGHT_NONE;
     return err;
 }
@@ -149,13 +155,15 @@ static struct error *find_width(struct relight *r, const struct table *t)
         group = find_column(t, name);
     }
     const size_t sky_functions = (size_t)(r->sky_order * r->sky_order);
-    r->width = sh != RELIGHT_NONE      ? t->columns[sh].width
-               : group != RELIGHT_NONE ? t->columns[group].width
+    const bool irradiance = find_column(t, "irradiance") != RELIGHT_NONE;
+    r->width = sh != RELIGHT_NONE            ? t->columns[sh].width
+               : r->compressed && irradiance ? 3
+               : group != RELIGHT_NONE       ? t->columns[group].width
                : transfer != RELIGHT_NONE && sky_functions
                    ? t->columns[transfer].width / sky_functions
                : suns != RELIGHT_NONE && r->suns ? t->columns[suns].width / r->suns
                                                  : 0;
-    r->surface = r->surface || (r->width == 3 && find_column(t, "irradiance") != RELIGHT_NONE);
+    r->surface = r->surface || (r->width == 3 && irradiance);
     if (!r->width)
         return error_new("the probes have no light (no column sh or irradiance): run "
                          "probe-capture");
@@ -164,9 +172,51 @@ static struct error *find_width(struct relight *r, const struct table *t)
     return NULL;
 }
 
+struct error *relight_take_basis(struct relight *r, const struct stream_header *header,
+                                 struct table *basis)
+{
+    char key[COMPRESSED_KEY_ROOM];
+    compressed_key(header, basis, key);
+    if (strcmp(key, header_key(header, COMPRESSED_KEY)))
+        return error_new("table %s is not that of the probes, or their light was changed after it "
+                         "was compressed (cut, convolved, de-rung, turned): expected that before "
+                         "--compress",
+                         basis->name);
+    table_clear(&r->basis);
+    r->basis = *basis;
+    *basis = (struct table){0};
+    return NULL;
+}
+
+/* The columns of a probe's few numbers. */
+static struct error *find_vectors(struct relight *r, const struct table *t)
+{
+    struct column *c = NULL;
+    if (!r->basis.rows)
+        return error_new("the stream is compressed (key %s): expected a table %s before table "
+                         "probe, there is none",
+                         COMPRESSED_KEY, COMPRESSED_TABLE);
+    struct error *err = table_require(t, "pca", COLUMN_F32, 0, &c);
+    r->pca = find_column(t, "pca");
+    r->cluster = find_column(t, "pca_cluster");
+    if (!err && r->cluster != RELIGHT_NONE)
+        err = table_require(t, "pca_cluster", COLUMN_I32, 1, &c);
+    if (err)
+        return err;
+    r->vectors = t->columns[r->pca].width;
+    r->clusters = r->basis.rows / (1 + r->vectors);
+    if (r->basis.rows % (1 + r->vectors) || (r->clusters > 1 && r->cluster == RELIGHT_NONE))
+        return error_new("table %s has %zu rows: expected %zu for column pca:f32:%zu%s",
+                         COMPRESSED_TABLE, r->basis.rows, 1 + r->vectors, r->vectors,
+                         r->cluster == RELIGHT_NONE ? "" : ", or a multiple of that");
+    return NULL;
+}
+
 struct error *relight_find(struct relight *r, const struct table *t)
 {
     struct error *err = find_width(r, t);
+    if (!err && r->compressed)
+        err = find_vectors(r, t);
     if (!err)
         err = array_create(&r->part, relight_parts(r), sizeof *r->part);
     r->errors = true;
@@ -187,11 +237,15 @@ static void drop_parts(const struct relight *r, const struct table *in, struct t
 {
     for (size_t p = 0; p < r->parts; p++) {
         const struct relight_part *part = &r->part[p];
-        if (r->whole && part->kind == RELIGHT_GROUP)
+        if (part->in_basis || (r->whole && part->kind == RELIGHT_GROUP))
             continue;
         table_remove_column(out, in->columns[part->column].name);
         if (part->error != RELIGHT_NONE)
             table_remove_column(out, in->columns[part->error].name);
+    }
+    if (r->compressed) {
+        table_remove_column(out, "pca");
+        table_remove_column(out, "pca_cluster");
     }
 }
 
@@ -229,9 +283,9 @@ struct error *relight_schema(const struct relight *r, const struct table *in, st
         err = table_add_column(out, error, COLUMN_F32, r->width, NULL);
     if (!err && !r->errors && table_column(out, error)) {
         warnings_add(warnings, "no error",
-                     "column %s: the errors of the parts are not known (probe-capture --columns "
-                     "sh_error keeps them): dropped",
-                     error);
+                     "column %s: the errors of the parts are not known (%s): dropped", error,
+                     r->compressed ? "a compressed stream has none"
+                                   : "probe-capture --columns sh_error keeps them");
         table_remove_column(out, error);
     }
     if (!err && !r->keep)
@@ -248,6 +302,7 @@ struct rows_job {
     const struct table *in;
     float *light, *error; /* of the output; error may be NULL */
     size_t rows;
+    double *basis; /* the light of each row of a basis; NULL: there is none */
 };
 
 static bool is_black(const double weight[3])
@@ -265,24 +320,57 @@ static bool is_captured(const struct rows_job *job, size_t row)
 {
     const struct relight *r = job->relight;
     for (size_t p = 0; p < r->parts; p++)
-        if (isnan(values_of(job->in, r->part[p].column, r->part[p].offset, row)[0]))
+        if (!r->part[p].in_basis &&
+            isnan(values_of(job->in, r->part[p].column, r->part[p].offset, row)[0]))
             return false;
-    return true;
+    return !r->compressed || !isnan(values_of(job->in, r->pca, 0, row)[0]);
 }
 
 enum { WIDTH_MOST = 3 * SH_COUNT_MAX };
+
+/* Adds the parts of a row of a table: those of the basis, or those of the probes. */
+static void add_light(const struct rows_job *job, bool of_basis, const struct table *table,
+                      size_t row, double *sum)
+{
+    const struct relight *r = job->relight;
+    for (size_t p = 0; p < r->parts; p++) {
+        const struct relight_part *part = &r->part[p];
+        const double *w = job->weight + 3 * p;
+        if (part->in_basis != of_basis || is_black(w))
+            continue;
+        const float *from = values_of(table, part->column, part->offset, row);
+        for (size_t i = 0; i < r->width; i += 3)
+            for (size_t c = 0; c < 3; c++)
+                sum[i + c] += w[c] * (double)from[i + c];
+    }
+}
+
+static size_t cluster_of(const struct rows_job *job, size_t row)
+{
+    const struct relight *r = job->relight;
+    return r->cluster == RELIGHT_NONE ? 0 : (size_t)column_i32(&job->in->columns[r->cluster])[row];
+}
+
+/* Adds the light of a probe's cluster, and what the probe has of that of each vector. */
+static void add_basis(const struct rows_job *job, size_t row, double *sum)
+{
+    const struct relight *r = job->relight;
+    const double *light = job->basis + cluster_of(job, row) * (1 + r->vectors) * r->width;
+    const float *pca = values_of(job->in, r->pca, 0, row);
+    for (size_t i = 0; i < r->width; i++)
+        sum[i] += light[i];
+    for (size_t k = 0; k < r->vectors; k++)
+        for (size_t i = 0; i < r->width; i++)
+            sum[i] += (double)pca[k] * light[(1 + k) * r->width + i];
+}
 
 static void light_row(const struct rows_job *job, size_t row, float *to)
 {
     const struct relight *r = job->relight;
     double sum[WIDTH_MOST] = {0};
-    for (size_t p = 0; p < r->parts; p++) {
-        const double *w = job->weight + 3 * p;
-        const float *from = values_of(job->in, r->part[p].column, r->part[p].offset, row);
-        for (size_t i = 0; i < r->width && !is_black(w); i += 3)
-            for (size_t c = 0; c < 3; c++)
-                sum[i + c] += w[c] * (double)from[i + c];
-    }
+    add_light(job, false, job->in, row, sum);
+    if (job->basis)
+        add_basis(job, row, sum);
     for (size_t i = 0; i < r->width; i++)
         to[i] = (float)sum[i];
 }
@@ -347,6 +435,10 @@ static struct error *do_rows(void *context, size_t index, int thread)
         float *light = job->light + row * width,
               *error = job->error ? job->error + row * width : NULL;
         const bool captured = is_captured(job, row);
+        if (captured && job->basis && cluster_of(job, row) >= job->relight->clusters)
+            return error_new("column pca_cluster: expected 0 to %zu where pca is known, got %d",
+                             job->relight->clusters - 1,
+                             column_i32(&job->in->columns[job->relight->cluster])[row]);
         for (size_t i = 0; i < width && !captured; i++)
             light[i] = NAN;
         for (size_t i = 0; i < width && !captured && error; i++)
@@ -374,5 +466,12 @@ struct error *relight_rows(const struct relight *r, const double *weight, const 
                            .light = column_f32(table_column(out, light_name(r))),
                            .error = error ? column_f32(error) : NULL,
                            .rows = in->rows};
-    return threads_for(threads, (in->rows + CHUNK - 1) / CHUNK, do_rows, &job);
+    if (r->compressed)
+        err = array_create(&job.basis, r->basis.rows * r->width, sizeof *job.basis);
+    for (size_t row = 0; row < r->basis.rows && !err; row++)
+        add_light(&job, true, &r->basis, row, job.basis + row * r->width);
+    if (!err)
+        err = threads_for(threads, (in->rows + CHUNK - 1) / CHUNK, do_rows, &job);
+    free(job.basis);
+    return err;
 }

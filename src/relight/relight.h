@@ -18,18 +18,22 @@
  * weights that are all the same. Where it has not, r is 1, and weights their magnitudes: a bound.
  * Answers to the functions of a sky count as independent, those to neighbouring suns as wholly
  * dependent (a bound).
+ *
+ * Of a compressed stream (compressed.h) the basis is relit as probes are, which is quick, as it has
+ * few rows; the light of a probe is the sum of these by the probe's few numbers, since all is
+ * linear. Its parts have no errors.
  */
 #ifndef RELIGHT_H
 #define RELIGHT_H
 
 #include "scene/groups.h"
+#include "stream/table.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
 struct error;
 struct stream_header;
-struct table;
 struct warnings;
 
 enum relight_kind { RELIGHT_GROUP, RELIGHT_SKY, RELIGHT_SUN };
@@ -39,6 +43,7 @@ struct relight_part {
     enum relight_kind kind;
     size_t column, error; /* of the input's table; RELIGHT_NONE: no error is known */
     size_t offset;
+    bool in_basis; /* column is of the basis, in place of the probes */
 };
 
 #define RELIGHT_NONE ((size_t)-1)
@@ -54,6 +59,8 @@ struct relight {
     double *sun;   /* 3 * suns, towards them; owned */
     bool turned;   /* probes or their light were turned (light/rotate.h) */
     bool again;    /* sh is not the plain sum of the groups: it was relit before */
+    bool compressed;
+    struct table basis; /* where compressed; owned */
     /* of the table's columns: */
     bool surface;              /* irradiance, not sh */
     size_t width;              /* numbers of the light of a probe */
@@ -62,10 +69,18 @@ struct relight {
     size_t sum_error; /* the column of the plain sum's error, or RELIGHT_NONE */
     bool errors;      /* every part has its error */
     bool keep;        /* the parts' columns stay; set by the caller */
+    /* of a basis: */
+    size_t pca, cluster; /* columns; RELIGHT_NONE: there is one cluster */
+    size_t vectors, clusters;
 };
 
 /* What a header says. Errors: it has nothing to be weighed; keys that are wrong. */
 struct error *relight_from_header(struct relight *relight, const struct stream_header *header);
+
+/* Takes the table of a compressed stream, which comes before the probes: *basis is empty then.
+ * Errors: it is not the one that the header speaks of, or light was changed since. */
+struct error *relight_take_basis(struct relight *relight, const struct stream_header *header,
+                                 struct table *basis);
 
 /* Finds the parts in table probe (no rows needed). Errors: columns that are missing, or of another
  * shape. */
@@ -82,7 +97,7 @@ struct error *relight_schema(const struct relight *relight, const struct table *
                              struct table *out, struct warnings *warnings);
 
 /* Fills rows first .. first+count-1 of *out, as many as *in has, from its rows; weight: 3 a part.
- * Probes without light stay so. */
+ * Probes without light stay so. Errors: a cluster that there is not. */
 struct error *relight_rows(const struct relight *relight, const double *weight,
                            const struct table *in, struct table *out, int threads);
 

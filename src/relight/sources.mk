@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # light of probes as a weighted sum of parts: for probe-relight
 relight_sources = \
+	%D%/compress.c %D%/compress.h \
+	%D%/compressed.c %D%/compressed.h \
 	%D%/other_light.c %D%/other_light.h \
+	%D%/pca.c %D%/pca.h \
 	%D%/relight.c %D%/relight.h \
 	%D%/sky_bands.c %D%/sky_bands.h \
 	%D%/sun_blend.c %D%/sun_blend.h \

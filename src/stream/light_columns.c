@@ -52,15 +52,21 @@ bool light_column_of(const struct column *column, size_t sh_width, struct light_
     return what->block && what->blocks && column->width == what->block * what->blocks;
 }
 
+bool light_column_is_compressed(const char *name)
+{
+    return !strcmp(name, "pca") || !strcmp(name, "pca_cluster");
+}
+
 bool light_column_is_split(const char *name)
 {
     struct light_column what;
-    return by_name(name, &what) && (what.group || what.transfer);
+    return light_column_is_compressed(name) ||
+           (by_name(name, &what) && (what.group || what.transfer));
 }
 
 bool light_key_is_split(const char *key)
 {
-    return !strncmp(key, "group-", 6) || !strncmp(key, "transfer-", 9);
+    return !strncmp(key, "group-", 6) || !strncmp(key, "transfer-", 9) || !strncmp(key, "pca-", 4);
 }
 
 bool light_key_changes(const char *key)

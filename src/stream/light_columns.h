@@ -31,11 +31,20 @@ struct light_column {
  * that of column sh (0: there is none). */
 bool light_column_of(const struct column *column, size_t sh_width, struct light_column *what);
 
-/* Whether a name is that of light which was split: of a group or a transfer. */
+/* Whether a name is that of light which was split: of a group or a transfer, or of all of them
+ * compressed. */
 bool light_column_is_split(const char *name);
 
+/* The table of what such parts are made of, which speaks of no probe, and the key that says that
+ * there is one. */
+#define LIGHT_BASIS_TABLE "basis"
+#define LIGHT_BASIS_KEY "pca-basis"
+
+/* Whether it is of parts that are compressed: pca, pca_cluster. */
+bool light_column_is_compressed(const char *name);
+
 /* Whether a header key says into which parts light was split: group-N, transfer-sky,
- * transfer-sun-N. */
+ * transfer-sun-N, or how they are compressed: pca-basis, pca-error. */
 bool light_key_is_split(const char *key);
 
 /* Whether light is another where a header has the key than where it has not: a light of options,

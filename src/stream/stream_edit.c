@@ -347,7 +347,7 @@ static void drop_tables(struct stream *stream, const char *why, struct warnings 
 {
     for (size_t i = 0; i < stream->table_count;) {
         const char *name = stream->tables[i].name;
-        if (strcmp(name, "probe")) {
+        if (strcmp(name, "probe") && strcmp(name, LIGHT_BASIS_TABLE)) {
             warnings_add(warnings, "table dropped", "table %s speaks of %s", name, why);
             stream_remove_table(stream, name);
         } else {
@@ -518,6 +518,9 @@ struct error *stream_merge(struct stream *to, struct stream *from, struct warnin
     struct table *ours = stream_table(to, "probe"), *theirs = stream_table(from, "probe");
     if (!ours || !theirs)
         return error_new("the streams cannot be merged: one has no table probe");
+    if (stream_table(from, LIGHT_BASIS_TABLE) && !stream_table(to, LIGHT_BASIS_TABLE))
+        return error_new("the streams cannot be merged: one has a table %s, the first has none",
+                         LIGHT_BASIS_TABLE);
     struct error *err = merge_header(&to->header, &from->header, warnings);
     if (err)
         return err;

@@ -131,7 +131,7 @@ static struct error *check_parts(const struct stream_header *header, const struc
         const struct column *c = &table->columns[i];
         struct light_column what;
         const bool sky = !strncmp(c->name, "transfer_sky", strlen("transfer_sky"));
-        if (!light_column_is_split(c->name))
+        if (!light_column_is_split(c->name) || light_column_is_compressed(c->name))
             continue;
         if (!light_column_of(c, sh ? sh->width : 0, &what))
             err = error_new("column %s: expected f32 and %zu values, as its light has, or a "
