@@ -5,7 +5,9 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "base/file.h"
 #include "libprobe-query/sh.h"
+#include "light/blend.h"
 #include "light/convert.h"
 #include "light/light_options.h"
 #include "light/rotate.h"
@@ -32,8 +34,10 @@ static struct error *parse_condition(void *value, const char *text)
 struct arguments {
     struct stream_selection selection;
     struct convert_settings convert;
-    double matrix[9];           /* by which to turn */
-    bool rotate, rotate_light;  /* all, or the light alone */
+    double matrix[9];          /* by which to turn */
+    bool rotate, rotate_light; /* all, or the light alone */
+    double blend;              /* the weight of the second of two streams */
+    bool blend_given;
     struct stream_sources from; /* names point into argv */
     size_t fill_capacity;
     bool info, no_provenance;
@@ -134,7 +138,7 @@ static struct error *change_provenance(struct stream_header *header, const struc
 
 static bool is_converted(const struct arguments *a)
 {
-    return convert_is_asked(&a->convert) || a->rotate || a->rotate_light;
+    return convert_is_asked(&a->convert) || a->rotate || a->rotate_light || a->blend_given;
 }
 
 /* One stream all of whose rows pass, as they are. */
@@ -169,6 +173,21 @@ static struct error *pass(const struct arguments *a, const char *recorded)
     return err;
 }
 
+/* The light of a stream and of another of its probes, as one. */
+static struct error *blend(struct stream *all, const struct arguments *a, struct warnings *warnings)
+{
+    struct stream *other = NULL;
+    if (!a->blend_given)
+        return NULL;
+    const char *path = a->from.paths[1];
+    struct error *err = stream_read(&other, path);
+    if (!err)
+        err = error_wrap(blend_streams(all, other, a->blend, warnings), "--blend: %s and %s",
+                         file_input_name(a->from.paths[0]), file_input_name(path));
+    stream_destroy(other);
+    return err;
+}
+
 static struct error *rotate(struct stream *all, const struct arguments *a,
                             struct warnings *warnings)
 {
@@ -189,13 +208,17 @@ static struct error *convert(struct stream *all, const struct arguments *a, cons
     return err;
 }
 
-/* Streams that are merged, filled, salvaged or turned, whose light is converted, whose rows are
- * chosen or whose tables are put in order: in memory. */
+/* Streams that are merged, filled, salvaged, blended or turned, whose light is converted, whose
+ * rows are chosen or whose tables are put in order: in memory. */
 static struct error *gather(const struct arguments *a, const struct program *program,
                             struct warnings *warnings)
 {
     struct stream *all = NULL;
-    struct error *err = stream_gather(&all, &a->from, warnings);
+    struct stream_sources from = a->from;
+    from.count = a->blend_given ? 1 : from.count;
+    struct error *err = stream_gather(&all, &from, warnings);
+    if (!err)
+        err = blend(all, a, warnings);
     if (!err)
         err = rotate(all, a, warnings);
     if (!err)
@@ -224,6 +247,8 @@ static struct error *check(const struct arguments *a)
         err = stream_selection_check(&a->selection);
     if (!err && a->rotate && a->rotate_light)
         err = error_usage("expected one of --rotate and --rotate-light, got both");
+    if (!err && a->blend_given && a->from.count != 2)
+        err = error_usage("--blend: expected two streams, got %zu", a->from.count);
     if (!err && a->info && (a->from.salvage || a->from.fill_count || is_converted(a)))
         err = error_usage("--info describes streams as they are: without --fill and --salvage, "
                           "and without conversions");
@@ -296,6 +321,15 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .kind = OPTION_FLAG,
          .value = &a->from.salvage,
          .help = "of streams that were cut short, keep the probes up to the damage"},
+        {.name = "blend",
+         .argument = "W",
+         .kind = OPTION_REAL,
+         .value = &a->blend,
+         .most = 1,
+         .given = &a->blend_given,
+         .shown = "none",
+         .help = "of two streams of the same probes, make the light of the first\n"
+                 "1 - W times its own plus W times that of the second"},
         {.name = "rotate",
          .argument = "X,Y,Z,DEGREES|MATRIX",
          .kind = OPTION_CALL,

@@ -552,4 +552,40 @@ for table in tri segment point; do
     sed '/^table .*vertex/,/^end/s/^0 /9 /' $table.flat >beyond.flat
     refused 1 "table $table" probe-cat beyond.flat
 done
+
+# -- blending --------------------------------------------------------------------------------------
+two() { # FILE GROUP-LINE LIGHT-OF-THE-FIRST
+    printf '%s\n' '#?probe 1' 'sh-order 1' 'sh-content radiance' "$2" 'table probe position:f64:3'\
+' sh:f32:3 sh_error:f32:3 sh_a:f32:3 transfer_suns:f32:6 depth:f32:1' \
+        "0 0 0 $3" '1 0 0 nan nan nan nan nan nan nan nan nan 1 1 1 2 2 2 7' end >"$1"
+}
+two open.door 'group-1 a light=x' '1 2 3 .3 0 .4 4 4 4 1 2 3 4 5 6 7'
+two closed.door 'group-1 a light=x' '5 2 7 .4 .4 0 0 4 8 1 2 3 8 9 0 9'
+probe-cat --blend .25 open.door closed.door >ajar.door
+echo '0 0 0 2 2 4 0.24622144 0.1 0.3 3 4 5 1 2 3 5 6 4.5 7' >wanted
+numbers <ajar.door | head -n 1 >got
+check "light is blended, errors as of independent ones" near 1e-6 wanted got and \
+    says ajar.door '^light-blend 0.25$' '^1 0 0 nan nan nan .* 7$'
+probe-cat --no-provenance --blend 1 closed.door open.door | numbers >got
+sed 's/ 7$/ 9/' open.door | numbers | head -n 1 >wanted
+head -n 1 got >first
+check "of weight 1 it is the second's" near 1e-6 wanted first
+sed 's/^1 0 0/1 0 1/' closed.door >moved.door
+refused 1 "probe 1 is at 1,0,0 in the first and at 1,0,1 in the second" \
+    probe-cat --blend .5 open.door moved.door
+two other.door 'group-1 a light=y' '5 2 7 .4 .4 0 0 4 8 1 2 3 8 9 0 9'
+refused 1 "group-1 is a light=x in the first and a light=y in the second" \
+    probe-cat --blend .5 open.door other.door
+probe-cat --drop sh_error closed.door >bare.door
+refused 1 "expected the same columns of light: sh_error is f32:3 in one, and not in the other" \
+    probe-cat --blend .5 open.door bare.door
+probe-cat --rows 0:1 closed.door >fewer.door
+refused 1 "expected the same probes, got 2 and 1" probe-cat --blend .5 open.door fewer.door
+sed 's/^sh-content.*/sh-content irradiance/' closed.door >other.door
+refused 1 "sh-content is radiance in the first and irradiance in the second" \
+    probe-cat --blend .5 open.door other.door
+sed 's/^group-1.*/&\npca-basis 0/' open.door >small.door
+refused 1 "groups and transfers are compressed" probe-cat --blend .5 small.door small.door
+refused 2 "--blend: expected two streams, got 1" probe-cat --blend .5 open.door
+refused 2 "--blend" probe-cat --blend 1.5 open.door closed.door
 tap_done

@@ -7,6 +7,7 @@
 #include "base/threads.h"
 #include "capture/cache_options.h"
 #include "capture/capture_split.h"
+#include "light/blend.h"
 #include "light/basis.h"
 #include "light/content.h"
 #include "scene/scene.h"
@@ -138,6 +139,7 @@ struct error *capture_check_same(const struct stream_header *before,
                                        "capture-cache-error",
                                        "sky-key",
                                        "sky-map",
+                                       BLEND_KEY,
                                        "scene-key"};
     if (!capture_header_has_settings(before) || !capture_header_has_settings(now))
         return NULL;
@@ -174,6 +176,7 @@ struct error *capture_make_header(struct stream_header *header, const struct str
     if (!err)
         err = header_set_key(header, "scene-key", record->scene_key);
     header_remove_key(header, CAPTURE_BY_KEY);
+    header_remove_key(header, BLEND_KEY);
     if (!err && !record->again)
         err = error_wrap(capture_check_same(before, header), "--again captures all anew");
     return err;

@@ -2,6 +2,7 @@
 # what a stream's light is and becomes: content, order, de-ringing, other bases, turned
 light_sources = \
 	%D%/basis.c %D%/basis.h \
+	%D%/blend.c %D%/blend.h \
 	%D%/content.c %D%/content.h \
 	%D%/convert.c %D%/convert.h \
 	%D%/dering.c %D%/dering.h \

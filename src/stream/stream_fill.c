@@ -23,9 +23,10 @@ static bool has_provenance(const struct stream_header *header, const char *line)
 /* Whether light depends on the key (man probe.5, "Keys"). */
 static bool is_of_light(const char *key)
 {
-    static const char *const names[] = {
-        "sky",          "sky-key",    "sky-map",     "sky-turn",  "sky-up",  "sky-scale",    "emit",
-        "albedo-scale", "max-albedo", "light-scale", "scene-key", "rotated", "rotated-light"};
+    static const char *const names[] = {"sky",           "sky-key",     "sky-map",   "sky-turn",
+                                        "sky-up",        "sky-scale",   "emit",      "albedo-scale",
+                                        "max-albedo",    "light-scale", "scene-key", "rotated",
+                                        "rotated-light", "light-blend"};
     static const char *const families[] = {"sh-",   "capture-", "sun-",   "point-",
                                            "spot-", "relit-",   "weight-"};
     if (light_key_is_split(key))
