@@ -24,10 +24,10 @@ man=$(dirname "$(find root -name probe.5)")/..
 {
     for page in "$SRC"/man/*.[1357]; do echo "${page##*/}"; done
     for program in "$SRC"/src/probe-*.c; do basename "$program" .c; done
-    printf '%s\n' probe-query.h libprobe-query.pc example.c
+    printf '%s\n' probe-query.h libprobe-query.pc example.c example_groups.c example_surface.c
 } | if $with_vtk; then cat; else grep -vx 'probe-vtk'; fi | sort >expected
 installed root | grep -v '^libprobe-query\.\(so\|a\|la\)' >got
-check "programs, pages, header, pkg-config file and example, and no more" diff expected got
+check "programs, pages, header, pkg-config file and examples, and no more" diff expected got
 check "the library" test -e "$lib/libprobe-query.a" -o -e "$lib/libprobe-query.so"
 
 # env -i: nothing helps but what every system has
