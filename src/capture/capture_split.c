@@ -5,8 +5,8 @@
 #include "base/file.h"
 #include "base/number.h"
 #include "libprobe-query/sh.h"
-#include "math/angle.h"
 #include "scene/scene_settings.h"
+#include "scene/scene_sky.h"
 #include "stream/header_number.h"
 #include "stream/light_columns.h"
 #include "stream/stream.h"
@@ -49,19 +49,6 @@ static struct error *add_sun(struct capture_split *split, struct vec3 to)
     return err;
 }
 
-/* As a sky's picture is turned: from where +X comes to when +Y is turned into `up`. */
-static struct vec3 to_sun(const double sky_up[3], double azimuth, double elevation)
-{
-    const struct vec3 up = vec3_load(sky_up);
-    const double above = 1 + up.y, a = azimuth * (ANGLE_PI / 180), e = elevation * (ANGLE_PI / 180);
-    const struct vec3 front =
-        above > 1e-12 ? (struct vec3){1 - up.x * up.x / above, -up.x, -up.x * up.z / above}
-                      : (struct vec3){1, 0, 0};
-    const struct vec3 level =
-        vec3_add(vec3_scale(angle_cos(a), front), vec3_scale(angle_sin(a), vec3_cross(up, front)));
-    return vec3_add(vec3_scale(angle_cos(e), level), vec3_scale(angle_sin(e), up));
-}
-
 static struct error *take_sun(struct capture_split *split, const char *line, const char *end,
                               const struct scene_settings *settings)
 {
@@ -85,7 +72,8 @@ static struct error *take_sun(struct capture_split *split, const char *line, con
         return error_new("expected an azimuth of -360 to 360 and an elevation of -90 to 90 "
                          "degrees, got %g %g",
                          n[0], n[1]);
-    return add_sun(split, count == 3 ? vec3_load(n) : to_sun(settings->sky_up, n[0], n[1]));
+    return add_sun(split,
+                   count == 3 ? vec3_load(n) : scene_sky_direction(settings->sky_up, n[0], n[1]));
 }
 
 struct error *capture_split_read_suns(struct capture_split *split, const char *suns,

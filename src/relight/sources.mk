@@ -6,6 +6,7 @@ relight_sources = \
 	%D%/other_light.c %D%/other_light.h \
 	%D%/pca.c %D%/pca.h \
 	%D%/relight.c %D%/relight.h \
+	%D%/relight_stream.c %D%/relight_stream.h \
 	%D%/sky_bands.c %D%/sky_bands.h \
 	%D%/sun_blend.c %D%/sun_blend.h \
 	%D%/weights.c %D%/weights.h
