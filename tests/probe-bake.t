@@ -179,10 +179,10 @@ status=$?
 gone() { for child in $children; do ! kill -0 "$child" 2>/dev/null || return; done; }
 check "a signal ends it and its programs" [ $status -eq 143 ] and test -n "$children" and gone
 check "and nothing is left" test ! -e x.probe -a ! -e x.report and nothing_left
-# cut SIGNAL...: a bake that goes on until it is cut short, after the first probes
+# cut SIGNAL...: a bake that goes on until it is cut short, after the first probes, nohup or not
 cut() {
     rm -f x.probe
-    probe-bake --quality draft --max-error .1% "$box" -o x.probe 2>said &
+    env --default-signal=HUP probe-bake --quality draft --max-error .1% "$box" -o x.probe 2>said &
     pid=$!
     wait_for grep -q 'held out' said
     for signal; do kill -"$signal" $pid; done
