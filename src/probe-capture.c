@@ -106,6 +106,8 @@ int main(int argc, char **argv)
         err = file_inputs_differ(o->groups, "--groups", input, "the probes");
     if (!err && o->transfer_suns)
         err = file_inputs_differ(o->transfer_suns, "--transfer suns", input, "the probes");
+    if (!err && o->transfer_surfaces)
+        err = file_inputs_differ(o->transfer_surfaces, "--transfer surfaces", input, "the probes");
     claim_in_place(input);
     if (!err)
         err = stream_reader_open(&run.reader, input);
@@ -155,6 +157,7 @@ int main(int argc, char **argv)
                 o->capture.order, run.order_lost);
     if (!err && !o->dry_run) {
         warn_after(&run, &warnings);
+        capture_links_warn(&run.links, &warnings);
         err = capture_black_warn(&run.black, tracer, &warnings);
     }
     if (!err && !o->dry_run) {
@@ -176,6 +179,7 @@ int main(int argc, char **argv)
     scene_destroy(scene);
     stream_reader_close(run.reader);
     header_clear(&run.header);
+    capture_links_clear(&run.links);
     free(run.told);
     capture_options_clear(o);
     program_clear(&program);

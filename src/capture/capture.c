@@ -7,6 +7,7 @@
 #include "base/threads.h"
 #include "capture/cache_options.h"
 #include "capture/capture_split.h"
+#include "capture/senders.h"
 #include "light/blend.h"
 #include "light/basis.h"
 #include "light/content.h"
@@ -173,6 +174,8 @@ struct error *capture_make_header(struct stream_header *header, const struct str
         err = scene_settings_to_header(record->light, header);
     if (!err)
         err = capture_split_to_header(record->split ? record->split : &whole, header);
+    if (!err)
+        err = senders_copy_keys(header, record->senders);
     if (!err)
         err = header_set_key(header, "scene-key", record->scene_key);
     header_remove_key(header, CAPTURE_BY_KEY);

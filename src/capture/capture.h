@@ -149,10 +149,11 @@ struct capture_record {
     const struct capture_settings *settings;
     const struct cache_options *cache;
     const struct scene_settings *light;
-    const struct capture_split *split; /* NULL: none */
-    const char *scene_key;             /* as the header is to have it; borrowed */
-    bool again;                        /* all probes are captured anew */
-    const char *command_line;          /* as recorded */
+    const struct capture_split *split;   /* NULL: none */
+    const struct stream_header *senders; /* has the keys of senders (senders.h); NULL: none */
+    const char *scene_key;               /* as the header is to have it; borrowed */
+    bool again;                          /* all probes are captured anew */
+    const char *command_line;            /* as recorded */
 };
 
 /* The header of a captured stream: `before` with the record. An error where probes that are not

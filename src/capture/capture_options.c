@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/number.h"
 #include "base/options.h"
+#include "capture/senders.h"
 #include "light/light_options.h"
 #include "scene/scene_settings.h"
 #include "stream/stream.h"
@@ -19,6 +20,7 @@ struct capture_options capture_options_default(void)
                                 .slice = {.parts = 1},
                                 .cache = cache_options_default(),
                                 .scene = scene_settings_default(),
+                                .links = 256,
                                 .common = common_default()};
     o.capture.rays = 0;
     return o;
@@ -93,22 +95,31 @@ static struct error *parse_content(void *value, const char *text)
     return NULL;
 }
 
-/* "sky:3", "suns:FILE" or "off". */
+/* "sky:3", "suns:FILE", "surfaces:STREAM" or "off". */
 static struct error *parse_transfer(void *value, const char *text)
 {
     struct capture_options *o = value;
+    if (!strncmp(text, "surfaces:", 9) && text[9]) {
+        o->transfer_given = true;
+        o->transfer_surfaces = text + 9;
+        return NULL;
+    }
     const bool sky = !strncmp(text, "sky:", 4), suns = !strncmp(text, "suns:", 5);
     const char *what = text + (sky ? 4 : suns ? 5 : 0);
     if (sky ? !(what[0] >= '1' && what[0] <= '5' && !what[1])
             : !(suns && *what) && strcmp(text, "off") != 0)
-        return error_usage("expected sky:N, N from 1 to 5, suns:FILE or off, got '%s'", text);
+        return error_usage("expected sky:N, N from 1 to 5, suns:FILE, surfaces:STREAM or "
+                           "off, got '%s'",
+                           text);
     o->transfer_given = true;
     if (sky)
         o->transfer_sky = *what - '0';
     else
         o->transfer_suns = suns ? what : NULL;
-    if (!sky && !suns)
+    if (!sky && !suns) {
         o->transfer_sky = 0;
+        o->transfer_surfaces = NULL;
+    }
     return NULL;
 }
 
@@ -254,14 +265,22 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "light of each group of lights in columns of its own: groups\n"
                  "that FILE names, or each light and emissive material"},
         {.name = "transfer",
-         .argument = "sky:N|suns:FILE",
+         .argument = "sky:N|suns:FILE|surfaces:STREAM",
          .kind = OPTION_CALL,
          .value = o,
          .parse = parse_transfer,
          .shown = "off",
          .help = "the response to light that may be: to each of the N * N SH\n"
-                 "functions of a sky, or to suns of the directions in FILE; may\n"
-                 "repeat"},
+                 "functions of a sky, to suns of the directions in FILE, to what\n"
+                 "the surface probes of STREAM scatter; may repeat"},
+        {.name = "links",
+         .argument = "K",
+         .kind = OPTION_INT,
+         .value = &o->links,
+         .least = 1,
+         .most = SENDER_LINKS_MOST,
+         .help = "of --transfer surfaces: clusters of them that a probe has\n"
+                 "links to, at the most"},
         {.name = "dry-run",
          .kind = OPTION_FLAG,
          .value = &o->dry_run,
@@ -317,6 +336,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
         o->cache.name = NULL;
     if (!err && !(o->cache.error > 0))
         err = error_usage("--cache-error: expected a share above 0, got %g", o->cache.error);
+    if (!err && o->transfer_surfaces && o->order_auto)
+        err = error_usage("--transfer surfaces needs a fixed --order");
     if (!err && o->cache.name && o->order_auto)
         err = error_usage("--cache needs a fixed --order");
     if (!err && o->cache_out && !strcmp(o->cache_out, "-"))

@@ -31,10 +31,12 @@ struct capture_options {
     const char *cache_out; /* NULL: it is not written */
     /* parts of light: of the header, and over it the command line; to be opened */
     struct capture_split split;
-    const char *groups;        /* --groups; NULL: not given */
-    bool transfer_given;       /* then: */
-    int transfer_sky;          /* 0: none */
-    const char *transfer_suns; /* NULL: none */
+    const char *groups;            /* --groups; NULL: not given */
+    bool transfer_given;           /* then: */
+    int transfer_sky;              /* 0: none */
+    const char *transfer_suns;     /* NULL: none */
+    const char *transfer_surfaces; /* a stream of senders; NULL: none */
+    int links;                     /* to them: of a probe, at the most */
     bool dry_run;
     struct scene_settings scene;
     struct common common; /* but for the seed */

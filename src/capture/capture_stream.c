@@ -21,15 +21,23 @@ static struct error *open_writer(struct capture_run *run)
     const struct capture_options *o = &run->options;
     const struct stream_header *before = stream_reader_header(run->reader);
     char key[SCENE_KEY_ROOM];
+    struct stream_header senders = {0};
     scene_key_text(run->scene, header_key(before, "scene-key"), key);
     const struct capture_record record = {.settings = &o->capture,
                                           .cache = &o->cache,
                                           .light = &o->scene,
                                           .split = &o->split,
+                                          .senders = o->transfer_surfaces ? &senders
+                                                     : o->transfer_given  ? NULL
+                                                                          : before,
                                           .scene_key = key,
                                           .again = o->again,
                                           .command_line = run->command_line};
-    struct error *err = capture_make_header(&run->header, before, &record);
+    struct error *err = o->transfer_surfaces ? senders_to_header(&run->links.senders, &senders)
+                                             : NULL;
+    if (!err)
+        err = capture_make_header(&run->header, before, &record);
+    header_clear(&senders);
     if (!err && run->told)
         err = header_set_key(&run->header, SCENE_TOLD_KEY, run->told);
     run->other_sight = !err && sight_key_other_scene(&run->header, scene_surface_key(run->scene));
@@ -76,7 +84,9 @@ static struct error *make_schema(const struct capture_run *run, const struct tab
     struct error *err = table_copy_schema(out, schema);
     if (!err && run->options.again)
         capture_drop_stale(out);
-    return err ? err : capture_add_columns(&run->options.capture, out);
+    if (!err)
+        err = capture_add_columns(&run->options.capture, out);
+    return err ? err : capture_links_columns(&run->links, &run->options.capture, out);
 }
 
 /* Takes the rows of `in` over into `out`, whose other columns are missing. */
@@ -108,6 +118,8 @@ static struct error *capture_blocks(struct capture_run *run, const struct table 
             err = take_rows(run, &in, out);
         if (!err)
             err = capture_rows(&job, out, 0, got);
+        if (!err)
+            err = capture_links_rows(&run->links, out, 0, got);
         if (err)
             break;
         note(run, out, &job);
@@ -159,6 +171,8 @@ static struct error *capture_cached(struct capture_run *run, const struct table 
     if (!err)
         err = capture_rows(&job, out, 0, out->rows);
     path_use_cache(run->path, NULL);
+    if (!err)
+        err = capture_links_rows(&run->links, out, 0, out->rows);
     if (!err)
         err = stream_writer_table(run->writer, out);
     if (!err)
@@ -232,10 +246,32 @@ static struct error *say_all(struct capture_run *run, const struct table *schema
     return NULL;
 }
 
+/* Captures the links of senders, and writes them. */
+static struct error *do_senders(struct capture_run *run)
+{
+    const struct capture_options *o = &run->options;
+    struct error *err = capture_links_start(&run->links, run->path, &o->capture, o->common.threads);
+    return err ? err : capture_links_write(&run->links, run->writer);
+}
+
+/* That the senders are there which probes have links to. */
+static struct error *find_senders(const struct capture_run *run)
+{
+    const struct capture_options *o = &run->options;
+    if (run->links.on || o->transfer_given ||
+        !header_key(stream_reader_header(run->reader), SENDERS_KEY))
+        return NULL;
+    return error_new("the probes have links to senders (key %s): expected table %s before table "
+                     "probe",
+                     SENDERS_KEY, SENDERS_TABLE);
+}
+
 static struct error *capture_table(struct capture_run *run, const struct table *schema)
 {
     struct table out = {0};
-    struct error *err = make_schema(run, schema, &out);
+    struct error *err = find_senders(run);
+    if (!err)
+        err = make_schema(run, schema, &out);
     const bool surface = table_column(schema, "normal"),
                choose = run->options.order_auto && !surface;
     if (!err && run->options.dry_run) {
@@ -249,6 +285,8 @@ static struct error *capture_table(struct capture_run *run, const struct table *
         err = error_new("--order auto: expected table probe before the others");
     if (!err && !choose && !run->writer)
         err = open_writer(run);
+    if (!err)
+        err = do_senders(run);
     if (!err)
         err = choose                    ? capture_to_least_order(run, schema, &out)
               : run->options.cache.name ? capture_cached(run, schema, &out)
@@ -267,17 +305,30 @@ static struct error *pass_table(struct capture_run *run, const struct table *sch
     return stream_filter_table(run->reader, run->writer, schema, &others);
 }
 
+/* Table sender of the stream: taken over, or other ones are asked for. */
+static struct error *take_senders(struct capture_run *run, struct table *schema)
+{
+    if (run->options.transfer_given)
+        return NULL;
+    return capture_links_take(&run->links, run->reader, schema, stream_reader_header(run->reader));
+}
+
 struct error *capture_stream(struct capture_run *run)
 {
-    struct error *err = NULL;
+    const char *surfaces = run->options.transfer_surfaces;
+    struct error *err = surfaces ? capture_links_read(&run->links, surfaces, run->options.links)
+                                 : NULL;
     for (bool more = true; !err && more;) {
         struct table schema = {0};
         err = stream_reader_next_table(run->reader, &schema, &more);
-        const bool probes = !err && more && !strcmp(schema.name, "probe");
-        if (!err && !probes && !run->writer && !run->options.dry_run)
+        const bool probes = !err && more && !strcmp(schema.name, "probe"),
+                   senders = !err && more && !strcmp(schema.name, SENDERS_TABLE);
+        if (!err && !probes && !senders && !run->writer && !run->options.dry_run)
             err = open_writer(run);
         if (probes)
             err = capture_table(run, &schema);
+        else if (senders)
+            err = take_senders(run, &schema);
         else if (!err && more && !run->options.dry_run)
             err = pass_table(run, &schema);
         table_clear(&schema);

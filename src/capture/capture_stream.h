@@ -10,6 +10,7 @@
 
 #include "capture/capture_black.h"
 #include "capture/capture_cache.h"
+#include "capture/capture_links.h"
 #include "capture/capture_options.h"
 #include "light/dering.h"
 #include "stream/stream.h"
@@ -24,6 +25,7 @@ struct capture_run {
     struct stream_reader *reader;
     struct stream_writer *writer; /* NULL before it is opened; the caller's to finish */
     struct stream_header header;  /* that is written; owned */
+    struct capture_links links;   /* of surface transfer; owned */
     const struct scene *scene;
     struct path_tracer *path;
     bool other_sight;          /* what the stream keeps of sight is of other surfaces */

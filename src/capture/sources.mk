@@ -8,12 +8,16 @@ capture_sources = \
 	%D%/capture_auto.c \
 	%D%/capture_cache.c %D%/capture_cache.h \
 	%D%/capture_black.c %D%/capture_black.h \
+	%D%/capture_links.c %D%/capture_links.h \
 	%D%/capture_options.c %D%/capture_options.h \
 	%D%/capture_probe.c \
 	%D%/capture_scene.c \
+	%D%/capture_senders.c %D%/capture_senders.h \
 	%D%/capture_split.c %D%/capture_split.h \
 	%D%/capture_stream.c %D%/capture_stream.h \
 	%D%/probe_split.c %D%/probe_split.h \
+	%D%/sender_tree.c %D%/sender_tree.h \
+	%D%/senders.c %D%/senders.h \
 	%D%/gradient.c %D%/gradient.h \
 	%D%/openings.c %D%/openings.h \
 	%D%/stage.c %D%/stage.h \

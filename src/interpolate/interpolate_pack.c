@@ -96,7 +96,8 @@ static struct error *find_groups(struct groups *g, const struct table *probes, u
     const size_t lights = g->count;
     for (size_t i = 0; i < probes->column_count && !err && parts & INTERPOLATE_TRANSFER; i++) {
         const struct column *column = &probes->columns[i];
-        if (light_column_of(column, sh->width, &what) && what.transfer && what.role == LIGHT_VALUE)
+        if (light_column_of(column, sh->width, &what) && what.transfer && what.channels == 3 &&
+            what.role == LIGHT_VALUE)
             err = add_blocks(g, column, &what, probes->rows);
     }
     if (!err && parts & INTERPOLATE_TRANSFER && g->count == lights)

@@ -125,8 +125,7 @@ static struct error *look_for(void *context, size_t i, int thread)
 static bool is_given(const struct column *column, size_t sh_width)
 {
     struct light_column what;
-    bool given = light_column_of(column, sh_width, &what) ||
-                 light_column_is_compressed(column->name);
+    bool given = light_column_of(column, sh_width, &what) || light_column_is_split(column->name);
     for (size_t k = 0; k < sizeof of_light / sizeof *of_light; k++)
         given = given || !strcmp(column->name, of_light[k]);
     return given;

@@ -774,6 +774,14 @@ uint32_t discs_draw(const struct discs *d, const double p[3], const double n[3],
     return drawn;
 }
 
+uint32_t discs_nearest(const struct discs *d, const double p[3], const double n[3], float *growth)
+{
+    const struct place at = place_at(d, p, n);
+    const struct best best = find_best(d, &at);
+    *growth = best.rim;
+    return best.disc == UINT32_MAX ? UINT32_MAX : d->disc[best.disc].point;
+}
+
 enum { FETCHED = 64 };
 
 /* Discs of a cell that may face as the place does. */

@@ -32,6 +32,10 @@ static struct error *check_keys(const struct stream_header *to, const struct str
         return error_new("groups and transfers are compressed (key %s): expected the streams "
                          "before probe-relight --compress, or what was relit",
                          LIGHT_BASIS_KEY);
+    if (header_key(to, LIGHT_SENDERS_KEY))
+        return error_new("the probes have links to senders (key %s), which two bakes cannot share: "
+                         "expected what was relit",
+                         LIGHT_SENDERS_KEY);
     return NULL;
 }
 

@@ -38,6 +38,17 @@ static void scale(int order, const double *factor, float *sh, float *error, floa
         sh_scale_bands(order, factor, gradient + axis * 3 * order * order);
 }
 
+void content_scale_bands(int order, int channels, const double *factor, float *block)
+{
+    if (channels == 3) {
+        sh_scale_bands(order, factor, block);
+        return;
+    }
+    for (int l = 0; l < order; l++)
+        for (int i = channels * l * l; i < channels * (l + 1) * (l + 1); i++)
+            block[i] = (float)((double)block[i] * factor[l]);
+}
+
 void content_convolve(int order, float *sh, float *error, float *gradient)
 {
     double factor[SH_ORDER_MAX];
@@ -57,7 +68,7 @@ static void convert_column(const struct column *column, size_t rows, size_t widt
     for (int l = 0; l < order; l++)
         own[l] = what.role == LIGHT_ERROR ? fabs(factor[l]) : factor[l];
     for (size_t i = 0; i < rows * what.blocks; i++)
-        sh_scale_bands(order, own, column_f32(column) + i * width);
+        content_scale_bands(order, what.channels, own, column_f32(column) + i * what.block);
 }
 
 struct error *content_convert(struct table *probes, bool from, bool to)

@@ -26,6 +26,9 @@ struct error *content_to_header(struct stream_header *header, bool convolved);
  * d/dx, d/dy, d/dz. NULL: not there. */
 void content_convolve(int order, float *sh, float *error, float *gradient);
 
+/* Multiplies band l of a block, channels * order^2 values, by factor[l]. */
+void content_scale_bands(int order, int channels, const double *factor, float *block);
+
 /* Turns all columns of a table that hold SH of light (light_columns.h) into the other kind. An
  * error where irradiance cannot be undone. */
 struct error *content_convert(struct table *probes, bool from, bool to);

@@ -89,7 +89,8 @@ struct error *order_reduce(struct table *probes, int order)
     for (size_t i = 0; i < probes->column_count && !err; i++) {
         struct light_column what;
         if (light_column_of(&probes->columns[i], 3 * was, &what) && !what.surface)
-            err = cut(probes, probes->columns[i].name, 3 * was, 3 * is);
+            err = cut(probes, probes->columns[i].name, (size_t)what.channels * was,
+                      (size_t)what.channels * is);
     }
     return err ? err : cut(probes, "visibility", was, is);
 }

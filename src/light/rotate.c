@@ -206,10 +206,11 @@ static bool shape_of_light(const struct rotation *rotation, const struct light_c
                            bool sky, bool light_only, struct row_shape *shape)
 {
     const bool matrix = what->transfer && !light_only && sky;
-    *shape = (struct row_shape){.order = what->surface ? 1 : sh_order_of(what->block),
-                                .channels = 3,
-                                .blocks = what->blocks,
-                                .across = matrix ? SH_COUNT_MAX : 3};
+    *shape = (struct row_shape){
+        .order = what->surface ? 1 : sh_order_of(3 * what->block / (size_t)what->channels),
+        .channels = what->channels,
+        .blocks = what->blocks,
+        .across = matrix ? SH_COUNT_MAX : 3};
     if (matrix)
         shape->mix = rotation->sh[0];
     else if (what->role == LIGHT_GRADIENT && !light_only)

@@ -17,7 +17,7 @@ static const char *behind(const char *name, const char *word)
 /* What a name says of its column; false: it is no light's. */
 static bool by_name(const char *name, struct light_column *what)
 {
-    *what = (struct light_column){.blocks = 1};
+    *what = (struct light_column){.blocks = 1, .channels = 3};
     const char *rest = behind(name, "transfer_sky");
     if (!rest)
         rest = behind(name, "transfer_suns");
@@ -25,6 +25,11 @@ static bool by_name(const char *name, struct light_column *what)
         what->transfer = true;
         what->role = *rest ? LIGHT_ERROR : LIGHT_VALUE;
         return !*rest || !strcmp(rest, "error");
+    }
+    if (!strcmp(name, "transfer_surfaces")) {
+        what->transfer = true;
+        what->channels = 1;
+        return true;
     }
     rest = behind(name, "irradiance");
     what->surface = rest;
@@ -44,7 +49,7 @@ bool light_column_of(const struct column *column, size_t sh_width, struct light_
         return false;
     if (what->transfer)
         what->surface = !sh_width;
-    what->block = what->surface ? 3 : sh_width;
+    what->block = (size_t)what->channels * (what->surface ? 1 : sh_width / 3);
     if (what->role == LIGHT_GRADIENT)
         what->blocks = 3;
     else if (what->transfer && what->block)
@@ -60,8 +65,13 @@ bool light_column_is_compressed(const char *name)
 bool light_column_is_split(const char *name)
 {
     struct light_column what;
-    return light_column_is_compressed(name) ||
+    return light_column_is_compressed(name) || !strcmp(name, "transfer_senders") ||
            (by_name(name, &what) && (what.group || what.transfer));
+}
+
+bool light_table_is(const char *name)
+{
+    return !strcmp(name, LIGHT_BASIS_TABLE) || !strcmp(name, LIGHT_SENDERS_TABLE);
 }
 
 bool light_key_is_split(const char *key)

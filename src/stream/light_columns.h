@@ -9,7 +9,8 @@
  *     if (light_column_of(&table->columns[i], sh_width, &what)) ... what.blocks of what.block ...
  *
  * Names: sh, sh_error, sh_gradient, irradiance, irradiance_error; sh_NAME and sh_error_NAME (and of
- * irradiance) of group NAME; transfer_sky, transfer_suns and their _error (man probe.5).
+ * irradiance) of group NAME; transfer_sky, transfer_suns and their _error; transfer_surfaces, and
+ * beside it transfer_senders, which is no light (man probe.5).
  */
 #ifndef LIGHT_COLUMNS_H
 #define LIGHT_COLUMNS_H
@@ -23,7 +24,9 @@ struct light_column {
     bool surface;  /* irradiance of a surface, 3 values; else SH */
     bool transfer; /* the response to light that may be; else light of the scene */
     bool group;    /* of one group alone */
-    /* one behind the other: coefficients of what SH's order says, 3 n^2, or colours of surfaces */
+    int channels;  /* 3; of what has no colour 1 */
+    /* one behind the other: coefficients of what SH's order says, channels * n^2, or colours of
+     * surfaces, one for each channel */
     size_t block, blocks;
 };
 
@@ -36,9 +39,14 @@ bool light_column_of(const struct column *column, size_t sh_width, struct light_
 bool light_column_is_split(const char *name);
 
 /* The table of what such parts are made of, which speaks of no probe, and the key that says that
- * there is one. */
+ * there is one; and those of the points whose light probes have links to (capture/senders.h). */
 #define LIGHT_BASIS_TABLE "basis"
 #define LIGHT_BASIS_KEY "pca-basis"
+#define LIGHT_SENDERS_TABLE "sender"
+#define LIGHT_SENDERS_KEY "transfer-senders"
+
+/* Whether a table is one of these, which stay what they are whichever probes there are. */
+bool light_table_is(const char *name);
 
 /* Whether it is of parts that are compressed: pca, pca_cluster. */
 bool light_column_is_compressed(const char *name);

@@ -347,7 +347,7 @@ static void drop_tables(struct stream *stream, const char *why, struct warnings 
 {
     for (size_t i = 0; i < stream->table_count;) {
         const char *name = stream->tables[i].name;
-        if (strcmp(name, "probe") && strcmp(name, LIGHT_BASIS_TABLE)) {
+        if (strcmp(name, "probe") && !light_table_is(name)) {
             warnings_add(warnings, "table dropped", "table %s speaks of %s", name, why);
             stream_remove_table(stream, name);
         } else {
@@ -518,9 +518,10 @@ struct error *stream_merge(struct stream *to, struct stream *from, struct warnin
     struct table *ours = stream_table(to, "probe"), *theirs = stream_table(from, "probe");
     if (!ours || !theirs)
         return error_new("the streams cannot be merged: one has no table probe");
-    if (stream_table(from, LIGHT_BASIS_TABLE) && !stream_table(to, LIGHT_BASIS_TABLE))
-        return error_new("the streams cannot be merged: one has a table %s, the first has none",
-                         LIGHT_BASIS_TABLE);
+    for (size_t i = 0; i < from->table_count; i++)
+        if (light_table_is(from->tables[i].name) && !stream_table(to, from->tables[i].name))
+            return error_new("the streams cannot be merged: one has a table %s, the first has none",
+                             from->tables[i].name);
     struct error *err = merge_header(&to->header, &from->header, warnings);
     if (err)
         return err;

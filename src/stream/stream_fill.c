@@ -164,8 +164,10 @@ static struct error *find_pairs(const struct table *to, const struct table *from
 
 static bool is_missing(const struct column *c, size_t row)
 {
-    return c->type == COLUMN_F32 ? isnan(column_f32(c)[row * c->width])
-                                 : c->type == COLUMN_F64 && isnan(column_f64(c)[row * c->width]);
+    const size_t i = row * c->width;
+    return c->type == COLUMN_F32   ? isnan(column_f32(c)[i])
+           : c->type == COLUMN_F64 ? isnan(column_f64(c)[i])
+                                   : column_i32(c)[i] == -1;
 }
 
 /* Copies a column's values to the probes that lack them (all: to every probe that is in both). */

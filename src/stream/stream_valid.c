@@ -50,6 +50,12 @@ static const struct known {
     {"probe", "cluster", COLUMN_I32, 1, 0},
     {"probe", "level", COLUMN_I32, 1, 0},
     {"probe", "time", COLUMN_F64, 1, 0},
+    {"sender", "position", COLUMN_F64, 3, 0},
+    {"sender", "normal", COLUMN_F32, 3, 0},
+    {"sender", "radius", COLUMN_F32, 1, 0},
+    {"sender", "area", COLUMN_F32, 1, 0},
+    {"sender", "albedo", COLUMN_F32, 3, 0},
+    {"sender", "place", COLUMN_I32, 1, 0},
     {"tet", "vertex", COLUMN_I32, 4, 0},
     {"tet", "neighbour", COLUMN_I32, 4, 0},
     {"tet", "occlusion", COLUMN_I32, 6, 0},
@@ -120,19 +126,28 @@ static struct error *check_parts(const struct stream_header *header, const struc
     const struct column *sh = table_column(table, "sh");
     const size_t width = sh ? sh->width : 3;
     struct error *err = NULL;
-    int64_t order = 0;
+    int64_t order = 0, links = 0;
     if (!sh && !table_column(table, "irradiance")) /* whose width it has is not there */
         return NULL;
     if (!header_key(header, "group-1") && !header_key(header, "transfer-sky") &&
-        !header_key(header, "transfer-sun-1"))
+        !header_key(header, "transfer-sun-1") && !header_key(header, "transfer-surfaces"))
         return NULL;
     err = header_get_whole(header, "transfer-sky", 1, SH_ORDER_MAX, &order);
+    if (!err)
+        err = header_get_whole(header, "transfer-surfaces", 1, STREAM_NAMES_MOST, &links);
     for (size_t i = 0; i < table->column_count && !err; i++) {
         const struct column *c = &table->columns[i];
         struct light_column what;
         const bool sky = !strncmp(c->name, "transfer_sky", strlen("transfer_sky"));
         if (!light_column_is_split(c->name) || light_column_is_compressed(c->name))
             continue;
+        if (!strcmp(c->name, "transfer_senders")) {
+            if (c->type != COLUMN_I32 || (links && c->width != (size_t)links))
+                err = error_new("column %s: expected i32:%d, as the header's transfer-surfaces "
+                                "says, got %s:%zu",
+                                c->name, (int)links, column_type_name(c->type), c->width);
+            continue;
+        }
         if (!light_column_of(c, sh ? sh->width : 0, &what))
             err = error_new("column %s: expected f32 and %zu values, as its light has, or a "
                             "multiple of them, got %s:%zu",
@@ -140,6 +155,9 @@ static struct error *check_parts(const struct stream_header *header, const struc
         else if (sky && order && what.blocks != (size_t)(order * order))
             err = error_new("column %s has %zu blocks, but the header's transfer-sky is %d",
                             c->name, what.blocks, (int)order);
+        else if (what.channels == 1 && links && what.blocks != (size_t)links)
+            err = error_new("column %s has %zu blocks, but the header's transfer-surfaces is %d",
+                            c->name, what.blocks, (int)links);
     }
     return err;
 }
