@@ -7,8 +7,10 @@
 #include "base/file.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "capture/capture.h"
 #include "relight/compress.h"
 #include "relight/pca.h"
+#include "relight/relight_senders.h"
 #include "relight/relight_stream.h"
 #include "relight/weights.h"
 #include "stream/stream.h"
@@ -25,6 +27,8 @@ struct arguments {
     int vectors;   /* 0: a table of what they lose */
     int clusters;
     bool clusters_given;
+    struct relight_senders_ask senders; /* in place of groups and other light, where it is given */
+    bool bounces_given;
 };
 
 static struct error *parse_weights(void *value, const char *text)
@@ -84,6 +88,14 @@ static struct error *compress(const struct arguments *a, const char *input)
     return err;
 }
 
+static struct error *do_senders(struct arguments *a, const char *input, struct warnings *warnings)
+{
+    a->senders.keep = a->ask.keep;
+    a->senders.recorded = a->ask.recorded;
+    a->senders.common = &a->ask.common;
+    return relight_senders(&a->senders, input, warnings);
+}
+
 /* -- the command line ------------------------------------------------------------------------- */
 
 enum { LIGHT_ROWS = 6 };
@@ -103,22 +115,41 @@ static void light_rows(struct arguments *a, struct option_row rows[LIGHT_ROWS + 
     rows[LIGHT_ROWS] = (struct option_row){0};
 }
 
+/* That no options were given but these, a list that ends with NULL, and those of all programs. */
+static struct error *check_alone(const struct program *program, const char *const *fine,
+                                 const char *why)
+{
+    static const char *const always[] = {"output", "text", "binary", "threads", "quiet", NULL};
+    for (size_t i = 0; i < program->given_count; i++) {
+        const char *name = program->given[i].row->name;
+        bool is_fine = false;
+        for (const char *const *k = fine; *k && !is_fine; k++)
+            is_fine = !strcmp(name, *k);
+        for (const char *const *k = always; *k && !is_fine; k++)
+            is_fine = !strcmp(name, *k);
+        if (!is_fine)
+            return error_usage("%s: expected no --%s", why, name);
+    }
+    return NULL;
+}
+
 static struct error *check_compress(const struct arguments *a, const struct program *program)
 {
-    static const char *const fine[] = {"compress", "clusters", "output", "text",
-                                       "binary",   "threads",  "quiet"};
+    static const char *const fine[] = {"compress", "clusters", NULL};
     if (!a->compress)
         return a->clusters_given ? error_usage("--clusters needs --compress") : NULL;
     if (!a->vectors && strcmp(a->ask.common.output, "-"))
         return error_usage("--compress table is written to standard output: expected no --output");
-    for (size_t i = 0; i < program->given_count; i++) {
-        bool is_fine = false;
-        for (size_t k = 0; k < sizeof fine / sizeof *fine; k++)
-            is_fine = is_fine || !strcmp(program->given[i].row->name, fine[k]);
-        if (!is_fine)
-            return error_usage("--compress does not relight: expected no --%s",
-                               program->given[i].row->name);
-    }
+    return check_alone(program, fine, "--compress does not relight");
+}
+
+static struct error *check_senders(const struct arguments *a, const struct program *program)
+{
+    static const char *const fine[] = {"senders", "direct", "bounces", "keep", NULL};
+    if (a->senders.senders)
+        return check_alone(program, fine, "--senders has all light in its stream");
+    if (a->senders.direct || a->bounces_given)
+        return error_usage("--%s needs --senders", a->senders.direct ? "direct" : "bounces");
     return NULL;
 }
 
@@ -184,6 +215,26 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .choices = ways,
          .help = "how the captured suns stand: path, one after the other;\n"
                  "sphere, anywhere"},
+        {.name = "senders",
+         .argument = "STREAM",
+         .kind = OPTION_TEXT,
+         .value = &a->senders.senders,
+         .shown = "none",
+         .help = "the light that surfaces scatter, by --transfer surfaces: its\n"
+                 "senders, with light of probe-capture --bounces 0"},
+        {.name = "direct",
+         .argument = "STREAM",
+         .kind = OPTION_TEXT,
+         .value = &a->senders.direct,
+         .shown = "none",
+         .help = "and what comes straight: the probes, with such light"},
+        {.name = "bounces",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &a->senders.bounces,
+         .given = &a->bounces_given,
+         .most = CAPTURE_BOUNCES_MOST,
+         .help = "of --senders: how often light scatters on its way"},
         {.name = "keep",
          .kind = OPTION_FLAG,
          .value = &a->ask.keep,
@@ -213,13 +264,16 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     struct error *err = options_parse(program, groups, argc, argv);
     if (!err)
         err = check_compress(a, program);
+    if (!err)
+        err = check_senders(a, program);
     return err ? err : check(&a->ask);
 }
 
 int main(int argc, char **argv)
 {
     struct arguments a = {.ask = {.light = other_light_default(), .common = common_default()},
-                          .clusters = 1};
+                          .clusters = 1,
+                          .senders = {.bounces = 64}};
     struct relight_ask *ask = &a.ask;
     struct program program = {
         .name = "probe-relight",
@@ -237,10 +291,16 @@ int main(int argc, char **argv)
         err = file_inputs_differ(ask->table, "the weights", input, "the probes");
     if (!err && ask->light.sky_probe)
         err = file_inputs_differ(ask->light.sky_probe, "the sky's probe", input, "the probes");
+    if (!err && a.senders.senders)
+        err = file_inputs_differ(a.senders.senders, "--senders", input, "the probes");
+    if (!err && a.senders.direct)
+        err = file_inputs_differ(a.senders.direct, "--direct", input, "the probes");
     if (!relight_is_pattern(ask->common.output)) /* a row's name is no word that its input may go */
         claim_in_place(input);
     if (!err)
-        err = a.compress ? compress(&a, input) : relight_stream(ask, input, &warnings);
+        err = a.compress          ? compress(&a, input)
+              : a.senders.senders ? do_senders(&a, input, &warnings)
+                                  : relight_stream(ask, input, &warnings);
     if (!ask->common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);

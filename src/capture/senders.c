@@ -183,6 +183,21 @@ struct error *senders_from_table(struct senders *s, const struct table *table,
     return error_wrap(err, "table %s", table->name);
 }
 
+struct error *senders_check_same(const struct senders *s, const struct table *table)
+{
+    struct senders other = {0};
+    char ours[KEY_ROOM], theirs[KEY_ROOM] = "";
+    struct error *err = take_senders(&other, table);
+    print_key(s, ours);
+    if (!err)
+        print_key(&other, theirs);
+    if (!err && strcmp(ours, theirs))
+        err = error_new("expected the %zu senders that the probes have links to, got %zu others",
+                        s->count, other.count);
+    senders_clear(&other);
+    return err;
+}
+
 struct error *senders_to_table(const struct senders *s, struct table *table)
 {
     const struct {

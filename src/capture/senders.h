@@ -63,6 +63,9 @@ struct error *senders_to_header(const struct senders *senders, struct stream_hea
 /* Takes over the keys of senders that a header has (NULL: none). */
 struct error *senders_copy_keys(struct stream_header *to, const struct stream_header *from);
 
+/* That a table probe has these senders, as they were read. */
+struct error *senders_check_same(const struct senders *senders, const struct table *table);
+
 /* Adds the columns of links to a table probe, each K: transfer_surfaces as many values for each
  * (order^2; surfaces: 1), missing; transfer_senders. */
 struct error *senders_add_columns(const struct senders *senders, int order, struct table *table);

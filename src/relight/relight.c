@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "base/warning.h"
+#include "capture/senders.h"
 #include "libprobe-query/sh.h"
 #include "light/basis.h"
 #include "light/rotate.h"
@@ -247,6 +248,8 @@ static void drop_parts(const struct relight *r, const struct table *in, struct t
         table_remove_column(out, "pca");
         table_remove_column(out, "pca_cluster");
     }
+    table_remove_column(out, SENDERS_TRANSFER);
+    table_remove_column(out, SENDERS_OF);
 }
 
 /* What is of the light as it was. */
@@ -266,6 +269,17 @@ static void drop_stale(struct table *out, struct warnings *warnings)
                          "makes it anew)",
                          basis_column((enum basis)b), basis_name((enum basis)b));
     basis_drop(out);
+}
+
+void relight_drop_parts(struct table *table, bool keep_links, struct warnings *warnings)
+{
+    for (size_t i = table->column_count; i-- > 0;) {
+        const char *name = table->columns[i].name;
+        const bool links = !strcmp(name, SENDERS_TRANSFER) || !strcmp(name, SENDERS_OF);
+        if (light_column_is_split(name) && !(links && keep_links))
+            table_remove_column(table, name);
+    }
+    drop_stale(table, warnings);
 }
 
 struct error *relight_schema(const struct relight *r, const struct table *in, struct table *out,

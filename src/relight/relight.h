@@ -96,6 +96,10 @@ size_t relight_parts(const struct relight *relight);
 struct error *relight_schema(const struct relight *relight, const struct table *in,
                              struct table *out, struct warnings *warnings);
 
+/* Removes what is of groups and transfers from a table probe (keep: not the links to senders), and
+ * what is of the light as it was, with a warning. */
+void relight_drop_parts(struct table *table, bool keep_links, struct warnings *warnings);
+
 /* Fills rows first .. first+count-1 of *out, as many as *in has, from its rows; weight: 3 a part.
  * Probes without light stay so. Errors: a cluster that there is not. */
 struct error *relight_rows(const struct relight *relight, const double *weight,

@@ -320,7 +320,8 @@ static struct error *do_stream(struct run *run)
         err = stream_reader_next_table(run->reader, &schema, &more);
         const bool basis = !err && more && run->relight.compressed &&
                            !strcmp(schema.name, COMPRESSED_TABLE);
-        if (!err && more)
+        const bool senders = !err && more && !strcmp(schema.name, LIGHT_SENDERS_TABLE);
+        if (!err && more && (!senders || run->ask->keep))
             err = basis ? do_basis(run, &schema) : do_table(run, &schema);
         table_clear(&schema);
     }

@@ -5,7 +5,9 @@ relight_sources = \
 	%D%/compressed.c %D%/compressed.h \
 	%D%/other_light.c %D%/other_light.h \
 	%D%/pca.c %D%/pca.h \
+	%D%/radiosity.c %D%/radiosity.h \
 	%D%/relight.c %D%/relight.h \
+	%D%/relight_senders.c %D%/relight_senders.h \
 	%D%/relight_stream.c %D%/relight_stream.h \
 	%D%/sky_bands.c %D%/sky_bands.h \
 	%D%/sun_blend.c %D%/sun_blend.h \
