@@ -25,9 +25,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static void warn_before(const struct scene *scene, struct warnings *warnings)
+static void warn_before(const struct capture_options *o, const struct scene *scene,
+                        struct warnings *warnings)
 {
-    if (capture_is_dark(scene))
+    if (o->capture.light != CAPTURE_NONE && capture_is_dark(scene))
         warnings_add(
             warnings, "no light",
             "%s: there is no light in the scene: all probes are black (--sky, --sun, --point and "
@@ -41,6 +42,8 @@ static void warn_before(const struct scene *scene, struct warnings *warnings)
 static void warn_after(const struct capture_run *run, struct warnings *warnings)
 {
     const struct scene *scene = run->scene;
+    if (run->options.capture.light == CAPTURE_NONE)
+        return;
     if (capture_is_white(scene) && run->captured && run->sky == 0)
         warnings_add(warnings, "white",
                      "%s: the scene is closed and reflects all light: only --bounces ends it "
@@ -133,7 +136,7 @@ int main(int argc, char **argv)
         err = capture_split_open(&o->split, scene,
                                  &(struct groups_way){.added = o->scene.light_count}, &path);
     if (!err)
-        warn_before(scene, &warnings);
+        warn_before(o, scene, &warnings);
     if (!o->common.quiet)
         warnings_print(&warnings, program.name);
     warnings_clear(&warnings);
@@ -158,7 +161,8 @@ int main(int argc, char **argv)
     if (!err && !o->dry_run) {
         warn_after(&run, &warnings);
         capture_links_warn(&run.links, &warnings);
-        err = capture_black_warn(&run.black, tracer, &warnings);
+        if (o->capture.light != CAPTURE_NONE)
+            err = capture_black_warn(&run.black, tracer, &warnings);
     }
     if (!err && !o->dry_run) {
         err = stream_writer_finish(run.writer);

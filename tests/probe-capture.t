@@ -136,6 +136,40 @@ refused 2 "--error" probe-capture --error 0 "$scene" placed.probe
 refused 2 "--ao-distance" probe-capture --ao-distance -1 "$scene" placed.probe
 refused 2 "auto" probe-capture --order most "$scene" placed.probe
 
+# -- occlusion without light -----------------------------------------------------------------------
+near="--ao-distance 8 --ao-falloff linear"
+probe-capture -q --light none $near --text "$scene" surface.probe >open.probe
+check "--light none captures occlusion alone" \
+    says open.probe "^table probe position:f64:3 normal:f32:3 ao:f32:1$" \
+    and says open.probe '^capture-ao-falloff linear$' and lacks open.probe '^capture-rays'
+capture --columns irradiance_error "$scene" open.probe >later.probe
+capture -q $near --columns irradiance_error,ao "$scene" surface.probe >together.probe
+rows_of position,ao,irradiance later.probe >later.rows
+rows_of position,ao,irradiance together.probe >together.rows
+check "light that comes later keeps how far occlusion goes" cmp later.rows together.rows \
+    and test -s later.rows
+probe-capture -q --light none --columns ao,sky --ao-distance 2 "$scene" later.probe >other.probe
+rows_of position,irradiance later.probe >later.rows
+rows_of position,irradiance other.probe >other.rows
+check "and other occlusion leaves the light as it was" cmp later.rows other.rows \
+    and describe other.probe and says info 'key capture-ao-distance 2' \
+    and says info 'key capture-light all' and says info '^  sky '
+probe-capture -q --light none --slice 1/2 "$scene" open.probe >half.probe
+probe-capture -q --light none --slice 2/2 "$scene" open.probe >other.probe
+probe-cat --fill other.probe half.probe >filled.probe
+probe-capture -q --light none "$scene" open.probe >whole.probe
+rows_of position,ao filled.probe >filled.rows
+rows_of position,ao whole.probe >whole.rows
+check "in slices, too" cmp filled.rows whole.rows and test -s filled.rows
+refused 1 "captured in another scene" probe-capture --light none "$SRC/scenes/two-rooms.obj" \
+    later.probe
+refused 2 "--ao-falloff sqrt needs --ao-distance" \
+    probe-capture --ao-falloff sqrt "$scene" placed.probe
+refused 2 "expected --columns without sh_error" \
+    probe-capture --light none --columns sh_error "$scene" placed.probe
+refused 2 "is of light" probe-capture --light none --error .1 "$scene" placed.probe
+refused 2 "--ao-distance" probe-capture --ao-distance 0 "$scene" placed.probe
+
 # -- what comes in ---------------------------------------------------------------------------------
 # Work starts before the input ends: the end comes when there is light.
 mkfifo pipe

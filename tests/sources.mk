@@ -49,6 +49,7 @@ MODULE_TESTS = \
 	tests/capture_emission \
 	tests/capture_colour \
 	tests/capture_extras \
+	tests/occlusion \
 	tests/capture_frames \
 	tests/capture_extremes \
 	tests/capture_forms \

@@ -41,12 +41,26 @@ struct capture_settings capture_settings_default(void)
 
 /* -- header ----------------------------------------------------------------------------------- */
 
+/* What occlusion columns depend on. */
+static struct error *occlusion_to_header(const struct capture_settings *settings,
+                                         struct stream_header *header)
+{
+    struct error *err = NULL;
+    header_remove_key(header, "capture-ao-distance");
+    header_remove_key(header, "capture-ao-falloff");
+    if (settings->ao_distance < (double)INFINITY)
+        err = header_set_real(header, "capture-ao-distance", settings->ao_distance);
+    if (!err && settings->ao_falloff != OCCLUSION_STEP)
+        err = header_set_key(header, "capture-ao-falloff",
+                             occlusion_falloff_names[settings->ao_falloff]);
+    return err;
+}
+
 struct error *capture_settings_to_header(const struct capture_settings *settings,
                                          struct stream_header *header)
 {
     static const char *const optional[] = {"capture-error", "capture-error-floor",
-                                           "capture-max-rays", "capture-ao-distance",
-                                           "capture-decimate"};
+                                           "capture-max-rays", "capture-decimate"};
     for (size_t i = 0; i < sizeof optional / sizeof *optional; i++)
         header_remove_key(header, optional[i]);
     struct error *err = header_set_whole(header, "sh-order", settings->order);
@@ -65,8 +79,8 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
         if (!err)
             err = header_set_whole(header, "capture-max-rays", settings->rays_most);
     }
-    if (!err && settings->ao_distance < (double)INFINITY)
-        err = header_set_real(header, "capture-ao-distance", settings->ao_distance);
+    if (!err)
+        err = occlusion_to_header(settings, header);
     if (!err && settings->decimate < 1)
         err = header_set_real(header, "capture-decimate", settings->decimate);
     if (!err)
@@ -79,7 +93,7 @@ struct error *capture_settings_to_header(const struct capture_settings *settings
 struct error *capture_settings_from_header(struct capture_settings *settings,
                                            const struct stream_header *header)
 {
-    int light = (int)settings->light;
+    int light = (int)settings->light, falloff = (int)settings->ao_falloff;
     int64_t seed = (int64_t)settings->seed;
     struct error *err = header_get_int(header, "sh-order", 1, SH_ORDER_MAX, &settings->order);
     if (!err)
@@ -99,6 +113,8 @@ struct error *capture_settings_from_header(struct capture_settings *settings,
     if (!err)
         err = header_get_real(header, "capture-ao-distance", 0, DBL_MAX, &settings->ao_distance);
     if (!err)
+        err = header_get_choice(header, "capture-ao-falloff", occlusion_falloff_names, &falloff);
+    if (!err)
         err = header_get_real(header, "capture-decimate", 0, DBL_MAX, &settings->decimate);
     if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
         err = error_new(
@@ -111,6 +127,7 @@ struct error *capture_settings_from_header(struct capture_settings *settings,
     if (!err)
         err = dering_from_header(&settings->dering, header);
     settings->light = (enum capture_light)light;
+    settings->ao_falloff = (enum occlusion_falloff)falloff;
     settings->seed = (uint64_t)seed;
     return err;
 }
@@ -132,6 +149,7 @@ struct error *capture_check_same(const struct stream_header *before,
                                        "capture-error-floor",
                                        "capture-max-rays",
                                        "capture-ao-distance",
+                                       "capture-ao-falloff",
                                        "capture-decimate",
                                        "capture-bounces",
                                        "capture-seed",
@@ -166,6 +184,15 @@ struct error *capture_make_header(struct stream_header *header, const struct str
     struct error *err = header_copy(header, before);
     if (!err)
         err = header_add_provenance(header, record->command_line);
+    if (record->settings->light == CAPTURE_NONE) {
+        const char *was = header_key(before, "scene-key");
+        if (!err && was && strcmp(was, record->scene_key) != 0)
+            err = error_new("the light of the probes was captured in another scene, or with other "
+                            "light in it");
+        if (!err)
+            err = occlusion_to_header(record->settings, header);
+        return err ? err : scene_file_to_header(record->light, header);
+    }
     if (!err)
         err = capture_settings_to_header(record->settings, header);
     if (!err)
@@ -269,6 +296,14 @@ static struct error *add_split_columns(const struct capture_settings *settings, 
     return !err && settings->split ? check_room(table) : err;
 }
 
+/* Whether a capture has to do with what a flag stands for; with the columns beside light, whether
+ * it would fill one that is there. */
+static bool fills(const struct capture_settings *settings, unsigned flag)
+{
+    return settings->light != CAPTURE_NONE ||
+           flag & (settings->columns | (unsigned)CAPTURE_OCCLUSION);
+}
+
 struct error *capture_add_columns(const struct capture_settings *settings, struct table *table)
 {
     const bool surface = table_column(table, "normal");
@@ -281,6 +316,8 @@ struct error *capture_add_columns(const struct capture_settings *settings, struc
     for (size_t i = 0; i < OUTPUTS && !err; i++) {
         const char *name = surface ? output[i].surface : output[i].point;
         const bool wanted = !output[i].flag || columns & output[i].flag;
+        if (!fills(settings, output[i].flag))
+            continue;
         if (name)
             err = add_column(table, name, COLUMN_F32, output[i].width, wanted);
         else if (wanted)
@@ -324,6 +361,21 @@ struct error *capture_forget(struct table *table)
         const struct column *c = &table->columns[i];
         if (light_column_is_split(c->name))
             err = table_add_column(table, c->name, c->type, c->width, NULL);
+    }
+    return err;
+}
+
+struct error *capture_forget_unlit(const struct capture_settings *settings, struct table *table)
+{
+    const bool surface = table_column(table, "normal");
+    struct output output[OUTPUTS];
+    make_outputs(settings, surface, output);
+    struct error *err = NULL;
+    for (size_t i = 0; i < OUTPUTS && !err; i++) {
+        const char *name = surface ? output[i].surface : output[i].point;
+        const struct column *c = name ? table_column(table, name) : NULL;
+        if (c && fills(settings, output[i].flag))
+            err = table_add_column(table, name, c->type, c->width, NULL);
     }
     return err;
 }
@@ -498,13 +550,14 @@ static struct error *find_columns(struct due_rows *due, const struct table *tabl
     unsigned columns = 0;
     for (size_t i = 0; i < OUTPUTS && !err; i++) {
         const char *name = normal ? due->output[i].surface : due->output[i].point;
-        if (!name || (due->output[i].flag && !table_column(table, name)))
+        if (!name || !fills(&due->settings, due->output[i].flag) ||
+            (due->output[i].flag && !table_column(table, name)))
             continue;
         err = table_require(table, name, COLUMN_F32, due->output[i].width, &due->column[i]);
         columns |= due->output[i].flag;
     }
     due->settings.columns = columns;
-    if (!err && table_column(table, "rays"))
+    if (!err && table_column(table, "rays") && fills(&due->settings, CAPTURE_RAYS))
         err = table_require(table, "rays", COLUMN_I32, 1, &due->rays);
     return err ? err : find_part_columns(due, table);
 }
@@ -524,7 +577,7 @@ struct error *capture_rows(struct capture_job *job, struct table *table, size_t 
     const struct column *light = due.column[0];
     for (size_t i = first; i < first + count && !err; i++) {
         const bool turn = !slice || (slice->number + i - first) % slice->parts == slice->part;
-        if (turn && (job->again || isnan(column_f32(light)[i * light->width])))
+        if (turn && (job->again || !light || isnan(column_f32(light)[i * light->width])))
             row[due_count++] = i;
     }
     due.row = row;

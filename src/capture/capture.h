@@ -27,6 +27,7 @@
 #define CAPTURE_H
 
 #include "libprobe-query/sh.h"
+#include "capture/occlusion.h"
 #include "light/dering.h"
 #include "trace/path.h"
 
@@ -43,9 +44,10 @@ struct stream_header;
 struct table;
 
 /* What light is captured. ALL = DIRECT + INDIRECT; emitters and sky seen straight from the probe
- * count as direct, and so do point, spot and sun light. */
-enum capture_light { CAPTURE_ALL, CAPTURE_DIRECT, CAPTURE_INDIRECT };
-extern const char *const capture_light_names[]; /* NULL behind the last */
+ * count as direct, and so do point, spot and sun light. NONE: what rays tell beside light alone;
+ * light that probes have stays, and so does what the header says of it. */
+enum capture_light { CAPTURE_ALL, CAPTURE_DIRECT, CAPTURE_INDIRECT, CAPTURE_NONE };
+extern const char *const capture_light_names[]; /* of a header: not NONE; NULL behind the last */
 
 enum { CAPTURE_RAYS_MOST = 1 << 24, CAPTURE_BOUNCES_MOST = 1 << 16 };
 
@@ -71,8 +73,9 @@ struct capture_settings {
      * is whole */
     double decimate;
     double ao_distance; /* scene units: surfaces beyond do not occlude; INFINITY: all do */
-    unsigned columns;   /* CAPTURE_* of the optional columns to write; light is always written */
-    bool convolved;     /* sh, its error and gradient are written as irradiance (content.h) */
+    enum occlusion_falloff ao_falloff; /* not STEP: ao_distance is finite */
+    unsigned columns;                  /* CAPTURE_* of the columns to write beside light */
+    bool convolved; /* sh, its error and gradient are written as irradiance (content.h) */
     struct dering_settings dering; /* what is done to sh before that; of surfaces, nothing */
     /* open: parts of the light that tables get columns of (capture_split.h); borrowed; NULL:
      * none */
@@ -96,6 +99,9 @@ enum {
     CAPTURE_RAYS = 256,
     CAPTURE_WINDOW = 512, /* sh_window: goes with dering, not asked for by itself */
     CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
+    /* those that depend on the occlusion settings: what is there of them is made anew as one */
+    CAPTURE_OCCLUSION = CAPTURE_AO | CAPTURE_BENT_NORMAL,
+    CAPTURE_OF_LIGHT = CAPTURE_ERROR | CAPTURE_GRADIENT | CAPTURE_WINDOW, /* nothing without it */
 };
 
 /* What one probe learned. Of a surface: its irradiance and the error of that stand first in sh and
@@ -113,11 +119,12 @@ struct capture_probe {
      * nothing was hit */
     float depth;
     float sky; /* share of the rays that escaped */
-    /* share of the rays that met nothing within ao_distance: of a surface, k_A of Akenine-Moeller
-     * et al., "Real-time rendering", 4th ed., eq. 11.8; of a point, the same without the cosine */
+    /* mean openness of the rays (occlusion.h): of a surface, k_A of Akenine-Moeller et al.,
+     * "Real-time rendering", 4th ed., eq. 11.8 and 11.11; of a point, the same without the
+     * cosine */
     float ao;
-    /* unit mean of their directions (the same, eq. 11.10); 0 when there were none. Surfaces
-     * alone */
+    /* unit mean of their directions, so weighted (the same, eq. 11.10); 0 where none was open.
+     * Surfaces alone */
     float bent_normal[3];
     int rays;        /* that were spent on its directions */
     float sh_window; /* r of the window that dering put on it; 1: none. Set by capture_shape */
@@ -129,8 +136,8 @@ struct capture_settings capture_settings_default(void);
 
 /* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed;
  * capture-error, capture-error-floor, capture-max-rays where an error is asked for;
- * capture-ao-distance where there is one; capture-decimate below 1; sh-dering where that is asked
- * for), and back. */
+ * capture-ao-distance and -falloff where there are such; capture-decimate below 1; sh-dering where
+ * that is asked for), and back. */
 struct error *capture_settings_to_header(const struct capture_settings *settings,
                                          struct stream_header *header);
 /* An error when keys make no sense. Missing keys leave the setting as it is. */
@@ -192,6 +199,9 @@ void capture_drop_stale(struct table *table);
 /* Makes the light of all rows missing, and what was learned with it: rows that are not captured
  * again must not keep light that the header's settings did not make. */
 struct error *capture_forget(struct table *table);
+/* The same of what a capture without light makes anew: the columns that are asked for, and with
+ * them all that depend on the occlusion settings, which the header tells once. */
+struct error *capture_forget_unlit(const struct capture_settings *settings, struct table *table);
 
 /* An error when probes captured so far had other settings or another scene (key scene-key) than
  * `now`, which says what differs. */
@@ -227,8 +237,9 @@ struct capture_job {
     size_t left; /* were to be, and stay as they are, since a signal came (interrupt.h) */
 };
 
-/* Captures the rows first .. first+count-1 whose light is missing (again: all of them) and which
- * are in the slice, into those of its columns that the table has. */
+/* Captures the rows first .. first+count-1 whose light is missing (again, or where none is
+ * captured: all of them) and which are in the slice, into those of its columns that the table
+ * has. */
 struct error *capture_rows(struct capture_job *job, struct table *table, size_t first,
                            size_t count);
 

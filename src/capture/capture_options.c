@@ -146,11 +146,35 @@ static int first_round(const struct capture_settings *c)
     return (int)fmin(fmax(0.1 / (c->error * c->error), 128), c->rays_most);
 }
 
+/* Without light: what is of light alone must not be asked for; nor is what a header says of it. */
+static struct error *check_unlit(struct capture_options *o)
+{
+    if (!o->columns_given)
+        o->capture.columns = CAPTURE_AO;
+    o->again = false; /* all that is captured is anew */
+    if (o->capture.columns & CAPTURE_OF_LIGHT || !o->capture.columns)
+        return error_usage(
+            "--light none: expected --columns without sh_error, irradiance_error and "
+            "sh_gradient, and some others");
+    if (o->order_auto || o->error_given || o->groups || o->transfer_given)
+        return error_usage("--light none: %s is of light", o->order_auto    ? "--order auto"
+                                                           : o->error_given ? "--error"
+                                                           : o->groups      ? "--groups"
+                                                                            : "--transfer");
+    o->capture.error = 0;
+    o->cache.name = NULL;
+    o->capture.dering.target = DERING_NONE;
+    return NULL;
+}
+
 struct error *capture_options_parse(struct capture_options *o, struct program *program, int argc,
                                     char **argv)
 {
-    static const char *const lights[] = {
-        [CAPTURE_ALL] = "all", [CAPTURE_DIRECT] = "direct", [CAPTURE_INDIRECT] = "indirect", NULL};
+    static const char *const lights[] = {[CAPTURE_ALL] = "all",
+                                         [CAPTURE_DIRECT] = "direct",
+                                         [CAPTURE_INDIRECT] = "indirect",
+                                         [CAPTURE_NONE] = "none",
+                                         NULL};
     const struct option_row rows[] = {
         {.name = "order",
          .argument = "N|auto",
@@ -210,7 +234,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .kind = OPTION_CHOICE,
          .choices = lights,
          .value = OPTION_ENUM(o->capture.light),
-         .help = "capture all light, direct or indirect alone"},
+         .help = "capture all light, direct or indirect alone; none: the\n"
+                 "--columns without light, by default ao"},
         {.name = "content",
          .argument = "WHAT",
          .kind = OPTION_CALL,
@@ -253,6 +278,7 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .argument = "LIST",
          .kind = OPTION_CALL,
          .value = &o->capture.columns,
+         .given = &o->columns_given,
          .parse = parse_columns,
          .shown = "sh_error,validity,depth,sky",
          .help = "what to write beside light: of these, sh_gradient,\n"
@@ -294,6 +320,13 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .most = (double)INFINITY,
          .shown = "none",
          .help = "surfaces beyond do not occlude, for ao and bent_normal"},
+        {.name = "ao-falloff",
+         .argument = "FORM",
+         .kind = OPTION_CHOICE,
+         .choices = occlusion_falloff_names,
+         .value = OPTION_ENUM(o->capture.ao_falloff),
+         .help = "how a surface occludes less up to there: step, linear, sqrt\n"
+                 "or exp"},
         {.name = "decimate",
          .argument = "SHARE",
          .kind = OPTION_REAL,
@@ -340,6 +373,12 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
         err = error_usage("--transfer surfaces needs a fixed --order");
     if (!err && o->cache.name && o->order_auto)
         err = error_usage("--cache needs a fixed --order");
+    if (!err && o->capture.light == CAPTURE_NONE)
+        err = check_unlit(o);
+    if (!err && o->capture.ao_falloff != OCCLUSION_STEP &&
+        !(o->capture.ao_distance < (double)INFINITY))
+        err = error_usage("--ao-falloff %s needs --ao-distance",
+                          occlusion_falloff_names[o->capture.ao_falloff]);
     if (!err && o->cache_out && !strcmp(o->cache_out, "-"))
         err = error_usage("--cache-out: expected a file's name, got '-'");
     if (!err && o->cache_out && !o->cache.name)
@@ -411,6 +450,10 @@ static bool asks_otherwise(const struct capture_options *o, const struct stream_
 /* What the command line says of parts of light takes the place of the header's. */
 static struct error *read_split(struct capture_options *o)
 {
+    if (o->capture.light == CAPTURE_NONE) {
+        capture_split_clear(&o->split);
+        return NULL;
+    }
     struct error *err = o->groups ? capture_split_read_groups(&o->split, o->groups) : NULL;
     if (o->transfer_given) {
         o->split.sky_order = o->transfer_sky;
@@ -430,10 +473,11 @@ static struct error *take_over(struct capture_options *o, struct program *progra
                                const struct stream_header *header, int argc, char **argv)
 {
     const bool again = o->again;
-    if (!capture_header_has_settings(header))
+    if (!capture_header_has_settings(header) && !header_key(header, "capture-ao-distance"))
         return scene_file_from_header(&o->scene, header);
     struct error *err = read_over(o, program, header, again, argc, argv);
-    if (err || again || !header_key(header, CAPTURE_BY_KEY) || !asks_otherwise(o, header))
+    if (err || again || o->capture.light == CAPTURE_NONE || !header_key(header, CAPTURE_BY_KEY) ||
+        !asks_otherwise(o, header))
         return err;
     err = read_over(o, program, header, true, argc, argv);
     o->again = true;

@@ -24,8 +24,8 @@ struct capture_options {
     bool order_auto;                 /* capture.order is the highest; the least is to be found */
     double order_loss;
     bool again;
-    bool rays_given, error_given; /* on the command line */
-    struct capture_slice slice;   /* its number: rows that came before */
+    bool rays_given, error_given, columns_given; /* on the command line */
+    struct capture_slice slice;                  /* its number: rows that came before */
     struct cache_options cache;
     char *cache_held;      /* its name, where it is a header's; owned */
     const char *cache_out; /* NULL: it is not written */

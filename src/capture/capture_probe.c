@@ -6,6 +6,7 @@
 #include "capture/capture.h"
 #include "capture/capture_split.h"
 #include "capture/gradient.h"
+#include "capture/occlusion.h"
 #include "capture/openings.h"
 #include "capture/probe_split.h"
 #include "capture/strata.h"
@@ -14,6 +15,7 @@
 #include "scene/scene.h"
 #include "scene/scene_shade.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -83,9 +85,10 @@ struct work {
     /* light of point, spot and sun lights, which needs no rays; and its gradient */
     double certain[3 * SH_COUNT_MAX];
     double certain_gradient[9 * SH_COUNT_MAX];
-    double visibility[SH_COUNT_MAX], open[3];
+    double visibility[SH_COUNT_MAX];
+    struct occlusion occlusion;
     double nearness; /* sum of 1 / distance */
-    int rays, hits, fronts, near;
+    int rays, hits, fronts;
     uint32_t asked[2]; /* of the lights, of the sky */
     /* Where no light was found although something emits: what a question would have found in the
      * mean if nothing stood between, as strata's channels; else 0 */
@@ -117,13 +120,7 @@ static void note(struct work *w, const struct path_sample *s, struct vec3f direc
     w->hits += s->hit;
     w->fronts += s->hit && s->front;
     w->nearness += s->hit ? 1 / (double)s->distance : 0;
-    if (s->hit && (double)s->distance / w->path->tracer->scale <= w->settings->ao_distance) {
-        w->near++;
-    } else if (w->surface) {
-        w->open[0] += (double)direction.x;
-        w->open[1] += (double)direction.y;
-        w->open[2] += (double)direction.z;
-    }
+    occlusion_add(&w->occlusion, direction, (double)s->distance / w->path->tracer->scale);
 }
 
 /* The samples of a wave: corner k (row by row) of its four f is number k * fours + f. */
@@ -169,6 +166,75 @@ static float own_solid_angle(const struct work *w, struct vec3f direction)
                : 4 * (float)ANGLE_PI;
 }
 
+/* Whether light that comes straight from lights is captured. */
+static bool wants_direct(const struct work *w)
+{
+    return w->settings->light == CAPTURE_ALL || w->settings->light == CAPTURE_DIRECT;
+}
+
+/* What rays meet where no light is asked for. Where nothing but occlusion is, they end where
+ * nothing occludes any more; and where it has a step, any surface before that will do: distance is
+ * then one within reach. */
+static void meet_surfaces(const struct work *w, const struct draw *draw,
+                          const struct vec3f *direction, struct path_sample *met)
+{
+    const struct capture_settings *s = w->settings;
+    const struct tracer *tracer = w->path->tracer;
+    const size_t count = 4 * draw->fours;
+    const bool near = !(s->columns & ~(unsigned)(CAPTURE_OCCLUSION | CAPTURE_RAYS));
+    const double reach = s->ao_distance * tracer->scale;
+    const float most = near && reach < (double)FLT_MAX ? (float)reach : INFINITY;
+    struct trace_rays ray;
+    struct trace_points at;
+    int32_t seen[PATH_WAVE];
+    for (size_t i = 0; i < count; i++) {
+        struct random r = draw->random[i];
+        wave_put(&ray.origin, i, w->receiver.at.position);
+        wave_put(&ray.direction, i, direction[i]);
+        ray.most[i] = most;
+        ray.salt[i] = tracer->has_alpha ? random_u32(&r) : 0;
+        seen[i] = 1;
+    }
+    if (near && s->ao_falloff == OCCLUSION_STEP)
+        trace_rays_occluded(tracer, count, &ray, seen);
+    else
+        trace_rays_nearest(tracer, count, &ray, &at);
+    for (size_t i = 0; i < count; i++) {
+        if (near && s->ao_falloff == OCCLUSION_STEP)
+            met[i] = (struct path_sample){
+                .hit = !seen[i], .distance = seen[i] ? INFINITY : float_least(most, 1) / 2};
+        else
+            met[i] = (struct path_sample){
+                .hit = at.hit[i], .front = at.front[i], .distance = at.distance[i]};
+    }
+}
+
+/* Adds where rays met nothing to the sky that a point sees, by the functions in `wave`. */
+static void add_visibility(struct work *w, const struct strata_wave *wave, size_t fours,
+                           const struct path_sample *met)
+{
+    for (size_t i = 0; i < 4 * fours && w->settings->columns & CAPTURE_VISIBILITY && !w->surface;
+         i++)
+        for (int k = 0; k < w->light.functions && !met[i].hit; k++)
+            w->visibility[k] += strata_function(wave, k, i / fours, i % fours);
+}
+
+/* Rays of the probe's own, where no light is asked for. */
+static void take_about(struct work *w, const struct draw *draw, struct strata_wave *wave)
+{
+    static const struct vec3f dark[PATH_WAVE];
+    struct vec3f direction[PATH_WAVE];
+    struct path_sample met[PATH_WAVE];
+    for (size_t i = 0; i < 4 * draw->fours; i++)
+        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+    meet_surfaces(w, draw, direction, met);
+    for (size_t i = 0; i < 4 * draw->fours; i++)
+        note(w, &met[i], direction[i]);
+    if (w->settings->columns & CAPTURE_VISIBILITY)
+        strata_add(&w->light, wave, draw->fours, direction, dark, w->receiver.at.normal);
+    add_visibility(w, wave, draw->fours, met);
+}
+
 /* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
 static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave,
                      struct gradient_cells *cells)
@@ -208,9 +274,7 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
     if (w->parts)
         probe_split_own(w->parts, wave, draw->fours, direction, met, solid_angle,
                         which != CAPTURE_INDIRECT);
-    for (size_t i = 0; i < count && w->settings->columns & CAPTURE_VISIBILITY && !w->surface; i++)
-        for (int k = 0; k < w->light.functions && !met[i].hit; k++)
-            w->visibility[k] += strata_function(wave, k, i / draw->fours, i % draw->fours);
+    add_visibility(w, wave, draw->fours, met);
 }
 
 /* Questions to the lights or the sky. */
@@ -358,7 +422,9 @@ static void sample_cells(struct work *w, enum kind kind, uint32_t first, const s
     struct strata_wave wave;
     for (int four = 0; four < fours; four += (int)draw.fours) {
         draw_points(w, kind, first, grid, four, &draw);
-        if (kind == OWN)
+        if (kind == OWN && w->settings->light == CAPTURE_NONE)
+            take_about(w, &draw, &wave);
+        else if (kind == OWN)
             take_own(w, &draw, &wave, cells);
         else
             ask(w, kind, &draw, &wave);
@@ -377,7 +443,7 @@ static struct error *take_round(struct work *w, int rays)
 {
     const struct grid own = own_grid(rays), asks = grid_for((int)(ASK_SHARE * rays), 1),
                       lit = grid_for((int)(LIT_SHARE * rays), 1);
-    const bool direct = w->settings->light != CAPTURE_INDIRECT;
+    const bool direct = wants_direct(w);
     const bool ask_lights = direct && w->path->emissive, ask_sky = direct && w->path->sky.rows;
     const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
     struct gradient_cells cells = {.rows = own.rows, .columns = own.columns};
@@ -429,7 +495,7 @@ static void look_for_unseen(struct work *w)
     double y[PATH_WAVE];
     memset(w->unseen, 0, sizeof w->unseen);
     w->sparse = false;
-    if (!w->path->emissive || !found_nothing(w))
+    if (!w->path->emissive || w->settings->light == CAPTURE_NONE || !found_nothing(w))
         return;
     set_lattice(x, y);
     const struct vec3f light = path_lights_unshadowed(
@@ -668,8 +734,8 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->validity = w->hits ? (float)w->fronts / (float)w->hits : 1;
     result->sky = (float)(w->rays - w->hits) / (float)w->rays;
     result->depth = w->hits ? (float)(w->rays / w->nearness / w->path->tracer->scale) : 0;
-    result->ao = (float)(w->rays - w->near) / (float)w->rays;
-    const struct vec3 bent = vec3_normalize(vec3_load(w->open));
+    result->ao = (float)(w->occlusion.open / w->rays);
+    const struct vec3 bent = vec3_normalize(vec3_load(w->occlusion.sum));
     result->bent_normal[0] = (float)bent.x, result->bent_normal[1] = (float)bent.y,
     result->bent_normal[2] = (float)bent.z;
     result->rays = w->rays;
@@ -680,7 +746,7 @@ static struct error *start_lit(struct work *w)
 {
     const struct path_cache *cache = w->path->cache;
     if (!cache || cache->check || w->settings->light == CAPTURE_DIRECT ||
-        w->settings->columns & CAPTURE_GRADIENT)
+        w->settings->light == CAPTURE_NONE || w->settings->columns & CAPTURE_GRADIENT)
         return NULL;
     w->lit = (struct ask_lit){.path = w->path,
                               .receiver = &w->receiver,
@@ -712,7 +778,11 @@ struct error *capture_probe_split(const struct path_tracer *paths,
     if (err)
         return err;
     struct work w = {
-        .path = path, .settings = settings, .name = random_hash_position(p), .surface = normal};
+        .path = path,
+        .settings = settings,
+        .name = random_hash_position(p),
+        .surface = normal,
+        .occlusion = {.falloff = settings->ao_falloff, .distance = settings->ao_distance}};
     if (settings->normal_count && !normal)
         strata_start_normals(&w.light, settings->normal, settings->normal_count,
                              settings->error > 0);
@@ -730,10 +800,10 @@ struct error *capture_probe_split(const struct path_tracer *paths,
         err = probe_split_init(&parts, &settings->split->split, normal ? 0 : settings->order);
         w.parts = &parts;
     }
-    if (!err && settings->light != CAPTURE_INDIRECT)
+    if (!err && wants_direct(&w))
         add_punctual(path, &w, p);
-    w.opens = path->cache && path->cache->opens && !path->cache->check &&
-              settings->light != CAPTURE_INDIRECT && !(settings->columns & CAPTURE_GRADIENT);
+    w.opens = path->cache && path->cache->opens && !path->cache->check && wants_direct(&w) &&
+              !(settings->columns & CAPTURE_GRADIENT);
     if (!err)
         err = start_lit(&w);
     for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {

@@ -82,7 +82,7 @@ static struct error *make_schema(const struct capture_run *run, const struct tab
                                  struct table *out)
 {
     struct error *err = table_copy_schema(out, schema);
-    if (!err && run->options.again)
+    if (!err && run->options.again && run->options.capture.light != CAPTURE_NONE)
         capture_drop_stale(out);
     if (!err)
         err = capture_add_columns(&run->options.capture, out);
@@ -98,6 +98,8 @@ static struct error *take_rows(const struct capture_run *run, const struct table
         err = table_resize(out, in->rows);
     if (!err)
         table_copy_rows(out, 0, in, 0, in->rows);
+    if (!err && run->options.capture.light == CAPTURE_NONE)
+        return capture_forget_unlit(&run->options.capture, out);
     return !err && run->options.again ? capture_forget(out) : err;
 }
 

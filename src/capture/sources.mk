@@ -19,6 +19,7 @@ capture_sources = \
 	%D%/sender_tree.c %D%/sender_tree.h \
 	%D%/senders.c %D%/senders.h \
 	%D%/gradient.c %D%/gradient.h \
+	%D%/occlusion.c %D%/occlusion.h \
 	%D%/openings.c %D%/openings.h \
 	%D%/stage.c %D%/stage.h \
 	%D%/strata.c %D%/strata.h

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What capture tells of the surfaces about a probe, against closed forms: the mean of captures with
+ * different seeds is within 4.5 of its standard errors, as one in 150 thousand would not be. */
+#include "support/capture_bench.h"
+
+enum { SEEDS = 32 };
+
+/* The mean of a value of captures with different seeds, and its standard error. */
+struct estimate {
+    double mean, error;
+};
+
+static struct estimate estimate(const struct bench *b, struct capture_settings s, const double p[3],
+                                const float *normal,
+                                double (*value)(const struct capture_probe *probe))
+{
+    double sum = 0, square = 0;
+    for (int i = 0; i < SEEDS; i++) {
+        struct capture_probe probe;
+        s.seed = (uint64_t)i;
+        must(capture_probe(&b->path, &s, p, normal, &probe));
+        const double v = value(&probe);
+        sum += v / SEEDS;
+        square += v * v / SEEDS;
+    }
+    return (struct estimate){sum, sqrt(fmax(square - sum * sum, 0) / (SEEDS - 1))};
+}
+
+/* That it is the truth, and told well enough to know; `rounding`: of what varies less. */
+static void check(const char *name, struct estimate e, double truth, double rounding)
+{
+    const double error = fmax(e.error, rounding);
+    ok(fabs(e.mean - truth) < 4.5 * error && error < 0.01,
+       "%s: %.5f (%.5f, %.1f standard errors of %.1e)", name, truth, e.mean,
+       (e.mean - truth) / error, error);
+}
+
+static double ao_of(const struct capture_probe *p)
+{
+    return (double)p->ao;
+}
+
+static struct capture_settings settings_of(unsigned columns)
+{
+    struct capture_settings s = capture_settings_default();
+    s.light = CAPTURE_NONE;
+    s.rays = 1024;
+    s.columns = columns;
+    return s;
+}
+
+/* -- obscurance ------------------------------------------------------------------------------- */
+
+/* Under an endless ceiling at a times the distance: 2 integral of rho(a / c) c dc over c in [0, 1],
+ * where rho is 1 for c < a. */
+static double under_ceiling(enum occlusion_falloff falloff, double a)
+{
+    enum { STEPS = 100000 };
+    double sum = a * a;
+    for (int i = 0; i < STEPS && falloff == OCCLUSION_EXP; i++) {
+        const double c = a + (1 - a) * (i + 0.5) / STEPS;
+        sum += 2 * (1 - a) / STEPS * c * (1 - exp(-3 * a / c)) / (1 - exp(-3.0));
+    }
+    return falloff == OCCLUSION_LINEAR ? 2 * a - a * a
+           : falloff == OCCLUSION_SQRT ? 4.0 / 3 * sqrt(a) - a * a / 3
+                                       : sum;
+}
+
+static void test_obscurance(void)
+{
+    struct bench b;
+    bench_start(&b);
+    add_floor(&b, 1e4, 1, material(0, 0));
+    bench_finish(&b, 1);
+    const float up[3] = {0, 1, 0};
+    const double origin[3] = {0};
+    struct capture_settings s = settings_of(CAPTURE_AO);
+    for (int f = 0; occlusion_falloff_names[f]; f++)
+        for (int k = 0; k < 2; k++) {
+            char name[64];
+            const double a = k ? 0.8 : 0.3;
+            s.ao_falloff = (enum occlusion_falloff)f;
+            s.ao_distance = 1 / a;
+            snprintf(name, sizeof name, "%s, under a ceiling at %g of the distance",
+                     occlusion_falloff_names[f], a);
+            check(name, estimate(&b, s, origin, up, ao_of), under_ceiling(s.ao_falloff, a), 1e-6);
+        }
+    /* Of a point half of all directions go up, uniformly: 1/2 + 1/2 (a + a ln 1/a). */
+    s.ao_falloff = OCCLUSION_LINEAR;
+    s.ao_distance = 2;
+    check("linear, of a point", estimate(&b, s, origin, NULL, ao_of),
+          0.5 + 0.5 * (0.5 + 0.5 * log(2)), 1e-6);
+    bench_clear(&b);
+}
+
+/* The forms are continuous, 0 at 0 and 1 from the distance on, and none falls. */
+static void test_falloff(void)
+{
+    bool right = true;
+    for (int f = 0; occlusion_falloff_names[f]; f++) {
+        const enum occlusion_falloff falloff = (enum occlusion_falloff)f;
+        double before = 0, widest = 0;
+        for (int i = 0; i <= 1200; i++) {
+            const double rho = occlusion_openness(falloff, i / 1000.0);
+            right = right && rho >= before && (i <= 1000 || rho == 1);
+            widest = fmax(widest, rho - before);
+            before = rho;
+        }
+        right = right && occlusion_openness(falloff, 0) == 0 &&
+                widest < (falloff == OCCLUSION_STEP ? 1.01 : 0.04);
+    }
+    ok(right, "openness rises from 0 at no distance to 1 from the distance on");
+}
+
+/* Without light the rays are those that there are with it, and end sooner. */
+static void test_unlit(void)
+{
+    struct bench b;
+    bench_start(&b);
+    add_cube(&b, 2, material(0.6f, 1));
+    struct shape block = shape_sphere(0.6, 1);
+    shape_move(&block, 0.7, -1.2, -0.6);
+    add_shape(&b, &block, material(0.5f, 0));
+    shape_clear(&block);
+    bench_finish(&b, 1);
+    static const float normals[2][3] = {{0, 1, 0}, {0.6f, 0, -0.8f}};
+    bool same = true;
+    for (int i = 0; i < 12; i++) {
+        struct capture_probe lit, unlit, far;
+        struct capture_settings s = settings_of(CAPTURE_OCCLUSION);
+        const double p[3] = {0.3 * (i % 3), -1.9, 0.2 * i - 1};
+        const float *normal = i % 4 == 3 ? NULL : normals[i & 1];
+        s.ao_falloff = i % 2 ? OCCLUSION_STEP : OCCLUSION_SQRT;
+        s.ao_distance = 1.3;
+        must(capture_probe(&b.path, &s, p, normal, &unlit));
+        s.columns |= CAPTURE_DEPTH;
+        must(capture_probe(&b.path, &s, p, normal, &far));
+        s.light = CAPTURE_ALL;
+        must(capture_probe(&b.path, &s, p, normal, &lit));
+        same = same && lit.ao == unlit.ao && lit.ao == far.ao && lit.depth == far.depth &&
+               !memcmp(lit.bent_normal, unlit.bent_normal, sizeof lit.bent_normal) && lit.ao > 0 &&
+               lit.ao < 1;
+    }
+    ok(same, "occlusion without light is what it is with it, to the bit");
+    struct capture_probe none, far;
+    struct capture_settings s = settings_of(CAPTURE_AO);
+    const double p[3] = {0.3, -1.9, 0.2};
+    must(capture_probe(&b.path, &s, p, normals[0], &none));
+    s.ao_distance = 1e9;
+    s.ao_falloff = OCCLUSION_EXP;
+    must(capture_probe(&b.path, &s, p, normals[0], &far));
+    ok(none.ao == 0 && far.ao > 0 && far.ao < 1e-7f,
+       "in a closed room all is dark, with a distance beyond it as well");
+    bench_clear(&b);
+}
+
+int main(void)
+{
+    test_falloff();
+    test_obscurance();
+    test_unlit();
+    return tap_done();
+}
