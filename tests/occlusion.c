@@ -154,10 +154,100 @@ static void test_unlit(void)
     bench_clear(&b);
 }
 
+/* -- cones ------------------------------------------------------------------------------------ */
+
+static const double axis[3] = {1 / 3.0, 2 / 3.0, -2 / 3.0};
+
+/* A lantern about the origin, open towards the axis within `angle` of it. */
+static void start_lantern(struct bench *b, double angle)
+{
+    enum { SIDES = 2048 };
+    const struct vec3 a = vec3_load(axis),
+                      x = vec3_normalize(vec3_cross(a, (struct vec3){0, 1, 0})),
+                      y = vec3_cross(a, x);
+    struct shape s = shape_create(2 * SIDES + 1, 3 * SIDES);
+    for (uint32_t i = 0; i < SIDES; i++) {
+        const double turn = 2 * PI * i / SIDES;
+        for (uint32_t ring = 0; ring < 2; ring++) {
+            const double polar = ring ? (angle + PI) / 2 : angle;
+            const struct vec3 around = vec3_fma(vec3_scale(cos(turn), x), sin(turn), y);
+            vec3_store(s.position + 3 * (2 * i + ring),
+                       vec3_fma(vec3_scale(cos(polar), a), sin(polar), around));
+        }
+        const uint32_t here = 2 * i, next = 2 * ((i + 1) % SIDES), end = 2 * SIDES;
+        const uint32_t three[9] = {here,     here + 1, next, next,    here + 1,
+                                   next + 1, here + 1, end,  next + 1};
+        memcpy(s.index + 9 * i, three, sizeof three);
+    }
+    vec3_store(s.position + 6 * SIDES, vec3_scale(-1, a));
+    bench_start(b);
+    add_shape(b, &s, material(0, 0));
+    shape_clear(&s);
+    bench_finish(b, 1);
+}
+
+static double length_of(const struct capture_probe *p)
+{
+    return (double)p->bent_length;
+}
+
+static double cosine_of(const struct capture_probe *p)
+{
+    return (double)p->cone[3];
+}
+
+static double along_axis(const struct capture_probe *p)
+{
+    return axis[0] * (double)p->cone[0] + axis[1] * (double)p->cone[1] +
+           axis[2] * (double)p->cone[2];
+}
+
+/* What is open is a cone of half angle 30 or 100 degrees: its cosine comes out, and its axis. */
+static void test_cones(void)
+{
+    const float normal[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+    const double origin[3] = {0};
+    const struct capture_settings s = settings_of(CAPTURE_OCCLUSION);
+    for (int k = 0; k < 2; k++) {
+        struct bench b;
+        const double angle = (k ? 100 : 30) * PI / 180, c = cos(angle);
+        start_lantern(&b, angle);
+        check("a point's open cone", estimate(&b, s, origin, NULL, cosine_of), c, 1e-6);
+        check("its bent normal's length", estimate(&b, s, origin, NULL, length_of), (1 + c) / 2,
+              1e-6);
+        const double off = 1 - estimate(&b, s, origin, NULL, along_axis).mean;
+        ok(off < 1e-3 && off > -1e-6, "its axis (1 - %.1e)", off);
+        if (!k) {
+            check("a surface's about its normal", estimate(&b, s, origin, normal, cosine_of), c,
+                  1e-6);
+            check("its bent normal's length", estimate(&b, s, origin, normal, length_of),
+                  2.0 / 3 * (1 + c + c * c) / (1 + c), 1e-6);
+        }
+        bench_clear(&b);
+    }
+    struct capture_probe open, shut;
+    struct bench b;
+    bench_start(&b);
+    bench_finish(&b, 1);
+    must(capture_probe(&b.path, &s, origin, normal, &open));
+    ok(open.ao == 1 && open.cone[3] == 0, "of a surface in the open, half of all directions");
+    must(capture_probe(&b.path, &s, origin, NULL, &open));
+    ok(open.bent_length < 0.01f && open.cone[3] < -0.98f, "of a point there, all of them");
+    bench_clear(&b);
+    bench_start(&b);
+    add_cube(&b, 1, material(0, 0));
+    bench_finish(&b, 1);
+    must(capture_probe(&b.path, &s, origin, NULL, &shut));
+    ok(shut.ao == 0 && shut.bent_length == 0 && shut.cone[0] == 0 && shut.cone[3] == 1,
+       "in a closed room none");
+    bench_clear(&b);
+}
+
 int main(void)
 {
     test_falloff();
     test_obscurance();
     test_unlit();
+    test_cones();
     return tap_done();
 }

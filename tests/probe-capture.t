@@ -124,8 +124,6 @@ probe-capture --columns irradiance_error,ao,bent_normal --text "$scene" surface.
 light="irradiance:f32:3 irradiance_error:f32:3 ao:f32:1 bent_normal:f32:3"
 check "surfaces get irradiance" \
     says lit.probe "^table probe position:f64:3 normal:f32:3 $light$"
-refused 1 "bent_normal is known of probes with a normal alone" \
-    probe-capture --columns bent_normal "$scene" placed.probe
 refused 1 "sh_gradient is known of probes without a normal alone" \
     probe-capture --columns sh_gradient "$scene" surface.probe
 sed 's/0 1 0$/0 0 0/' surface.probe >flat.probe
@@ -148,6 +146,10 @@ rows_of position,ao,irradiance later.probe >later.rows
 rows_of position,ao,irradiance together.probe >together.rows
 check "light that comes later keeps how far occlusion goes" cmp later.rows together.rows \
     and test -s later.rows
+probe-capture -q --light none --columns bent_normal,bent_length,cone --rays 32 --text "$scene" \
+    placed.probe >cones.probe
+check "points have bent normals and cones, too" says cones.probe \
+    '^table probe position:f64:3 bent_normal:f32:3 bent_length:f32:1 cone:f32:4$'
 probe-capture -q --light none --columns ao,sky --ao-distance 2 "$scene" later.probe >other.probe
 rows_of position,irradiance later.probe >later.rows
 rows_of position,irradiance other.probe >other.rows

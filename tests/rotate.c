@@ -238,7 +238,7 @@ static struct stream *make_stream(void)
     float *gradient = add(t, "sh_gradient", 3 * WIDTH), *sh = add(t, "sh", WIDTH),
           *error = add(t, "sh_error", WIDTH), *group = add(t, "sh_lamps", WIDTH),
           *transfer = add(t, "transfer_sky", 4 * WIDTH), *bent = add(t, "bent_normal", 3),
-          *cube = add(t, "ambient_cube", 18);
+          *cone = add(t, "cone", 4), *cube = add(t, "ambient_cube", 18);
     double *p = column_f64(table_column(t, "position"));
     float c[WIDTH], g[3 * WIDTH];
     for (int i = 0; i < 3 * WIDTH; i++)
@@ -250,8 +250,9 @@ static struct stream *make_stream(void)
         draw_direction(d);
         for (int k = 0; k < 3; k++) {
             p[3 * row + k] = 4 * draw() - 2;
-            bent[3 * row + k] = (float)d[k];
+            bent[3 * row + k] = cone[4 * row + k] = (float)d[k];
         }
+        cone[4 * row + 3] = (float)draw();
         for (int i = 0; i < WIDTH; i++) {
             sh[row * WIDTH + i] = group[row * WIDTH + i] = value_of(c, g, p + 3 * row, i);
             error[row * WIDTH + i] = (float)draw();
@@ -382,6 +383,9 @@ static void test_stream(bool light_only)
             n[k] = (double)row_of(was, "bent_normal", row)[k];
         apply(m, n, want);
         worst = fmax(worst, worst_apart(row_of(is, "bent_normal", row), want, 3));
+        worst = fmax(worst, worst_apart(row_of(is, "cone", row), want, 3));
+        worst = fmax(
+            worst, fabs((double)row_of(is, "cone", row)[3] - (double)row_of(was, "cone", row)[3]));
         for (int i = 0; i < ORDER * ORDER; i++) {
             double sum = 0;
             for (int j = 0; j < ORDER * ORDER; j++)
@@ -389,7 +393,7 @@ static void test_stream(bool light_only)
             sigma = fmax(sigma, fabs((double)row_of(is, "sh_error", row)[3 * i] - sqrt(sum)));
         }
     }
-    ok(worst < 1e-6, "%sbent normals are turned", what);
+    ok(worst < 1e-6, "%sbent normals and cones are turned", what);
     ok(sigma < 1e-6, "%svariances by the squared matrix", what);
     ok(light_only == !memcmp(column_f64(table_column(stream_table(was, "probe"), "position")),
                              column_f64(table_column(stream_table(is, "probe"), "position")),

@@ -222,7 +222,7 @@ struct output {
     unsigned flag;
 };
 
-enum { OUTPUTS = 10 }; /* without the count of rays, which is no float */
+enum { OUTPUTS = 12 }; /* without the count of rays, which is no float */
 
 #define AT(member) offsetof(struct capture_probe, member)
 
@@ -241,7 +241,9 @@ static void make_outputs(const struct capture_settings *settings, bool surface,
         {"depth", "depth", 1, AT(depth), CAPTURE_DEPTH},
         {"sky", "sky", 1, AT(sky), CAPTURE_SKY},
         {"ao", "ao", 1, AT(ao), CAPTURE_AO},
-        {NULL, "bent_normal", 3, AT(bent_normal), CAPTURE_BENT_NORMAL}};
+        {"bent_normal", "bent_normal", 3, AT(bent_normal), CAPTURE_BENT_NORMAL},
+        {"bent_length", "bent_length", 1, AT(bent_length), CAPTURE_BENT_LENGTH},
+        {"cone", "cone", 4, AT(cone), CAPTURE_CONE}};
     memcpy(output, all, sizeof all);
 }
 

@@ -98,9 +98,11 @@ enum {
     CAPTURE_BENT_NORMAL = 128,
     CAPTURE_RAYS = 256,
     CAPTURE_WINDOW = 512, /* sh_window: goes with dering, not asked for by itself */
+    CAPTURE_BENT_LENGTH = 1024,
+    CAPTURE_CONE = 2048,
     CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
     /* those that depend on the occlusion settings: what is there of them is made anew as one */
-    CAPTURE_OCCLUSION = CAPTURE_AO | CAPTURE_BENT_NORMAL,
+    CAPTURE_OCCLUSION = CAPTURE_AO | CAPTURE_BENT_NORMAL | CAPTURE_BENT_LENGTH | CAPTURE_CONE,
     CAPTURE_OF_LIGHT = CAPTURE_ERROR | CAPTURE_GRADIENT | CAPTURE_WINDOW, /* nothing without it */
 };
 
@@ -123,9 +125,8 @@ struct capture_probe {
      * "Real-time rendering", 4th ed., eq. 11.8 and 11.11; of a point, the same without the
      * cosine */
     float ao;
-    /* unit mean of their directions, so weighted (the same, eq. 11.10); 0 where none was open.
-     * Surfaces alone */
-    float bent_normal[3];
+    /* occlusion_bent, occlusion_cone: */
+    float bent_normal[3], bent_length, cone[4];
     int rays;        /* that were spent on its directions */
     float sh_window; /* r of the window that dering put on it; 1: none. Set by capture_shape */
 };

@@ -47,6 +47,8 @@ static const struct {
                      {"visibility", CAPTURE_VISIBILITY},
                      {"ao", CAPTURE_AO},
                      {"bent_normal", CAPTURE_BENT_NORMAL},
+                     {"bent_length", CAPTURE_BENT_LENGTH},
+                     {"cone", CAPTURE_CONE},
                      {"rays", CAPTURE_RAYS},
                      {"none", 0}};
 
@@ -63,8 +65,8 @@ static struct error *parse_columns(void *value, const char *text)
             i++;
         if (i == count)
             return error_usage("expected some of sh_error, irradiance_error, validity, depth, sky, "
-                               "sh_gradient, visibility, ao, "
-                               "bent_normal, rays, separated by commas, or none, got '%s'",
+                               "sh_gradient, visibility, ao, bent_normal, bent_length, cone, rays, "
+                               "separated by commas, or none, got '%s'",
                                text);
         columns |= columns_known[i].flag;
         if (!at[length])
@@ -282,7 +284,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .parse = parse_columns,
          .shown = "sh_error,validity,depth,sky",
          .help = "what to write beside light: of these, sh_gradient,\n"
-                 "visibility, ao, bent_normal, rays; none: nothing"},
+                 "visibility, ao, bent_normal, bent_length, cone, rays; none:\n"
+                 "nothing"},
         {.name = "groups",
          .argument = "FILE|each",
          .kind = OPTION_TEXT,
@@ -319,7 +322,7 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .least_open = true,
          .most = (double)INFINITY,
          .shown = "none",
-         .help = "surfaces beyond do not occlude, for ao and bent_normal"},
+         .help = "surfaces beyond do not occlude, for ao and the like"},
         {.name = "ao-falloff",
          .argument = "FORM",
          .kind = OPTION_CHOICE,

@@ -735,9 +735,8 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->sky = (float)(w->rays - w->hits) / (float)w->rays;
     result->depth = w->hits ? (float)(w->rays / w->nearness / w->path->tracer->scale) : 0;
     result->ao = (float)(w->occlusion.open / w->rays);
-    const struct vec3 bent = vec3_normalize(vec3_load(w->occlusion.sum));
-    result->bent_normal[0] = (float)bent.x, result->bent_normal[1] = (float)bent.y,
-    result->bent_normal[2] = (float)bent.z;
+    occlusion_bent(&w->occlusion, result->bent_normal, &result->bent_length);
+    occlusion_cone(&w->occlusion, w->surface ? &w->receiver.at.normal : NULL, result->cone);
     result->rays = w->rays;
 }
 

@@ -28,8 +28,29 @@ void occlusion_add(struct occlusion *o, struct vec3f direction, double distance)
 {
     const double t = isinf(distance) ? 2 : distance / o->distance,
                  rho = occlusion_openness(o->falloff, t);
+    o->rays++;
     o->open += rho;
     o->sum[0] += rho * (double)direction.x;
     o->sum[1] += rho * (double)direction.y;
     o->sum[2] += rho * (double)direction.z;
+}
+
+void occlusion_bent(const struct occlusion *o, float normal[3], float *length)
+{
+    const struct vec3 sum = vec3_load(o->sum), unit = vec3_normalize(sum);
+    normal[0] = (float)unit.x, normal[1] = (float)unit.y, normal[2] = (float)unit.z;
+    *length = o->open > 0 ? (float)fmin(vec3_length(sum) / o->open, 1) : 0;
+}
+
+void occlusion_cone(const struct occlusion *o, const struct vec3f *normal, float cone[4])
+{
+    float length;
+    occlusion_bent(o, cone, &length);
+    double cosine = 2 * (double)length - 1;
+    if (normal) {
+        const double k = o->open / (double)o->rays,
+                     aslant = (double)vec3f_dot((struct vec3f){cone[0], cone[1], cone[2]}, *normal);
+        cosine = sqrt(fmax(1 - k / fmax(aslant, k), 0));
+    }
+    cone[3] = o->open > 0 ? (float)cosine : 1;
 }

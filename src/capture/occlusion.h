@@ -11,7 +11,7 @@
 
 #include "math/vec.h"
 
-#include <stdbool.h>
+#include <stddef.h>
 
 /* rho of a surface at the share t of the distance from which on nothing occludes: 0 at 0, 1 from 1
  * on. STEP 0 up to 1; LINEAR t; SQRT its root (Mendez-Feliu and Sbert, "From obscurances to ambient
@@ -25,12 +25,27 @@ double occlusion_openness(enum occlusion_falloff falloff, double t);
 struct occlusion {
     enum occlusion_falloff falloff;
     double distance; /* scene units; INFINITY: all surfaces occlude alike */
-    double open;     /* sum of rho */
-    double sum[3];   /* of rho times direction */
+    size_t rays;
+    double open;   /* sum of rho */
+    double sum[3]; /* of rho times direction */
 };
 
 /* A ray along the unit direction, which met a surface at that distance (scene units); INFINITY:
  * none. */
 void occlusion_add(struct occlusion *occlusion, struct vec3f direction, double distance);
+
+/* The unit mean of directions, so weighted (eq. 11.10), and its length before it was made one: 1
+ * where they all are one, 2/3 where a surface's whole half is open, 0 where a point's sphere is.
+ * Both 0 where none is open. */
+void occlusion_bent(const struct occlusion *occlusion, float normal[3], float *length);
+
+/* The cone that is as open as what is, its axis the bent normal, and the cosine of its half angle.
+ * About a point by the length l of the bent normal, cos = 2 l - 1, which is exact where a cone is
+ * open (bent cone: Klehm, Ritschel, Eisemann and Seidel, "Bent normals and cones in screen-space",
+ * VMV 2011). At a surface, where the cosine bends the axis towards the normal and shortens what is
+ * aslant, by its k: a cone at the angle b from the normal has k = sin^2 cos b (ambient aperture:
+ * Oat and Sander, "Ambient aperture lighting", I3D 2007), exact about the normal. normal: unit; NULL
+ * for a point. 0, 0, 0 and 1 where nothing is open. */
+void occlusion_cone(const struct occlusion *occlusion, const struct vec3f *normal, float cone[4]);
 
 #endif

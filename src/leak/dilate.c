@@ -17,8 +17,9 @@
 enum { RADIUS_MOST = 4, BACKS_MOST = 8 };
 
 /* What comes of the light that reaches a probe, beside the light itself. */
-static const char *const of_light[] = {"sh_window",    "visibility",         "ambient_cube",
-                                       "ambient_dice", "ambient_dice_cubic", "ahd"};
+static const char *const of_light[] = {
+    "sh_window", "visibility",   "ao",           "bent_normal",        "bent_length",
+    "cone",      "ambient_cube", "ambient_dice", "ambient_dice_cubic", "ahd"};
 
 struct job {
     const struct tracer *tracer;

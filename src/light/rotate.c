@@ -114,6 +114,9 @@ struct error *rotation_init(struct rotation *rotation, const double matrix[9])
     const char *why = make_right(rotation->matrix);
     if (why)
         return error_new("%s", why);
+    for (int i = 0; i < 3; i++)
+        memcpy(rotation->cone[i], rotation->matrix + 3 * i, 3 * sizeof(double));
+    rotation->cone[3][3] = 1;
     for (int k = 0; k < SPHERE_RULE_COUNT; k++) {
         double d[3], turned[3], y[SH_COUNT_MAX], y_turned[SH_COUNT_MAX];
         const double weight = sphere_rule(k, d);
@@ -239,6 +242,11 @@ static bool find_shape(const struct rotation *rotation, const struct table *prob
     if (!strcmp(c->name, "visibility") && c->type == COLUMN_F32) {
         shape->order = sh_order_of(3 * c->width);
         return shape->order > 0;
+    }
+    if (!strcmp(c->name, "cone") && c->type == COLUMN_F32 && c->width == 4) {
+        shape->blocks = shape->across = 4;
+        shape->mix = rotation->cone[0];
+        return true;
     }
     shape->blocks = 3;
     shape->mix = rotation->matrix;

@@ -24,6 +24,7 @@ struct warnings;
 
 struct rotation {
     double matrix[9];                      /* R, a row after the other */
+    double cone[4][4];                     /* R, and 1: of a direction and a number that stays */
     double sh[SH_COUNT_MAX][SH_COUNT_MAX]; /* M: 0 between bands */
 };
 

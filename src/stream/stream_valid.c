@@ -35,6 +35,8 @@ static const struct known {
     {"probe", "albedo", COLUMN_F32, 3, 0},
     {"probe", "normal", COLUMN_F32, 3, 0},
     {"probe", "bent_normal", COLUMN_F32, 3, 0},
+    {"probe", "bent_length", COLUMN_F32, 1, 0},
+    {"probe", "cone", COLUMN_F32, 4, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0},
     {"probe", "sh_window", COLUMN_F32, 1, 0},
     {"probe", "ambient_cube", COLUMN_F32, 18, 0},
