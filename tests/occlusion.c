@@ -243,11 +243,71 @@ static void test_cones(void)
     bench_clear(&b);
 }
 
+/* -- interreflections ------------------------------------------------------------------------- */
+
+/* All points of a sphere see each part of it alike, so in half of one, under an even sky, all are
+ * as bright, and the formula is exact but for the facets. */
+static void test_bounced(void)
+{
+    const float k[3] = {0.25f, 0.5f, 1}, albedo[3] = {0, 0.5f, 1};
+    float out[3];
+    occlusion_bounced(k[0], albedo, out);
+    ok(out[0] == 0.25f && fabs((double)out[1] - 0.25 / 0.625) < 1e-7 && out[2] == 1,
+       "what bounces: nothing off black, all off white");
+    occlusion_bounced(0, albedo, out);
+    ok(out[0] == 0 && out[1] == 0 && out[2] == 0, "and nothing where no light comes in");
+    struct bench b;
+    bench_start(&b);
+    struct shape ball = shape_sphere(1, 4);
+    b.settings.sky[0] = b.settings.sky[1] = b.settings.sky[2] = 1;
+    for (size_t i = 0; i < 3 * ball.triangle_count; i += 3) { /* inside out */
+        const uint32_t other = ball.index[i];
+        ball.index[i] = ball.index[i + 1];
+        ball.index[i + 1] = other;
+    }
+    for (size_t i = 0; i < ball.triangle_count; i++) { /* half of it: a bowl */
+        const double *p[3];
+        for (int c = 0; c < 3; c++)
+            p[c] = ball.position + 3 * ball.index[3 * i + (size_t)c];
+        if (p[0][1] + p[1][1] + p[2][1] > 0)
+            ball.index[3 * i + 1] = ball.index[3 * i + 2] = ball.index[3 * i];
+    }
+    size_t kept = 0;
+    for (size_t i = 0; i < ball.triangle_count; i++)
+        if (ball.index[3 * i + 1] != ball.index[3 * i])
+            memmove(ball.index + 3 * kept++, ball.index + 3 * i, 3 * sizeof *ball.index);
+    ball.triangle_count = kept;
+    add_shape(&b, &ball, material(0.8f, 0));
+    shape_clear(&ball);
+    bench_finish(&b, 64);
+    const float up[3] = {0, 1, 0};
+    struct capture_settings s = settings_of(CAPTURE_AO | CAPTURE_AO_BOUNCED);
+    s.light = CAPTURE_ALL;
+    s.rays = 200000;
+    struct capture_probe p;
+    must(capture_probe(&b.path, &s, (const double[3]){0, -0.995, 0}, up, &p));
+    for (int c = 0; c < 3; c++) {
+        const double lit = (double)p.sh[c] / PI, error = (double)p.sh_error[c] / PI;
+        ok(fabs((double)p.ao_bounced[c] - lit) < 4.5 * error + 0.005,
+           "in a bowl of albedo %.1f, where all is as bright: %.4f of the sky's light (%.4f +- "
+           "%.4f "
+           "path traced), %.4f without",
+           0.8 / (1 << c), (double)p.ao_bounced[c], lit, error, (double)p.ao);
+    }
+    bench_clear(&b);
+    bench_start(&b);
+    bench_finish(&b, 1);
+    must(capture_probe(&b.path, &s, (const double[3]){0}, up, &p));
+    ok(isnan(p.ao_bounced[0]), "a point on no surface has no albedo");
+    bench_clear(&b);
+}
+
 int main(void)
 {
     test_falloff();
     test_obscurance();
     test_unlit();
     test_cones();
+    test_bounced();
     return tap_done();
 }

@@ -126,6 +126,19 @@ check "surfaces get irradiance" \
     says lit.probe "^table probe position:f64:3 normal:f32:3 $light$"
 refused 1 "sh_gradient is known of probes without a normal alone" \
     probe-capture --columns sh_gradient "$scene" surface.probe
+refused 1 "ao_bounced is known of probes with a normal alone" \
+    probe-capture --columns ao_bounced "$scene" placed.probe
+stream_of 'table probe position:f64:3 normal:f32:3 albedo:f32:3' >painted.probe <<'END'
+1 0.001 5 0 1 0 0 0.5 1
+1 0.001 5 0 1 0 nan nan nan
+END
+probe-capture -q --light none --columns ao,ao_bounced --text "$scene" painted.probe >bounced.probe
+numbers <bounced.probe >bounced.rows
+check "light that occluders scatter goes by column albedo, or the surface's own" awk '
+    function near(a, b) { return a - b < 1e-6 && b - a < 1e-6 }
+    { k = $10; ok[NR] = k > 0.1 && k < 0.9 && $11 >= k }
+    NR == 1 { ok[1] = ok[1] && $11 == k && near($12, k / (1 - 0.5 * (1 - k))) && near($13, 1) }
+    END { exit !(NR == 2 && ok[1] && ok[2]) }' bounced.rows
 sed 's/0 1 0$/0 0 0/' surface.probe >flat.probe
 refused 1 "probe 0: expected a normal, got (0, 0, 0)" probe-capture "$scene" flat.probe
 refused 1 "beyond what 32 bits can hold" \

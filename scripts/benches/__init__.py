@@ -8,7 +8,7 @@ Blender runs.
 """
 PARTS = ("stream", "threads", "rays", "error", "render", "columns", "bases", "measure", "tet",
          "decimate", "query", "interpolate", "discs", "unasked", "visibility", "scene", "sight",
-         "place", "cache", "cycles")
+         "place", "cache", "cycles", "occlusion")
 # not run unless they are named
 ON_REQUEST = ("bases", "decimate", "query", "interpolate", "discs", "unasked", "visibility",
-              "scene", "place", "cache", "cycles")
+              "scene", "place", "cache", "cycles", "occlusion")

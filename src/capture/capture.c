@@ -222,7 +222,7 @@ struct output {
     unsigned flag;
 };
 
-enum { OUTPUTS = 12 }; /* without the count of rays, which is no float */
+enum { OUTPUTS = 13 }; /* without the count of rays, which is no float */
 
 #define AT(member) offsetof(struct capture_probe, member)
 
@@ -243,7 +243,8 @@ static void make_outputs(const struct capture_settings *settings, bool surface,
         {"ao", "ao", 1, AT(ao), CAPTURE_AO},
         {"bent_normal", "bent_normal", 3, AT(bent_normal), CAPTURE_BENT_NORMAL},
         {"bent_length", "bent_length", 1, AT(bent_length), CAPTURE_BENT_LENGTH},
-        {"cone", "cone", 4, AT(cone), CAPTURE_CONE}};
+        {"cone", "cone", 4, AT(cone), CAPTURE_CONE},
+        {NULL, "ao_bounced", 3, AT(ao_bounced), CAPTURE_AO_BOUNCED}};
     memcpy(output, all, sizeof all);
 }
 
@@ -425,6 +426,7 @@ struct due_rows {
     struct capture_settings settings; /* with the columns that the table has */
     const double *position;
     const float *normal; /* NULL: points */
+    const float *albedo; /* of surfaces; NULL: the table does not tell */
     struct output output[OUTPUTS];
     struct column *column[OUTPUTS], *rays; /* NULL: not in the table */
     struct part_column *part;              /* owned */
@@ -484,8 +486,11 @@ static struct error *capture_one(void *context, size_t index, int thread)
         capture_shape(&due->settings, &result);
     if (!normal && light)
         shape_parts(&due->settings, (double)result.sh_window, light, light_error);
+    if (normal && due->albedo && !isnan(due->albedo[3 * row]))
+        occlusion_bounced(result.ao, due->albedo + 3 * row, result.ao_bounced);
     for (size_t i = 0; i < OUTPUTS && !err; i++)
-        if (due->column[i])
+        if (due->column[i] &&
+            !(due->output[i].flag == CAPTURE_AO_BOUNCED && isnan(result.ao_bounced[0])))
             err = put(due->column[i], row,
                       (const float *)((const char *)&result + due->output[i].offset));
     if (!err)
@@ -540,14 +545,19 @@ static struct error *make_parts(struct due_rows *due, int threads)
 /* Finds the columns that results go to. */
 static struct error *find_columns(struct due_rows *due, const struct table *table)
 {
-    struct column *position = NULL, *normal = NULL;
+    struct column *position = NULL, *normal = NULL, *albedo = NULL;
     struct error *err = table_require(table, "position", COLUMN_F64, 3, &position);
     if (!err && table_column(table, "normal"))
         err = table_require(table, "normal", COLUMN_F32, 3, &normal);
     if (err)
         return err;
     due->position = column_f64(position);
+    if (table_column(table, "albedo"))
+        err = table_require(table, "albedo", COLUMN_F32, 3, &albedo);
+    if (err)
+        return err;
     due->normal = normal ? column_f32(normal) : NULL;
+    due->albedo = albedo ? column_f32(albedo) : NULL;
     make_outputs(&due->settings, normal, due->output);
     unsigned columns = 0;
     for (size_t i = 0; i < OUTPUTS && !err; i++) {

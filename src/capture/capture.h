@@ -100,9 +100,11 @@ enum {
     CAPTURE_WINDOW = 512, /* sh_window: goes with dering, not asked for by itself */
     CAPTURE_BENT_LENGTH = 1024,
     CAPTURE_CONE = 2048,
+    CAPTURE_AO_BOUNCED = 4096,
     CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
     /* those that depend on the occlusion settings: what is there of them is made anew as one */
-    CAPTURE_OCCLUSION = CAPTURE_AO | CAPTURE_BENT_NORMAL | CAPTURE_BENT_LENGTH | CAPTURE_CONE,
+    CAPTURE_OCCLUSION = CAPTURE_AO | CAPTURE_BENT_NORMAL | CAPTURE_BENT_LENGTH | CAPTURE_CONE |
+                        CAPTURE_AO_BOUNCED,
     CAPTURE_OF_LIGHT = CAPTURE_ERROR | CAPTURE_GRADIENT | CAPTURE_WINDOW, /* nothing without it */
 };
 
@@ -127,6 +129,9 @@ struct capture_probe {
     float ao;
     /* occlusion_bent, occlusion_cone: */
     float bent_normal[3], bent_length, cone[4];
+    /* occlusion_bounced by the albedo of the surface behind it, NaN where nothing is there;
+     * surfaces alone, where asked for */
+    float ao_bounced[3];
     int rays;        /* that were spent on its directions */
     float sh_window; /* r of the window that dering put on it; 1: none. Set by capture_shape */
 };

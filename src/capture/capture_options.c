@@ -49,6 +49,7 @@ static const struct {
                      {"bent_normal", CAPTURE_BENT_NORMAL},
                      {"bent_length", CAPTURE_BENT_LENGTH},
                      {"cone", CAPTURE_CONE},
+                     {"ao_bounced", CAPTURE_AO_BOUNCED},
                      {"rays", CAPTURE_RAYS},
                      {"none", 0}};
 
@@ -65,8 +66,8 @@ static struct error *parse_columns(void *value, const char *text)
             i++;
         if (i == count)
             return error_usage("expected some of sh_error, irradiance_error, validity, depth, sky, "
-                               "sh_gradient, visibility, ao, bent_normal, bent_length, cone, rays, "
-                               "separated by commas, or none, got '%s'",
+                               "sh_gradient, visibility, ao, bent_normal, bent_length, cone, "
+                               "ao_bounced, rays, separated by commas, or none, got '%s'",
                                text);
         columns |= columns_known[i].flag;
         if (!at[length])
@@ -284,8 +285,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .parse = parse_columns,
          .shown = "sh_error,validity,depth,sky",
          .help = "what to write beside light: of these, sh_gradient,\n"
-                 "visibility, ao, bent_normal, bent_length, cone, rays; none:\n"
-                 "nothing"},
+                 "visibility, ao, bent_normal, bent_length, cone, ao_bounced,\n"
+                 "rays; none: nothing"},
         {.name = "groups",
          .argument = "FILE|each",
          .kind = OPTION_TEXT,

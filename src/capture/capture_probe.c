@@ -717,6 +717,22 @@ static void add_error_of_cache(const struct path_cache *cache, int functions, in
                                                            cache->error[l] * sqrt(square[c]));
 }
 
+/* The albedo of the surface that a receiver is on: what a ray into it meets first; false:
+ * nothing. */
+static bool albedo_behind(const struct work *w, float albedo[3])
+{
+    struct trace_rays ray = {.most = {INFINITY}};
+    struct trace_points at;
+    wave_put(&ray.origin, 0, w->receiver.at.position);
+    wave_put(&ray.direction, 0, vec3f_scale(-1, w->receiver.at.normal));
+    trace_rays_nearest(w->path->tracer, 1, &ray, &at);
+    if (!at.hit[0])
+        return false;
+    const struct vec3f a = trace_albedo(w->path->tracer, &at, 0);
+    albedo[0] = a.x, albedo[1] = a.y, albedo[2] = a.z;
+    return true;
+}
+
 static void finish(const struct work *w, struct capture_probe *result)
 {
     const int count = w->settings->order * w->settings->order;
@@ -737,6 +753,11 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->ao = (float)(w->occlusion.open / w->rays);
     occlusion_bent(&w->occlusion, result->bent_normal, &result->bent_length);
     occlusion_cone(&w->occlusion, w->surface ? &w->receiver.at.normal : NULL, result->cone);
+    float albedo[3];
+    if (w->surface && w->settings->columns & CAPTURE_AO_BOUNCED && albedo_behind(w, albedo))
+        occlusion_bounced(result->ao, albedo, result->ao_bounced);
+    else
+        result->ao_bounced[0] = result->ao_bounced[1] = result->ao_bounced[2] = NAN;
     result->rays = w->rays;
 }
 

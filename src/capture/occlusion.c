@@ -54,3 +54,12 @@ void occlusion_cone(const struct occlusion *o, const struct vec3f *normal, float
     }
     cone[3] = o->open > 0 ? (float)cosine : 1;
 }
+
+void occlusion_bounced(float ao, const float albedo[3], float bounced[3])
+{
+    const double k = (double)ao;
+    for (int c = 0; c < 3; c++) {
+        const double left = 1 - (double)albedo[c] * (1 - k);
+        bounced[c] = left > 0 ? (float)(k / left) : 0; /* all reflect all, and no light comes in */
+    }
+}

@@ -44,8 +44,14 @@ void occlusion_bent(const struct occlusion *occlusion, float normal[3], float *l
  * open (bent cone: Klehm, Ritschel, Eisemann and Seidel, "Bent normals and cones in screen-space",
  * VMV 2011). At a surface, where the cosine bends the axis towards the normal and shortens what is
  * aslant, by its k: a cone at the angle b from the normal has k = sin^2 cos b (ambient aperture:
- * Oat and Sander, "Ambient aperture lighting", I3D 2007), exact about the normal. normal: unit; NULL
- * for a point. 0, 0, 0 and 1 where nothing is open. */
+ * Oat and Sander, "Ambient aperture lighting", I3D 2007), exact about the normal. normal: unit;
+ * NULL for a point. 0, 0, 0 and 1 where nothing is open. */
 void occlusion_cone(const struct occlusion *occlusion, const struct vec3f *normal, float cone[4]);
+
+/* Ambient occlusion k with the light that occluders scatter, where they have the albedo of the
+ * surface and are lit as it is: k / (1 - albedo (1 - k)), by channel (eq. 11.13; Stewart and
+ * Langer, "Towards accurate recovery of shape from shading under diffuse lighting", PAMI 19,
+ * 1997). */
+void occlusion_bounced(float ao, const float albedo[3], float bounced[3]);
 
 #endif

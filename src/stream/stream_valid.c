@@ -37,6 +37,7 @@ static const struct known {
     {"probe", "bent_normal", COLUMN_F32, 3, 0},
     {"probe", "bent_length", COLUMN_F32, 1, 0},
     {"probe", "cone", COLUMN_F32, 4, 0},
+    {"probe", "ao_bounced", COLUMN_F32, 3, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0},
     {"probe", "sh_window", COLUMN_F32, 1, 0},
     {"probe", "ambient_cube", COLUMN_F32, 18, 0},
