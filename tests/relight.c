@@ -5,6 +5,7 @@
 #include "base/warning.h"
 #include "math/direction.h"
 #include "math/eigen.h"
+#include "relight/lamp_blend.h"
 #include "relight/pca.h"
 #include "relight/sky_bands.h"
 #include "relight/sun_blend.h"
@@ -183,6 +184,128 @@ static void test_suns(void)
     ok(fabs(sun_blend(SUN_SPHERE, 2, upright, (const double[3]){0.6, 0.8, 0}, weight)) < 1e-9 &&
            fabs(weight[0] + weight[1] - 1) < 1e-12 && weight[1] > 0.3 && weight[1] < 0.5,
        "of two, the way between them");
+}
+
+/* -- lamps ------------------------------------------------------------------------------------- */
+
+enum { LAMPS = 60 };
+
+/* Whether no lamp stands within the sphere through four others: Delaunay's condition. corner: of
+ * weights above 0. */
+static bool is_empty(size_t count, const double *at, const size_t corner[4])
+{
+    struct vec3 e[3];
+    double half[3];
+    const struct vec3 o = vec3_load(at + 3 * corner[0]);
+    for (int k = 0; k < 3; k++) {
+        e[k] = vec3_sub(vec3_load(at + 3 * corner[k + 1]), o);
+        half[k] = vec3_dot(e[k], e[k]) / 2;
+    }
+    const double volume = vec3_dot(e[0], vec3_cross(e[1], e[2]));
+    struct vec3 centre = {0, 0, 0};
+    for (int k = 0; k < 3; k++)
+        centre = vec3_fma(centre, half[k] / volume, vec3_cross(e[(k + 1) % 3], e[(k + 2) % 3]));
+    const double radius = vec3_length(centre);
+    for (size_t i = 0; i < count; i++)
+        if (vec3_length(vec3_sub(vec3_sub(vec3_load(at + 3 * i), o), centre)) < radius * (1 - 1e-9))
+            return false;
+    return true;
+}
+
+/* What the weights give of the lamps' positions: how far it is off p. */
+static double off_place(size_t count, const double *at, const double *weight, struct vec3 p)
+{
+    struct vec3 sum = {0, 0, 0};
+    double all = 0;
+    for (size_t i = 0; i < count; i++) {
+        all += weight[i];
+        sum = vec3_fma(sum, weight[i], vec3_load(at + 3 * i));
+        if (weight[i] < 0)
+            return (double)INFINITY;
+    }
+    return vec3_length(vec3_sub(sum, p)) + fabs(all - 1);
+}
+
+/* The distance of the nearest point to p among many of the hull: not below the least. */
+static double nearest_drawn(size_t count, const double *at, struct vec3 p)
+{
+    double least = (double)INFINITY;
+    for (int t = 0; t < 20000; t++) {
+        struct vec3 x = {0, 0, 0};
+        double share[4], all = 0;
+        for (int k = 0; k < 4; k++)
+            all += share[k] = draw() * draw() * draw();
+        for (int k = 0; k < 4; k++)
+            x = vec3_fma(x, share[k] / all, vec3_load(at + 3 * (size_t)(draw() * (double)count)));
+        least = fmin(least, vec3_length(vec3_sub(x, p)));
+    }
+    return least;
+}
+
+static void test_lamps(void)
+{
+    double at[3 * LAMPS], weight[LAMPS], off, worst = 0, clamped = 0;
+    size_t full = 0, empty = 0, outside = 0;
+    for (size_t i = 0; i < sizeof at / sizeof *at; i++)
+        at[i] = 100 + 5 * draw();
+    for (int t = 0; t < 200; t++) {
+        const struct vec3 p = {100.5 + 4 * draw(), 100.5 + 4 * draw(), 100.5 + 4 * draw()};
+        size_t corner[4], corners = 0;
+        must(lamp_blend(LAMPS, at, (const double[3]){p.x, p.y, p.z}, weight, &off));
+        worst = off > 0 ? worst : fmax(worst, off_place(LAMPS, at, weight, p));
+        for (size_t i = 0; i < LAMPS; i++)
+            if (weight[i] > 0 && corners < 4)
+                corner[corners++] = i;
+        full += corners == 4 && !(off > 0);
+        empty += corners == 4 && !(off > 0) && is_empty(LAMPS, at, corner);
+    }
+    ok(worst < 1e-9 && full > 100 && empty == full,
+       "a lamp is the sum of a tetrahedron's corners, whose sphere is empty: %zu of %zu (%.1g)",
+       empty, full, worst);
+    for (int t = 0; t < 20; t++) {
+        double d[3];
+        draw_direction(d);
+        const struct vec3 p = vec3_fma((struct vec3){102, 102, 102}, 8, vec3_load(d));
+        must(lamp_blend(LAMPS, at, (const double[3]){p.x, p.y, p.z}, weight, &off));
+        outside += off > 0 && fabs(off_place(LAMPS, at, weight, p) - off) < 1e-9;
+        clamped = fmax(clamped, off - nearest_drawn(LAMPS, at, p));
+    }
+    ok(outside == 20 && clamped < 1e-9, "outside of the hull it is the nearest point: %zu, %.2g",
+       outside, clamped);
+    double exact = 0;
+    for (size_t i = 0; i < LAMPS; i++) {
+        must(lamp_blend(LAMPS, at, at + 3 * i, weight, &off));
+        exact = fmax(exact, fmax(off, fabs(weight[i] - 1)));
+    }
+    ok(exact < 1e-9, "at a lamp it is that: %.1g", exact);
+}
+
+/* Lamps under a ceiling, in a grid, where any four corners of a square have one circle. */
+static void test_lamps_in_a_plane(void)
+{
+    double at[3 * 9], weight[9], off, worst = 0, off_most = 0, far = 0;
+    for (int i = 0; i < 9; i++)
+        vec3_store(at + 3 * i, (struct vec3){i % 3, 2.5, i / 3});
+    for (int t = 0; t < 100; t++) {
+        const double p[3] = {2 * draw(), 2.5, 2 * draw()}, below[3] = {p[0], 2, p[2]};
+        must(lamp_blend(9, at, p, weight, &off));
+        worst = fmax(worst, off_place(9, at, weight, vec3_load(p)));
+        off_most = fmax(off_most, off);
+        for (int i = 0; i < 9; i++)
+            if (weight[i] > 1e-9)
+                far = fmax(far, vec3_length(vec3_sub(vec3_load(at + 3 * i), vec3_load(p))));
+        must(lamp_blend(9, at, below, weight, &off));
+        worst = fmax(worst, fabs(off - 0.5) + off_place(9, at, weight, vec3_load(p)));
+    }
+    ok(worst < 1e-9 && off_most < 1e-9 && far < 1.42,
+       "in a plane it is of a square's corners, below it of the point above: %.1g, %.3g", worst,
+       far);
+    const double middle[3] = {0.25, 2.5, 0};
+    must(lamp_blend(2, at, middle, weight, &off));
+    ok(fabs(weight[0] - 0.75) < 1e-12 && fabs(weight[1] - 0.25) < 1e-12 && off < 1e-12,
+       "of two, by the way between them: %.17g", weight[0]);
+    must(lamp_blend(1, at, middle, weight, &off));
+    ok(fabs(weight[0] - 1) < 1e-12 && fabs(off - 0.25) < 1e-12, "of one, that: %.17g", off);
 }
 
 /* -- errors ------------------------------------------------------------------------------------ */
@@ -368,6 +491,8 @@ int main(void)
 {
     test_sky();
     test_suns();
+    test_lamps();
+    test_lamps_in_a_plane();
     test_errors();
     test_eigen();
     test_pca();

@@ -3,6 +3,7 @@
 relight_sources = \
 	%D%/compress.c %D%/compress.h \
 	%D%/compressed.c %D%/compressed.h \
+	%D%/lamp_blend.c %D%/lamp_blend.h \
 	%D%/other_light.c %D%/other_light.h \
 	%D%/pca.c %D%/pca.h \
 	%D%/radiosity.c %D%/radiosity.h \

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/number.h"
 #include "math/angle.h"
+#include "math/convex.h"
 #include "math/vec.h"
 
 #include <math.h>
@@ -57,98 +58,17 @@ static double blend_path(size_t count, const double *sun, struct vec3 d, double 
 
 /* -- the sphere ------------------------------------------------------------------------------- */
 
-/* Three directions whose cone holds d, which is the sum of share[k] times each: a basis of the
- * linear program below. */
-struct corners {
-    struct vec3 at[3];
-    double cost[3], share[3];
-    size_t sun[3]; /* NO_SUN: an axis, where the search begins */
-};
-
-#define NO_SUN ((size_t)-1)
-#define AXIS_COST 1e6
-
-/* dual[k] . at[j] is 1 where k is j, else 0. */
-static bool find_dual(const struct vec3 at[3], struct vec3 dual[3])
-{
-    const double volume = vec3_dot(at[0], vec3_cross(at[1], at[2]));
-    for (int k = 0; k < 3; k++)
-        dual[k] = vec3_scale(1 / volume, vec3_cross(at[(k + 1) % 3], at[(k + 2) % 3]));
-    return fabs(volume) > 1e-12;
-}
-
-/* The sun that lies farthest beyond the plane of the corners, y . x = 1; NO_SUN: none does. */
-static size_t find_beyond(size_t count, const double *sun, struct vec3 y)
-{
-    double most = 1 + 1e-9 * (1 + vec3_length(y));
-    size_t found = NO_SUN;
-    for (size_t i = 0; i < count; i++) {
-        const double height = vec3_dot(y, vec3_load(sun + 3 * i));
-        if (height > most) {
-            most = height;
-            found = i;
-        }
-    }
-    return found;
-}
-
-/* The facet of the suns' convex hull that d pierces: the least sum of shares, by the simplex method
- * (Dantzig), since no other triangle of suns along d lies farther out. False: d is outside of all
- * their cones. */
-static bool pierce(size_t count, const double *sun, struct vec3 d, struct corners *c)
-{
-    enum { STEPS_MOST = 1000 };
-    const double own[3] = {d.x, d.y, d.z};
-    for (int k = 0; k < 3; k++) {
-        double axis[3] = {0};
-        axis[k] = own[k] < 0 ? -1 : 1;
-        c->at[k] = vec3_load(axis);
-        c->cost[k] = AXIS_COST;
-        c->sun[k] = NO_SUN;
-    }
-    for (int step = 0; step < STEPS_MOST; step++) {
-        struct vec3 dual[3], y = {0, 0, 0};
-        if (!find_dual(c->at, dual))
-            return false;
-        for (int k = 0; k < 3; k++) {
-            c->share[k] = vec3_dot(d, dual[k]);
-            y = vec3_fma(y, c->cost[k], dual[k]);
-        }
-        const size_t next = find_beyond(count, sun, y);
-        if (next == NO_SUN)
-            break;
-        const struct vec3 to = vec3_load(sun + 3 * next);
-        double least = (double)INFINITY;
-        int leaves = -1;
-        for (int k = 0; k < 3; k++) {
-            const double slope = vec3_dot(to, dual[k]);
-            if (slope > 1e-12 && fmax(c->share[k], 0) / slope < least) {
-                least = fmax(c->share[k], 0) / slope;
-                leaves = k;
-            }
-        }
-        if (leaves < 0)
-            return false;
-        c->at[leaves] = to;
-        c->cost[leaves] = 1;
-        c->sun[leaves] = next;
-    }
-    bool inside = true;
-    for (int k = 0; k < 3; k++)
-        inside = inside && (c->sun[k] != NO_SUN || c->share[k] < 1e-9);
-    return inside;
-}
-
 static double blend_sphere(size_t count, const double *sun, struct vec3 d, double *weight)
 {
-    struct corners c;
+    /* the facet of the suns' hull that d pierces: no other triangle along d lies farther out */
+    const double target[3] = {d.x, d.y, d.z};
+    struct convex c;
     double sum = 0;
-    if (pierce(count, sun, d, &c)) {
-        for (int k = 0; k < 3; k++)
-            sum += c.sun[k] == NO_SUN ? 0 : fmax(c.share[k], 0);
-        for (int k = 0; k < 3; k++)
-            if (c.sun[k] != NO_SUN)
-                weight[c.sun[k]] += fmax(c.share[k], 0) / sum;
+    if (convex_least(3, count, sun, NULL, target, &c)) {
+        for (int k = 0; k < c.count; k++)
+            sum += c.share[k];
+        for (int k = 0; k < c.count; k++)
+            weight[c.point[k]] += c.share[k] / sum;
         return 0;
     }
     size_t first = 0, second = 0;
