@@ -7,6 +7,7 @@
 #include "base/options.h"
 #include "base/progress.h"
 #include "base/warning.h"
+#include "capture/capture_cache.h"
 #include "capture/stage.h"
 #include "leak/dilate.h"
 #include "leak/leak_mend.h"
@@ -38,8 +39,9 @@ static struct error *complete(struct leak_settings *settings, const struct strea
 
 /* What new probes are captured with. */
 struct capturing {
-    const struct stage *stage; /* of the whole scene */
-    struct stage simpler;      /* of that which the others were captured in, once it is needed */
+    struct stage *stage;        /* of the whole scene */
+    struct stage simpler;       /* of that which the others were captured in, once it is needed */
+    struct cache_options cache; /* as they were, but for what the command line gave */
     const char *scene, *program;
     const struct common *common;
     struct warnings *warnings;
@@ -48,7 +50,7 @@ struct capturing {
 /* The stage that the others were captured on; where that was of fewer triangles, another than walls
  * are looked for in. */
 static struct error *stage_of(struct capturing *c, const struct stream_header *header,
-                              const struct stage **stage)
+                              struct stage **stage)
 {
     *stage = c->stage;
     if (!(c->stage->capture_settings.decimate < 1))
@@ -77,15 +79,23 @@ static struct error *capture_new(void *context, struct stream *stream, size_t fi
     struct capturing *c = context;
     struct table *probes = stream_table(stream, "probe");
     const size_t count = probes->rows - first;
-    const struct stage *stage;
+    struct stage *stage;
+    struct capture_cache cache = {0};
     if (!c->stage->captured) {
         warnings_add(c->warnings, "uncaptured",
                      "the stream's probes have no light, and so have new ones: run probe-capture");
         return NULL;
     }
     struct error *err = stage_of(c, &stream->header, &stage);
-    if (err)
-        return err;
+    if (!err)
+        err = capture_cache_open_rows(&cache, &stage->path, &stage->capture_settings, &c->cache,
+                                      stage->scene, probes, first, count, c->common->threads);
+    if (!err && *cache.told && !c->common->quiet)
+        fprintf(stderr, "%s: %s\n", c->program, cache.told);
+    if (err) {
+        capture_cache_clear(&cache);
+        return error_wrap(err, "--cache");
+    }
     struct progress *progress =
         progress_start(c->common->progress && !c->common->quiet, c->program, "probes", count);
     struct capture_job job = {.path = &stage->path,
@@ -94,6 +104,8 @@ static struct error *capture_new(void *context, struct stream *stream, size_t fi
                               .progress = progress};
     err = capture_rows(&job, probes, first, count);
     progress_end(progress);
+    path_use_cache(&stage->path, NULL);
+    capture_cache_clear(&cache);
     return err;
 }
 
@@ -258,10 +270,18 @@ int main(int argc, char **argv)
         {0}};
     struct common common = common_default();
     struct scene_settings given = scene_settings_default();
-    struct option_row of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
+    struct stage stage = {0};
+    struct warnings warnings = {0};
+    struct capturing capturing = {.stage = &stage,
+                                  .cache = cache_options_default(),
+                                  .common = &common,
+                                  .warnings = &warnings};
+    struct option_row of_cache[CACHE_OPTION_ROWS], of_file[SCENE_FILE_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
-        rows, scene_file_rows(&given, of_file),
+        rows, cache_option_rows(&capturing.cache, of_cache), scene_file_rows(&given, of_file),
         common_rows(&common, COMMON_STREAM | COMMON_THREADS | COMMON_PROGRESS, shared), NULL};
+    for (size_t i = 0; of_cache[i].kind != OPTION_FLAG; i++)
+        of_cache[i].shown = "as captured";
     struct program program = {
         .name = "probe-leakfix",
         .usage = "[OPTION]... SCENE [STREAM]",
@@ -271,15 +291,14 @@ int main(int argc, char **argv)
             "SCENE: what blends their probes takes none of those that a point does not see.",
         .operands_least = 1,
         .operands_most = 2};
-    struct warnings warnings = {0};
     struct stream *stream = NULL;
-    struct stage stage = {0};
     struct report report = {0};
-    struct capturing capturing = {
-        .stage = &stage, .program = program.name, .common = &common, .warnings = &warnings};
+    capturing.program = program.name;
     struct error *err = options_parse(&program, groups, argc, argv);
     if (!err)
         err = check(&job, gate);
+    if (!err)
+        err = cache_options_check(&capturing.cache);
     if (!err)
         err = options_record(&program, program.operands[0]);
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
@@ -294,6 +313,10 @@ int main(int argc, char **argv)
         job.probes_most = fmax(1e6, 2 * (double)stream_table(stream, "probe")->rows);
     if (!err)
         err = stage_init(&stage, program.operands[0], &stream->header, &given, &warnings);
+    if (!err)
+        err = cache_options_from_header(&capturing.cache, &stream->header);
+    if (!err)
+        err = cache_options_check_renew(&capturing.cache);
     if (!err)
         err = scene_told_in(&warnings, &stream->header, common.quiet);
     if (!err && stage.other)

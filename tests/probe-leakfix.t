@@ -133,6 +133,30 @@ check "probes without light get none, with a note" says err 'run probe-capture'
 probe-leakfix --rounds 1 "$SRC/scenes/cornell-box.obj" cells.probe 2>err >/dev/null
 check "another scene is warned about" says err 'not the scene'
 
+# -- through a cache -------------------------------------------------------------------------------
+# New probes use the cache through which the others were captured, whose name the header has.
+probe-place grid -q --count 120 "$rooms" |
+    probe-capture -q --rays 4096 --bounces 4 --cache auto --cache-out rooms.cache "$rooms" \
+        >of.probe
+placed 32 --cache rooms.cache --cache-error 20% >cached.probe
+probe-leakfix --rounds 1 "$rooms" cached.probe >mended.probe 2>said
+rows_of position mended.probe >places.txt
+rows_of position,sh mended.probe >cached.rows
+captured_anew --cache rooms.cache --cache-error 20% >anew.rows
+check "new probes use the cache of the others" \
+    says said 'probe-leakfix: cache: .* points change' and cmp anew.rows cached.rows \
+    and [ "$(wc -l <cached.rows)" -gt 120 ]
+probe-leakfix -q --rounds 1 --cache off "$rooms" cached.probe >plain.probe
+rows_of position,sh plain.probe >plain.rows
+check "and none with --cache off" test -s plain.rows and \
+    sh -c '! cmp -s plain.rows cached.rows'
+placed 32 --light-scale .5 >dim.probe
+refused 1 "--cache: rooms.cache: the cache is of another scene, or of other light in it" \
+    probe-leakfix --rounds 1 --cache rooms.cache "$rooms" dim.probe
+check "a cache of other light is renewed" into renewed.probe \
+    probe-leakfix -q --rounds 1 --cache rooms.cache --cache-renew "$rooms" dim.probe
+refused 2 "--cache-renew needs --cache FILE" probe-leakfix --cache-renew "$rooms" dim.probe
+
 # -- what leaks ------------------------------------------------------------------------------------
 # figure SAID N: the N-th percentage of the row, in the last of its tables
 figure() {

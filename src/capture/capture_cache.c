@@ -18,6 +18,7 @@
 #include "trace/lit.h"
 
 #include <float.h>
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -533,16 +534,21 @@ static struct error *make_fine(struct capture_cache *cache, struct path_tracer *
 
 /* Whether a stream's light is the indirect light of these surfaces. */
 static struct error *check_header(const struct stream_header *header, const struct scene *scene,
-                                  const struct capture_settings *settings, int after)
+                                  const struct capture_settings *settings,
+                                  const struct cache_options *options)
 {
+    const int after = options->after;
+    char relit[RELIT_KEY_ROOM];
     struct capture_settings was = capture_settings_default();
     if (!capture_header_has_settings(header))
         return error_new("expected surface probes with light: run probe-capture --light indirect");
     struct error *err = capture_settings_from_header(&was, header);
     if (err)
         return err;
-    if (scene_differs(scene, header))
-        return error_new("the cache is of another scene, or of other light in it");
+    relit_key(header, relit);
+    if (scene_differs(scene, header) || strcmp(relit, options->relit) != 0)
+        return error_new("the cache is of another scene, or of other light in it (--cache-renew "
+                         "gathers that anew)");
     if (scene_sky_differs(scene, header))
         return error_new("the cache is of another picture of the sky");
     if (was.light != CAPTURE_INDIRECT)
@@ -562,9 +568,34 @@ static struct error *check_header(const struct stream_header *header, const stru
     return NULL;
 }
 
+/* Whether the light of a stream's points, which is not theirs any more, may be gathered anew. */
+static struct error *check_surfaces(const struct stream_header *header, const struct scene *scene,
+                                    const struct capture_settings *settings)
+{
+    char now[24];
+    struct capture_settings was = capture_settings_default();
+    const char *key = header_key(header, CACHE_SURFACES);
+    struct error *err = capture_settings_from_header(&was, header);
+    if (err)
+        return err;
+    snprintf(now, sizeof now, "%016" PRIx64, scene_surface_key(scene));
+    if (key && strcmp(key, now) != 0)
+        return error_new("the cache is of other surfaces, which --cache-renew cannot mend");
+    if (!key && scene_differs(scene, header))
+        return error_new("the cache is of another scene, or of other light in it, and its header "
+                         "has no key " CACHE_SURFACES ", without which --cache-renew cannot tell "
+                         "one from the other");
+    if (capture_header_has_settings(header) &&
+        (was.decimate < settings->decimate || was.decimate > settings->decimate))
+        return error_new("the cache was captured with --decimate %g, not %g", was.decimate,
+                         settings->decimate);
+    return NULL;
+}
+
+/* Of points without light none is. */
 static bool is_dark(const void *light, size_t probe)
 {
-    return isnan(((const float *)light)[3 * probe]);
+    return light && isnan(((const float *)light)[3 * probe]);
 }
 
 /* Half the radius of discs whose points have none of their own. */
@@ -578,7 +609,9 @@ static struct error *find_radius(const double *position, const float *light, siz
     return err;
 }
 
-static struct error *take_points(struct capture_cache *cache, const struct table *table)
+/* renewed: they need no light. */
+static struct error *take_points(struct capture_cache *cache, const struct table *table,
+                                 bool renewed)
 {
     struct column *position = NULL, *normal = NULL, *light = NULL, *radius = NULL;
     struct cache_points *p = &cache->points;
@@ -589,30 +622,31 @@ static struct error *take_points(struct capture_cache *cache, const struct table
                          "(probe-place poisson makes some)");
     if (!err)
         err = table_require(table, "normal", COLUMN_F32, 3, &normal);
-    if (!err)
+    if (!err && (!renewed || table_column(table, "irradiance")))
         err = table_require(table, "irradiance", COLUMN_F32, 3, &light);
+    const float *e = light ? column_f32(light) : NULL;
     if (!err && table_column(table, "radius"))
         err = table_require(table, "radius", COLUMN_F32, 1, &radius);
     if (!err && !radius)
-        err = find_radius(column_f64(position), column_f32(light), table->rows, &all);
+        err = find_radius(column_f64(position), e, table->rows, &all);
     if (!err)
         err = array_create(&p->position, 3 * table->rows, sizeof *p->position);
     if (!err)
         err = array_create(&p->normal, 3 * table->rows, sizeof *p->normal);
     if (!err)
         err = array_create(&p->radius, table->rows, sizeof *p->radius);
-    if (!err)
+    if (!err && !renewed)
         err = array_create(&cache->cache.value, 3 * table->rows, sizeof *cache->cache.value);
     for (size_t i = 0; i < table->rows && !err; i++) {
-        const float *e = column_f32(light) + 3 * i;
         const double r = radius ? (double)column_f32(radius)[i] : all;
-        if (is_dark(column_f32(light), i))
+        if (is_dark(e, i))
             continue;
         if (!(r >= (double)FLT_MIN && r <= (double)FLT_MAX / 4))
             return error_new("probe %zu: expected a radius above 0, got %g", i, r);
         memcpy(p->position + 3 * p->count, column_f64(position) + 3 * i, 3 * sizeof(double));
         memcpy(p->normal + 3 * p->count, column_f32(normal) + 3 * i, 3 * sizeof(float));
-        memcpy(cache->cache.value + 3 * p->count, e, 3 * sizeof *e);
+        if (!renewed)
+            memcpy(cache->cache.value + 3 * p->count, e + 3 * i, 3 * sizeof *e);
         p->radius[p->count++] = (float)r;
     }
     if (!err && !p->count)
@@ -620,23 +654,53 @@ static struct error *take_points(struct capture_cache *cache, const struct table
     return err ? err : make_discs(cache);
 }
 
-static struct error *read_stream(struct capture_cache *cache, const char *name,
-                                 const struct scene *scene, const struct capture_settings *settings)
+/* Rays of points whose light is gathered anew: as many as it was gathered by, where it was, so that
+ * it is to the bit what a cache of these points has that is made. */
+static struct error *renewed_rays(struct capture_cache *cache, const struct stream_header *header,
+                                  const struct capture_settings *settings,
+                                  const struct cache_probes *probes)
+{
+    const double count = (double)cache->points.count, most = LINKS_MOST / count;
+    struct capture_settings was = capture_settings_default();
+    struct error *err = capture_settings_from_header(&was, header);
+    if (!err && most < RAYS_LEAST)
+        err = error_new("--cache-renew: expected at most %d points, got %.0f",
+                        LINKS_MOST / RAYS_LEAST, count);
+    const double rays = header_key(header, CACHE_SURFACES)
+                            ? was.rays
+                            : rays_that_pay(cache, settings, probes) / count;
+    cache->rays = (int)fmin(fmax(rays, RAYS_LEAST), fmin(RAYS_MOST, most)) / 2 * 2;
+    return err;
+}
+
+static struct error *read_stream(struct capture_cache *cache, const struct cache_options *options,
+                                 const struct scene *scene, const struct capture_settings *settings,
+                                 const struct cache_probes *probes)
 {
     struct stream *stream = NULL;
-    struct error *err = stream_read(&stream, name);
+    struct error *err = stream_read(&stream, options->name);
     if (err)
         return err;
     const struct table *table = stream_table(stream, "probe");
-    err = check_header(&stream->header, scene, settings, cache->cache.after);
+    err = check_header(&stream->header, scene, settings, options);
+    const bool renew = err && options->renew;
+    if (renew) {
+        error_destroy(err);
+        err = check_surfaces(&stream->header, scene, settings);
+    }
     if (!err && !table)
         err = error_new("expected table probe");
     if (!err)
-        err = take_points(cache, table);
+        err = take_points(cache, table, renew);
+    if (!err && renew)
+        err = renewed_rays(cache, &stream->header, settings, probes);
+    if (!err)
+        err = header_get_int(&stream->header, "capture-rays", 1, CAPTURE_RAYS_MOST,
+                             &cache->read_rays);
     cache->cache.sky = !err && header_key(&stream->header, CACHE_HOLDS);
     cache->on = !err;
     stream_destroy(stream);
-    return err ? error_wrap(err, "%s", name) : NULL;
+    return err ? error_wrap(err, "%s", options->name) : NULL;
 }
 
 /* Particles of suns: an eighth of the probes' rays. */
@@ -720,7 +784,9 @@ static struct error *open_stream(struct capture_cache *cache, struct path_tracer
                                  const struct cache_probes *probes, int threads)
 {
     struct change change;
-    struct error *err = read_stream(cache, options->name, scene, settings);
+    struct error *err = read_stream(cache, options, scene, settings, probes);
+    if (!err && cache->rays)
+        err = fill(cache, path, settings, threads);
     if (!err && probes->count)
         err = check(cache, path, settings, probes, threads, &change);
     if (err || !probes->count)
@@ -740,8 +806,13 @@ struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer
     *cache = (struct capture_cache){.cache.after = options->after};
     if (!options->name)
         return NULL;
+    if (settings->split)
+        return error_new("a cache keeps the light of all lights in one, and the probes have groups "
+                         "or transfers: expected --cache off");
     const bool made = !strcmp(options->name, "auto");
-    if (settings->light == CAPTURE_DIRECT || settings->bounces <= options->after) {
+    if (capture_is_dark(scene)) {
+        tell_off(cache, "there is no light");
+    } else if (settings->light == CAPTURE_DIRECT || settings->bounces <= options->after) {
         tell_off(cache, "no light scatters on behind it");
     } else if (made && !probes->count) {
         tell_off(cache, "there are no probes");
@@ -759,9 +830,27 @@ struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer
     return err;
 }
 
+struct error *capture_cache_open_rows(struct capture_cache *cache, struct path_tracer *path,
+                                      const struct capture_settings *settings,
+                                      const struct cache_options *options,
+                                      const struct scene *scene, const struct table *table,
+                                      size_t first, size_t count, int threads)
+{
+    struct column *position = NULL, *normal = NULL;
+    struct error *err = table_require(table, "position", COLUMN_F64, 3, &position);
+    if (!err && table_column(table, "normal"))
+        err = table_require(table, "normal", COLUMN_F32, 3, &normal);
+    if (err)
+        return err;
+    const struct cache_probes probes = {.position = column_f64(position) + 3 * first,
+                                        .normal = normal ? column_f32(normal) + 3 * first : NULL,
+                                        .count = count};
+    return capture_cache_open(cache, path, settings, options, scene, &probes, threads);
+}
+
 struct error *capture_cache_write(const struct capture_cache *cache, const char *path,
                                   const struct capture_settings *settings,
-                                  const struct stream_header *header)
+                                  const struct scene *scene, const struct stream_header *header)
 {
     const struct cache_options none = {0};
     const struct cache_points *p = &cache->points;
@@ -769,9 +858,10 @@ struct error *capture_cache_write(const struct capture_cache *cache, const char 
     struct stream *stream = NULL;
     struct table *table = NULL;
     struct column *position = NULL, *c = NULL;
+    char surfaces[24];
     own.light = CAPTURE_INDIRECT;
     own.bounces -= cache->cache.after;
-    own.rays = cache->rays ? cache->rays : own.rays;
+    own.rays = cache->rays ? cache->rays : cache->read_rays;
     own.error = 0;
     if (!cache->on)
         return error_new("--cache-out: there is no cache to write: %s", cache->told);
@@ -784,6 +874,9 @@ struct error *capture_cache_write(const struct capture_cache *cache, const char 
         err = cache_options_to_header(&none, &stream->header);
     if (!err && cache->cache.sky)
         err = header_set_key(&stream->header, CACHE_HOLDS, "sky");
+    snprintf(surfaces, sizeof surfaces, "%016" PRIx64, scene_surface_key(scene));
+    if (!err)
+        err = header_set_key(&stream->header, CACHE_SURFACES, surfaces);
     if (!err)
         err = stream_add_table(stream, "probe", &table);
     if (!err)

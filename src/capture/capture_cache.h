@@ -12,7 +12,8 @@
  * are rows of a system which is solved for all light at once (cache_solve). What the cache changes
  * is measured: a few of the probes take their paths on as if there were none, and compare
  * (path_cache.check). Where that is more than it may be the cache is made anew, finer, or left off;
- * and so it is where it would cost more than it saves.
+ * and so it is where it would cost more than it saves. A stream of other light (another sun, lamp,
+ * sky or albedo) that is to be renewed gives its points alone, which gather in the same way.
  */
 #ifndef CAPTURE_CACHE_H
 #define CAPTURE_CACHE_H
@@ -27,7 +28,8 @@ struct capture_cache {
     struct cache_points points;
     float *half; /* irradiance by the first half of the rays, 3 a point; owned; NULL: it was read */
     bool on;
-    int rays;       /* of each point; 0: it was read */
+    int rays;       /* of each point; 0: its light was read: */
+    int read_rays;  /* what its stream says of them */
     char told[320]; /* for the user: what was made of the option */
 };
 
@@ -39,10 +41,17 @@ struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer
                                  const struct cache_options *options, const struct scene *scene,
                                  const struct cache_probes *probes, int threads);
 
+/* The same for rows of a table of probes. */
+struct error *capture_cache_open_rows(struct capture_cache *cache, struct path_tracer *path,
+                                      const struct capture_settings *settings,
+                                      const struct cache_options *options,
+                                      const struct scene *scene, const struct table *table,
+                                      size_t first, size_t count, int threads);
+
 /* Writes the points with their radii and irradiance. header: of the stream that is captured. */
 struct error *capture_cache_write(const struct capture_cache *cache, const char *path,
                                   const struct capture_settings *settings,
-                                  const struct stream_header *header);
+                                  const struct scene *scene, const struct stream_header *header);
 void capture_cache_clear(struct capture_cache *cache);
 
 #endif

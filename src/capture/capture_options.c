@@ -249,27 +249,6 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
                  "which is convolved with the cosine"},
         {0}};
     const struct option_row more[] = {
-        {.name = "cache",
-         .argument = "auto|FILE",
-         .kind = OPTION_TEXT,
-         .value = &o->cache.name,
-         .shown = "off",
-         .help = "end paths in a cache of the surfaces' indirect light, which\n"
-                 "is made, or read from FILE; off: none"},
-        {.name = "cache-error",
-         .argument = "SHARE",
-         .kind = OPTION_CALL,
-         .value = &o->cache.error,
-         .parse = options_share,
-         .shown = "2%",
-         .help = "share of a probe's light that the cache may change"},
-        {.name = "cache-after",
-         .argument = "N",
-         .kind = OPTION_INT,
-         .value = &o->cache.after,
-         .least = 1,
-         .most = CAPTURE_BOUNCES_MOST,
-         .help = "paths end in it where they have scattered so often"},
         {.name = "cache-out",
          .argument = "FILE",
          .kind = OPTION_TEXT,
@@ -352,10 +331,12 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "capture the I-th of N parts of the probes: every N-th from\n"
                  "the I-th on (probe-cat --fill puts slices together)"},
         {0}};
-    struct option_row dering[LIGHT_DERING_ROWS], scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
+    struct option_row dering[LIGHT_DERING_ROWS], cache[CACHE_OPTION_ROWS],
+        scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
         rows,
         light_dering_rows(&o->capture.dering, dering),
+        cache_option_rows(&o->cache, cache),
         more,
         scene_settings_rows(&o->scene, scene),
         common_rows(&o->common, COMMON_STREAM | COMMON_THREADS | COMMON_SEED | COMMON_PROGRESS,
@@ -369,14 +350,10 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
     if (!err && o->order_auto && o->slice.parts > 1)
         err = error_usage(
             "--slice needs a fixed --order: with auto every slice would choose its own");
-    if (!err && o->cache.name && !strcmp(o->cache.name, "off"))
-        o->cache.name = NULL;
-    if (!err && !(o->cache.error > 0))
-        err = error_usage("--cache-error: expected a share above 0, got %g", o->cache.error);
+    if (!err)
+        err = cache_options_check(&o->cache);
     if (!err && o->transfer_surfaces && o->order_auto)
         err = error_usage("--transfer surfaces needs a fixed --order");
-    if (!err && o->cache.name && o->order_auto)
-        err = error_usage("--cache needs a fixed --order");
     if (!err && o->capture.light == CAPTURE_NONE)
         err = check_unlit(o);
     if (!err && o->capture.ao_falloff != OCCLUSION_STEP &&
@@ -492,5 +469,7 @@ struct error *capture_options_take_over(struct capture_options *o, struct progra
                                         const struct stream_header *header, int argc, char **argv)
 {
     struct error *err = take_over(o, program, header, argc, argv);
+    if (!err)
+        err = cache_options_check_renew(&o->cache);
     return err ? err : read_split(o);
 }

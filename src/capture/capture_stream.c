@@ -146,30 +146,39 @@ static struct error *read_all(struct capture_run *run, const struct table *schem
     return err;
 }
 
+/* Opens the cache for rays of all probes, where there is to be one. */
+static struct error *open_cache(struct capture_run *run, const struct table *probes,
+                                struct capture_cache *cache)
+{
+    const struct capture_options *o = &run->options;
+    struct error *err = capture_cache_open_rows(cache, run->path, &o->capture, &o->cache,
+                                                run->scene, probes, 0, probes->rows,
+                                                o->common.threads);
+    if (!err)
+        memcpy(run->cache_told, cache->told, sizeof run->cache_told);
+    return err;
+}
+
+/* Writes it, if that was asked for. */
+static struct error *write_cache(const struct capture_run *run, const struct capture_cache *cache)
+{
+    const struct capture_options *o = &run->options;
+    return o->cache_out && !interrupt_came()
+               ? capture_cache_write(cache, o->cache_out, &o->capture, run->scene, &run->header)
+               : NULL;
+}
+
 /* Captures all probes with a cache for their rays. */
 static struct error *capture_cached(struct capture_run *run, const struct table *schema,
                                     struct table *out)
 {
-    struct capture_options *o = &run->options;
     struct capture_job job = make_job(run);
     struct capture_cache cache = {0};
     struct error *err = read_all(run, schema, out);
-    struct column *position = NULL, *normal = NULL;
     if (!err)
-        err = table_require(out, "position", COLUMN_F64, 3, &position);
-    if (!err && table_column(out, "normal"))
-        err = table_require(out, "normal", COLUMN_F32, 3, &normal);
-    if (!err) {
-        const struct cache_probes probes = {.position = column_f64(position),
-                                            .normal = normal ? column_f32(normal) : NULL,
-                                            .count = out->rows};
-        err = capture_cache_open(&cache, run->path, &o->capture, &o->cache, run->scene, &probes,
-                                 o->common.threads);
-    }
+        err = open_cache(run, out, &cache);
     if (!err)
-        memcpy(run->cache_told, cache.told, sizeof run->cache_told);
-    if (!err && o->cache_out && !interrupt_came())
-        err = capture_cache_write(&cache, o->cache_out, &o->capture, &run->header);
+        err = write_cache(run, &cache);
     if (!err)
         err = capture_rows(&job, out, 0, out->rows);
     path_use_cache(run->path, NULL);
@@ -191,12 +200,18 @@ static struct error *capture_to_least_order(struct capture_run *run, const struc
 {
     struct capture_options *o = &run->options;
     struct capture_job job = make_job(run);
+    struct capture_cache cache = {0};
     double lost = 0;
     struct error *err = read_all(run, schema, out);
     if (!err)
+        err = open_cache(run, out, &cache);
+    if (!err)
         err = capture_least_order(&job, out, o->order_loss, &o->capture.order, &lost);
+    path_use_cache(run->path, NULL);
     if (!err)
         err = open_writer(run);
+    if (!err)
+        err = write_cache(run, &cache);
     if (!err)
         err = stream_writer_table(run->writer, out);
     if (!err)
@@ -205,6 +220,7 @@ static struct error *capture_to_least_order(struct capture_run *run, const struc
         note(run, out, &job);
     if (!err && !job.left)
         run->order_lost = lost;
+    capture_cache_clear(&cache);
     return err;
 }
 
