@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/options.h"
+#include "capture/cache_options.h"
 #include "capture/capture.h"
 #include "libprobe-query/sh.h"
 #include "light/light_options.h"
@@ -29,9 +30,27 @@ struct arguments {
     const char *reach;
     struct reach_settings body;
     struct dering_settings dering;
+    struct cache_options cache;
     struct scene_settings scene;
     struct common common;
 };
+
+static struct error *check_cache(const struct arguments *a)
+{
+    struct cache_options cache = a->cache;
+    struct error *err = cache_options_check(&cache);
+    if (!err)
+        err = cache_options_check_renew(&cache);
+    if (!err && cache.name && (a->groups || a->transfer))
+        err =
+            error_usage("--cache: expected no %s beside it: a cache keeps the light of all lights "
+                        "in one",
+                        a->groups ? "--groups" : "--transfer");
+    if (err || !cache.name || !strcmp(cache.name, "auto"))
+        return err;
+    err = file_check_again(cache.name, "--cache");
+    return err ? err : claim_input_of(cache.name);
+}
 
 static struct error *check(const struct arguments *a, const struct program *program)
 {
@@ -50,6 +69,8 @@ static struct error *check(const struct arguments *a, const struct program *prog
     if (of_body && !a->reach)
         return error_usage("%s goes with --reach", of_body);
     err = reach_check_given(&a->body);
+    if (!err)
+        err = check_cache(a);
     if (!err && a->reach)
         err = claim_input_of(a->reach);
     if (!err)
@@ -65,6 +86,7 @@ int main(int argc, char **argv)
 {
     struct arguments a = {.quality = PLAN_GOOD,
                           .body = reach_default(),
+                          .cache = cache_options_default(),
                           .scene = scene_settings_default(),
                           .common = common_default()};
     const struct option_row rows[] = {
@@ -178,11 +200,13 @@ int main(int argc, char **argv)
         {0}};
     struct option_row body[REACH_OPTION_ROWS] = {{0}};
     reach_option_rows(&a.body, body);
-    struct option_row dering[LIGHT_DERING_ROWS], of_scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
+    struct option_row dering[LIGHT_DERING_ROWS], cache[CACHE_OPTION_ROWS],
+        of_scene[SCENE_SETTINGS_ROWS], shared[COMMON_ROWS];
     const struct option_row *const groups[] = {
         rows,
         body,
         light_dering_rows(&a.dering, dering),
+        cache_option_rows(&a.cache, cache),
         scene_settings_rows(&a.scene, of_scene),
         common_rows(&a.common, COMMON_STREAM | COMMON_SEED | COMMON_THREADS | COMMON_PROGRESS,
                     shared),

@@ -36,6 +36,17 @@ check "where the stream goes elsewhere, packing is a comment" has_lines 5 pipe a
 probe-bake --dry-run --max-error 5% floor.obj >pipe 2>said
 check "a grid takes no --max-error, which is said" says said 'a grid, which --max-error says noth' \
     and lacks pipe 'max-error'
+probe-bake --dry-run --cache auto --cache-error 5% floor.obj >pipe 2>said
+check "a cache is capture's; the header tells leakfix" \
+    says pipe 'probe-capture.*--cache auto --cache-error 5%' and lacks pipe 'leakfix.*--cache'
+probe-bake --dry-run --cache old.cache --cache-renew floor.obj >pipe 2>said
+check "but not whether it is renewed" says pipe 'leakfix.*--cache-renew'
+refused 2 "--cache-renew needs --cache FILE" probe-bake --dry-run --cache-renew floor.obj
+refused 2 "--cache: expected no --groups beside it" \
+    probe-bake --dry-run --cache auto --groups each floor.obj
+cp floor.obj old.cache
+refused 2 "old.cache" probe-bake --dry-run --cache old.cache floor.obj -o old.cache
+rm old.cache
 
 probe-bake --quality draft --probes 60 -j1 floor.obj -o floor.probe >report 2>said
 check "a report, the same in a file, and two pictures" says report '^probe-bake: floor.probe$' \

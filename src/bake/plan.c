@@ -109,6 +109,10 @@ static const struct route routes[] = {
     {"dering", TO_CAPTURE, NULL},
     {"groups", TO_CAPTURE, NULL},
     {"transfer", TO_CAPTURE, NULL},
+    {"cache", TO_CAPTURE, NULL}, /* leakfix has it from the header */
+    {"cache-error", TO_CAPTURE, NULL},
+    {"cache-after", TO_CAPTURE, NULL},
+    {"cache-renew", TO_CAPTURE | TO_LEAKFIX, NULL},
     {"seed", TO_LIGHT, NULL},
     /* how the scene's file is read: the header tells who comes behind */
     {"lenient", TO_PLACE, NULL},
@@ -271,7 +275,8 @@ struct error *plan_stage(const struct plan_job *job, enum plan_stage which,
     case PLAN_PLACE:
         stage->name = "place";
         place(job, q, words);
-        stage->keeps = !job->flat && !plan_given(job, "rays"); /* whose light is traced behind it */
+        /* whose light is traced behind it */
+        stage->keeps = !job->flat && !plan_given(job, "rays") && !plan_given(job, "cache");
         break;
     case PLAN_CAPTURE:
         stage->name = "capture";
