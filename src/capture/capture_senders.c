@@ -15,6 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A sender is far from what it stands for where its disc ends at half that distance. */
+#define FAR 2.0f
+
 /* A ray that met a sender. */
 struct met {
     uint32_t place; /* of the sender, in the order of the tree */
@@ -66,25 +69,22 @@ struct job {
 
 /* The sender that stands for a place; UINT32_MAX: none. */
 static uint32_t find_sender(const struct capture_senders *c, struct vec3 at, struct vec3f facing,
-                            float u, struct work *work)
+                            struct work *work)
 {
     const double p[3] = {at.x, at.y, at.z},
                  n[3] = {(double)facing.x, (double)facing.y, (double)facing.z};
-    float growth;
+    float distance;
+    const uint32_t sender = discs_nearest(c->discs, p, n, &distance);
     work->hits++;
-    uint32_t sender = discs_draw(c->discs, p, n, u);
-    if (sender != UINT32_MAX)
-        return sender;
-    sender = discs_nearest(c->discs, p, n, &growth);
     work->alone += sender == UINT32_MAX;
-    work->far += sender != UINT32_MAX && growth > 1.5f;
+    work->far += sender != UINT32_MAX && distance > FAR;
     return sender;
 }
 
 /* Turns a wave's hits into senders. */
 static void take_hits(const struct job *job, const struct path_tracer *path,
                       const struct path_receiver *receiver, const struct path_rays *rays,
-                      const struct path_sample *sample, const float *u, struct work *work)
+                      const struct path_sample *sample, struct work *work)
 {
     for (size_t i = 0; i < rays->count; i++) {
         const struct path_sample *s = &sample[i];
@@ -95,7 +95,7 @@ static void take_hits(const struct job *job, const struct path_tracer *path,
                            met = trace_leave(vec3f_fma(receiver->at.position, s->distance, d),
                                              s->distance, facing);
         const uint32_t sender =
-            find_sender(job->capture, trace_to_world(path->tracer, met), facing, u[i], work);
+            find_sender(job->capture, trace_to_world(path->tracer, met), facing, work);
         if (sender != UINT32_MAX)
             work->met[work->mets++] = (struct met){job->place_of[sender], {d.x, d.y, d.z}};
     }
@@ -138,17 +138,14 @@ static struct error *look(const struct job *job, const struct receiver *r, struc
         struct vec3f direction[PATH_WAVE];
         struct random random[PATH_WAVE];
         struct path_sample sample[PATH_WAVE];
-        float u[PATH_WAVE];
         struct path_rays rays = {.direction = direction, .random = random, .straight_alone = true};
         for (int i = first; i < capture->rays && rays.count < PATH_WAVE; i++, rays.count++) {
-            struct random *draw = &random[rays.count];
-            *draw = random_start(capture->seed, name, UINT32_MAX - 1 - (uint32_t)i);
-            u[rays.count] = random_float(draw);
+            random[rays.count] = random_start(capture->seed, name, UINT32_MAX - 1 - (uint32_t)i);
             direction[rays.count] = direction_of(r, receiver.at.normal, wrap(x0 + golden * i),
                                                  wrap(y0 + ((double)i + 0.5) / capture->rays));
         }
         path_samples(path, &receiver, &rays, sample);
-        take_hits(job, path, &receiver, &rays, sample, u, work);
+        take_hits(job, path, &receiver, &rays, sample, work);
     }
     return NULL;
 }
@@ -365,13 +362,21 @@ static struct error *link_all(struct job *job, size_t count)
 
 struct error *capture_senders_link(struct capture_senders *c, struct senders *s)
 {
-    struct job job = {.capture = c, .position = s->position, .normal = s->normal, .width = 1};
+    enum { SHARE = 8, LEAST = 64 }; /* what many senders tell together needs few rays of each */
+    struct capture_senders own = *c;
+    own.rays = c->rays / SHARE > LEAST ? c->rays / SHARE : LEAST;
+    struct job job = {.capture = &own, .position = s->position, .normal = s->normal, .width = 1};
     struct error *err = array_create(&s->link, s->count * s->links, sizeof *s->link);
     if (!err)
         err = array_create(&s->share, s->count * s->links, sizeof *s->share);
     job.link = s->link;
     job.value = s->share;
-    return err ? err : link_all(&job, s->count);
+    if (!err)
+        err = link_all(&job, s->count);
+    c->met = own.met;
+    c->alone = own.alone;
+    c->far = own.far;
+    return err;
 }
 
 struct error *capture_senders_rows(struct capture_senders *c, struct table *table, size_t first,

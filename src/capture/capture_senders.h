@@ -3,9 +3,8 @@
  *
  * Rays go out over the sphere, or by the cosine from a surface, on a Fibonacci lattice that is
  * shifted at random for each probe (Cranley and Patterson, SIAM J. Numer. Anal. 1976): each ray by
- * itself is uniform, so the sums have no bias. What a ray meets belongs to a sender whose disc
- * covers it, drawn by its weight, so that senders blend; where none does, to the one whose disc
- * would be the first to (discs.h). T_s is then the sum of 4 pi / rays Y_lm over the rays that met
+ * itself is uniform, so the sums have no bias. What a ray meets belongs to the sender that is
+ * nearest in radii of its disc, along its surface (discs_nearest). T_s is then the sum of 4 pi / rays Y_lm over the rays that met
  * s, of a surface pi / rays; a sender's form factors are shares of its rays.
  *
  * A probe has K links. It sees more senders than that, so clusters stand for some: beginning with
@@ -32,11 +31,11 @@ struct capture_senders {
     const struct discs *discs; /* of the senders */
     int order;                 /* of SH: T of points */
     bool convolved;            /* T is written as irradiance (content.h) */
-    int rays;                  /* a receiver */
+    int rays;                  /* a probe; a sender has an eighth of them, 64 at the least */
     uint64_t seed;
     int threads;
     /* Out, added up: rays that met a surface; of these such without a sender that faces alike, and
-     * such whose sender is farther than half as far again as its disc reaches. */
+     * such whose sender is more than twice as far as its disc reaches. */
     uint64_t met, alone, far;
 };
 

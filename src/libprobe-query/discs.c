@@ -559,6 +559,20 @@ static float rim(const struct disc *disc, const struct place *at)
     return (distance > 4 * height ? distance : 4 * height) * disc->inverse;
 }
 
+/* How far a place is from a disc's middle along its surface, in radii: what is off its plane, or
+ * turned away, counts as farther, a sheet close behind by two radii. Infinity: it faces
+ * elsewhere. */
+static float off_surface(const struct disc *disc, const struct place *at)
+{
+    const float way[3] = {at->p[0] - disc->position[0], at->p[1] - disc->position[1],
+                          at->p[2] - disc->position[2]},
+                alike = facing(at->n, disc->normal);
+    if (!(alike > ALIKE))
+        return INFINITY;
+    const float off = 64 * fabsf(facing(way, disc->normal)) * disc->inverse;
+    return sqrtf(facing(way, way)) * disc->inverse + (off < 2 ? off : 2) + 2 * (1 - alike);
+}
+
 enum { FINE = 0 }; /* as a falloff: linear, and by 1 / R^2; nearer to the plane */
 
 /* Discs that cover a place, some at a time. */
@@ -641,6 +655,7 @@ struct best {
 struct search {
     const struct discs *d;
     const struct place *at;
+    float (*rim)(const struct disc *disc, const struct place *at); /* at least the distance / R */
     struct best best;
 };
 
@@ -658,7 +673,7 @@ static float least_rim(const struct group *group, const struct place *at)
 
 static void try_disc(struct search *s, uint32_t i)
 {
-    const float r = rim(&s->d->disc[i], s->at);
+    const float r = s->rim(&s->d->disc[i], s->at);
     if (r < s->best.rim || (r <= s->best.rim && i < s->best.disc && r < INFINITY))
         s->best = (struct best){r, i};
 }
@@ -682,9 +697,10 @@ static void try_group(struct search *s, int level, size_t i)
         try_disc(s, (uint32_t)k);
 }
 
-static struct best find_best(const struct discs *d, const struct place *at)
+static struct best find_best(const struct discs *d, const struct place *at,
+                             float (*of)(const struct disc *disc, const struct place *at))
 {
-    struct search s = {d, at, {INFINITY, UINT32_MAX}};
+    struct search s = {d, at, of, {INFINITY, UINT32_MAX}};
     try_group(&s, d->levels - 1, 0);
     return s.best;
 }
@@ -718,7 +734,7 @@ enum discs_answer discs_blend(const struct discs *d, const double p[3], const do
             out[k] /= sum;
         return DISCS_COVERED;
     }
-    const struct best best = find_best(d, &at);
+    const struct best best = find_best(d, &at, rim);
     if (best.disc == UINT32_MAX)
         return DISCS_NONE;
     memcpy(out, value + width * d->disc[best.disc].point, width * sizeof *out);
@@ -774,11 +790,11 @@ uint32_t discs_draw(const struct discs *d, const double p[3], const double n[3],
     return drawn;
 }
 
-uint32_t discs_nearest(const struct discs *d, const double p[3], const double n[3], float *growth)
+uint32_t discs_nearest(const struct discs *d, const double p[3], const double n[3], float *distance)
 {
     const struct place at = place_at(d, p, n);
-    const struct best best = find_best(d, &at);
-    *growth = best.rim;
+    const struct best best = find_best(d, &at, off_surface);
+    *distance = best.rim;
     return best.disc == UINT32_MAX ? UINT32_MAX : d->disc[best.disc].point;
 }
 

@@ -92,15 +92,16 @@ enum { DISCS_FLAT = 16 };
  * discs of several sizes the finer ones count more, by 1 / R^2. discs_covers tells whether any
  * does. discs_cover blends 3 values a point; false: none covers the place, out is 0. discs_draw
  * gives one of the points that it would blend, each with the chance that is its weight, by u,
- * uniform in [0, 1); UINT32_MAX: none. discs_nearest gives the point whose disc would be the first
- * to cover the place if all grew alike, and in *growth how many times as large it had to be;
- * UINT32_MAX: no point faces alike. */
+ * uniform in [0, 1); UINT32_MAX: none. discs_nearest gives the one point that answers for the
+ * place whether its disc covers that or not: of the least distance, in its radii, with what the
+ * place is off its plane, 64 times but at most 2 radii, and twice what the cosine of the normals
+ * lacks; UINT32_MAX: no point faces alike. */
 bool discs_covers(const struct discs *discs, const double p[3], const double n[3]);
 bool discs_cover(const struct discs *discs, const double p[3], const double n[3],
                  const float *value, float out[3]);
 uint32_t discs_draw(const struct discs *discs, const double p[3], const double n[3], float u);
 uint32_t discs_nearest(const struct discs *discs, const double p[3], const double n[3],
-                       float *growth);
+                       float *distance);
 
 /* Brings nearer what lookups at `count` places, 64 at the most, are going to read, where most
  * are far from the ones before them: done for all first, they need not wait for memory one by one.
