@@ -71,8 +71,8 @@ static struct error *relight(struct scene *scene, const struct capture_options *
         return error_new("the stream was relit, and its header names that light: expected no "
                          "--sky, --sun, --point and --spot");
     const struct capture_split *split = &o->split;
-    if (relit_is(header) &&
-        (split->groups.count || split->groups.each || split->sky_order || split->sun_count))
+    if (relit_is(header) && (split->groups.count || split->groups.each || split->sky_order ||
+                             split->sun_count || split->point_count))
         return error_new("the stream was relit: groups and transfers are of light as it is "
                          "captured: expected --groups off and a stream that was relit without "
                          "--keep");
@@ -111,6 +111,8 @@ int main(int argc, char **argv)
         err = file_inputs_differ(o->transfer_suns, "--transfer suns", input, "the probes");
     if (!err && o->transfer_surfaces)
         err = file_inputs_differ(o->transfer_surfaces, "--transfer surfaces", input, "the probes");
+    if (!err && o->transfer_points)
+        err = file_inputs_differ(o->transfer_points, "--transfer points", input, "the probes");
     claim_in_place(input);
     if (!err)
         err = stream_reader_open(&run.reader, input);

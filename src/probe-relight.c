@@ -98,13 +98,13 @@ static struct error *do_senders(struct arguments *a, const char *input, struct w
 
 /* -- the command line ------------------------------------------------------------------------- */
 
-enum { LIGHT_ROWS = 6 };
+enum { LIGHT_ROWS = 7 };
 
-/* The rows of the sky and the suns, as the programs that trace have them. */
+/* The rows of the sky and the lights, as the programs that trace have them. */
 static void light_rows(struct arguments *a, struct option_row rows[LIGHT_ROWS + 1])
 {
-    static const char *const names[LIGHT_ROWS] = {"sky",    "sky-map",   "sky-turn",
-                                                  "sky-up", "sky-scale", "sun"};
+    static const char *const names[LIGHT_ROWS] = {"sky",       "sky-map", "sky-turn", "sky-up",
+                                                  "sky-scale", "sun",     "point"};
     struct option_row all[SCENE_SETTINGS_ROWS];
     scene_settings_rows(&a->ask.light.settings, all);
     for (size_t i = 0; i < LIGHT_ROWS; i++)
@@ -280,8 +280,8 @@ int main(int argc, char **argv)
         .usage = "[OPTION]... [STREAM]",
         .summary = "Gives the probes of STREAM (standard input) other light: weights of the groups "
                    "of lights that\n"
-                   "probe-capture --groups captured, and a sky and suns by what --transfer did, "
-                   "without tracing.",
+                   "probe-capture --groups captured, and a sky, suns and lamps by what --transfer "
+                   "did, without tracing.",
         .operands_most = 1};
     struct warnings warnings = {0};
     struct error *err = parse(&program, &a, argc, argv);

@@ -97,6 +97,13 @@ refused 1 'suns.bad:2: expected a direction' capture --transfer suns:suns.bad
 printf '0 95\n' >suns.bad
 refused 1 'suns.bad:1: expected an azimuth' capture --transfer suns:suns.bad
 refused 1 'expected suns, a direction a line, got none' capture --transfer suns:/dev/null
+printf '1 2 3\n1 2 3\n' | stream_of 'table probe position:f64:3' >points.bad
+refused 1 'points.bad: expected each in a place of its own, got two at 1 2 3' \
+    capture --transfer points:points.bad
+stream_of 'table probe position:f64:3' </dev/null >points.bad
+refused 1 'points.bad: expected point lights, a probe each, got none' \
+    capture --transfer points:points.bad
+refused 1 '/dev/null: expected a probe stream' capture --transfer points:/dev/null
 refused 2 '--groups and the probes cannot both come from standard input' \
     probe-capture --groups - hall.obj
 refused 1 'there is no light in the scene' \
@@ -205,6 +212,13 @@ check "under an open sky the transfer is the identity" test -s values and \
         d = ($1 - (i == j)) ^ 2
         if (!(d < (5 * e + 1e-4) ^ 2 && d < .02 ^ 2)) { print NR, $1, e; bad = 1 } }
         END { exit bad || NR != 243 }' values
+# So does a lamp of radiant intensity 1, two below: a quarter of the functions.
+lamps() { stream_of 'table probe position:f64:3'; }
+printf '%s\n' '0 -2 0' '3 0 0' | lamps >lamps.probe
+probe-capture -q --rays 64 --transfer points:lamps.probe air.obj air.probe >open.probe
+column_of transfer_points open.probe >got
+check "of a point, 1 over the distance squared" every 'NF == 54 && near($1, .0705237, 1e-6) &&
+    near($4, -.1221506, 1e-6) && near($7, 0, 1e-6) && near($28, .0313438, 1e-6)' got
 # Over a plain of albedo rho: (1 + rho) / 2 of Y_0, and of what Y_1-1 (which is y) gives to L_00,
 # Y_00 .488603 pi (1 + 4 rho / 3); of a sun above Y_00 (1 + 2 rho). On it: pi Y_00, .488603 2 pi / 3
 # and 1; of one at 30 degrees 1 / 2.
@@ -236,7 +250,8 @@ column_of transfer_sky closed.probe | tr ' ' '\n' | sort -u >got
 check "nothing comes into a closed room" [ "$(cat got)" = 0 ]
 
 # Whatever the sky: its coefficients times the blocks are what a capture under it finds.
-capture --transfer sky:2 --transfer suns:suns >transfer.probe
+printf '%s\n' '-1 1 1' '.3 1.5 -.7' | lamps >lamps.probe
+capture --transfer sky:2 --transfer suns:suns --transfer points:lamps.probe >transfer.probe
 column_of sh transfer.probe >got
 column_of sh plain.probe >wanted
 check "sh is to the bit what it is without a transfer" cmp got wanted
@@ -260,6 +275,13 @@ if plain_build "a transfer against a capture"; then
     column_of sh sun.probe >c
     column_of sh_error sun.probe >d
     check "a sun by its transfer is that sun" alike a b c d
+    column_of transfer_points transfer.probe | cut -d ' ' -f 28- >a
+    column_of transfer_points_error transfer.probe | cut -d ' ' -f 28- >b
+    probe-capture -q -j1 --seed 7 --rays 256 --bounces 8 --light-scale 0 \
+        --point .3,1.5,-.7,1,1,1 hall.obj in.probe >point.probe
+    column_of sh point.probe >c
+    column_of sh_error point.probe >d
+    check "a point by its transfer is that point" alike a b c d
 fi
 probe-capture --dry-run --transfer sky:5 --groups each hall.obj in.probe >told 2>said
 check "what it would take is said, and no stream is written" says told \
@@ -267,7 +289,7 @@ check "what it would take is said, and no stream is written" says told \
     lacks told '^#?probe' and empty said
 
 # -- the same bytes, and the rest of the pipe ------------------------------------------------------
-split='--groups lamps.txt --transfer sky:2'
+split='--groups lamps.txt --transfer sky:2 --transfer points:lamps.probe'
 # shellcheck disable=SC2086
 {
     capture $split >one.probe

@@ -102,6 +102,37 @@ printf '%s\n' '1 0 0 1 1 1' '1 0 0 1 1 1' >bad.txt
 refused 1 "bad.txt:2: expected a time after 1, got 1" \
     probe-relight -q --time 1 --sun-path bad.txt parts.probe
 
+# -- lamps -----------------------------------------------------------------------------------------
+printf '%s\n' '1 2 3 9 9 9 1 2 3 4 5 6 7 8 9 .1 .1 .1 .2 .2 .2 .3 .3 .3' |
+    stream_of 'sh-order 1' 'sky 0,0,0' 'transfer-point-1 0,0,0' 'transfer-point-2 4,0,0' \
+        'transfer-point-3 0,4,0' \
+        'table probe position:f64:3 sh:f32:3 transfer_points:f32:9 transfer_points_error:f32:9' \
+        >lamps.probe
+# lamp POINT LIGHT OPTION...
+lamp() {
+    echo "$2" >wanted.light
+    probe-relight -q -w rest=0 --point "$1" lamps.probe | sed -n 's/^1 2 3 //p' >got.light
+    near 1e-6 wanted.light got.light
+}
+check "a lamp of the stream" lamp 4,0,0,1,2,3 '4 10 18'
+check "one between two, by the way between them" lamp 1,0,0,1,1,1 '1.75 2.75 3.75'
+check "one between three" lamp 1,1,0,1,1,1 '3.25 4.25 5.25'
+probe-relight -w rest=0 --point 4,4,3,1,1,1 lamps.probe 2>said >out
+check "one outside is where they end, which is said" says said \
+    'point at 4,4,3 is 4.12 outside of those of the transfer' && says out '^1 2 3 5.5 6.5 7.5' \
+    '^relit-point-1 4,4,3,1,1,1$'
+printf '%s\t%s\n' name --point a 4,0,0,1,1,1 b '' >lamps.tsv
+probe-relight -q -w lamps.tsv -w rest=0 --point 0,4,0,1,1,1 -o 'lamp-%s.probe' lamps.probe
+check "a row has its lamp, or the command line's" says lamp-a.probe '^1 2 3 4 5 6' and \
+    says lamp-b.probe '^1 2 3 7 8 9'
+probe-relight lamps.probe 2>said >out
+check "no lamp is said" says said 'transfer of points adds nothing: no --point'
+refused 1 'there is no transfer of points: expected' \
+    probe-relight -q --point 1,2,3,1,1,1 parts.probe
+sed 's/^sky 0,0,0$/&\nscene-key 0123456789abcdef/' lamps.probe | probe-cat --rotate 0,0,1,90 \
+    >turned.probe
+check "points turn with the probes" says turned.probe '^transfer-point-2 [^ ]*,4,0$'
+
 # -- a sky that a probe sees -----------------------------------------------------------------------
 echo '0 0 0 1 2 3 4 5 6 0 0 0 0 0 0' |
     stream_of 'sh-order 2' 'table probe position:f64:3 sh:f32:12' >sees.probe

@@ -98,7 +98,7 @@ static struct error *parse_content(void *value, const char *text)
     return NULL;
 }
 
-/* "sky:3", "suns:FILE", "surfaces:STREAM" or "off". */
+/* "sky:3", "suns:FILE", "points:STREAM", "surfaces:STREAM" or "off". */
 static struct error *parse_transfer(void *value, const char *text)
 {
     struct capture_options *o = value;
@@ -107,20 +107,24 @@ static struct error *parse_transfer(void *value, const char *text)
         o->transfer_surfaces = text + 9;
         return NULL;
     }
-    const bool sky = !strncmp(text, "sky:", 4), suns = !strncmp(text, "suns:", 5);
-    const char *what = text + (sky ? 4 : suns ? 5 : 0);
+    const bool sky = !strncmp(text, "sky:", 4), suns = !strncmp(text, "suns:", 5),
+               points = !strncmp(text, "points:", 7);
+    const char *what = text + (sky ? 4 : suns ? 5 : points ? 7 : 0);
     if (sky ? !(what[0] >= '1' && what[0] <= '5' && !what[1])
-            : !(suns && *what) && strcmp(text, "off") != 0)
-        return error_usage("expected sky:N, N from 1 to 5, suns:FILE, surfaces:STREAM or "
-                           "off, got '%s'",
+            : !((suns || points) && *what) && strcmp(text, "off") != 0)
+        return error_usage("expected sky:N, N from 1 to 5, suns:FILE, points:STREAM, "
+                           "surfaces:STREAM or off, got '%s'",
                            text);
     o->transfer_given = true;
     if (sky)
         o->transfer_sky = *what - '0';
+    else if (points)
+        o->transfer_points = what;
     else
         o->transfer_suns = suns ? what : NULL;
-    if (!sky && !suns) {
+    if (!sky && !suns && !points) {
         o->transfer_sky = 0;
+        o->transfer_points = NULL;
         o->transfer_surfaces = NULL;
     }
     return NULL;
@@ -274,14 +278,15 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .help = "light of each group of lights in columns of its own: groups\n"
                  "that FILE names, or each light and emissive material"},
         {.name = "transfer",
-         .argument = "sky:N|suns:FILE|surfaces:STREAM",
+         .argument = "sky:N|suns:FILE|points:STREAM|surfaces:STREAM",
          .kind = OPTION_CALL,
          .value = o,
          .parse = parse_transfer,
          .shown = "off",
          .help = "the response to light that may be: to each of the N * N SH\n"
-                 "functions of a sky, to suns of the directions in FILE, to what\n"
-                 "the surface probes of STREAM scatter; may repeat"},
+                 "functions of a sky, to suns of the directions in FILE, to\n"
+                 "point lights at the positions of STREAM, or to what the\n"
+                 "surface probes of STREAM scatter; may repeat"},
         {.name = "links",
          .argument = "K",
          .kind = OPTION_INT,
@@ -439,11 +444,15 @@ static struct error *read_split(struct capture_options *o)
     if (o->transfer_given) {
         o->split.sky_order = o->transfer_sky;
         o->split.sun_count = 0;
+        o->split.point_count = 0;
     }
     if (!err && o->transfer_suns)
         err = capture_split_read_suns(&o->split, o->transfer_suns, &o->scene);
+    if (!err && o->transfer_points)
+        err = capture_split_read_points(&o->split, o->transfer_points);
     const bool groups = o->split.groups.count || o->split.groups.each;
-    if (!err && o->cache.name && (groups || o->split.sky_order || o->split.sun_count))
+    if (!err && o->cache.name &&
+        (groups || o->split.sky_order || o->split.sun_count || o->split.point_count))
         err = error_usage("%s needs --cache off: a cache keeps the light of all lights in one",
                           groups ? "--groups" : "--transfer");
     return err;

@@ -35,6 +35,7 @@ struct capture_options {
     bool transfer_given;           /* then: */
     int transfer_sky;              /* 0: none */
     const char *transfer_suns;     /* NULL: none */
+    const char *transfer_points;   /* a stream of positions; NULL: none */
     const char *transfer_surfaces; /* a stream of senders; NULL: none */
     int links;                     /* to them: of a probe, at the most */
     bool dry_run;

@@ -648,8 +648,8 @@ static void add_to_part(struct work *w, size_t part, const double d[3], const do
     probe_split_certain(w->parts, part, y, rgb, visible);
 }
 
-/* The light of suns that are asked for by themselves. */
-static void add_split_suns(struct work *w, const double start[3])
+/* The light of suns and points that are asked for by themselves. */
+static void add_split_lights(struct work *w, const double p[3], const double start[3])
 {
     static const double white[3] = {1, 1, 1};
     const struct split *split = w->parts->split;
@@ -657,6 +657,14 @@ static void add_split_suns(struct work *w, const double start[3])
         const double *to = split->sun + 3 * s;
         add_to_part(w, split_suns(split) + s, to, white,
                     (double)trace_visibility_sky(w->path->tracer, start, to));
+    }
+    for (size_t i = 0; i < split->point_count; i++) {
+        const struct scene_light light = split_point(split, i);
+        double to[3], distance, rgb[3];
+        scene_light_at(&light, p, to, &distance, rgb);
+        if (rgb[0] > 0)
+            add_to_part(w, split_points(split) + i, to, rgb,
+                        (double)trace_visibility(w->path->tracer, start, split->point + 3 * i));
     }
 }
 
@@ -667,7 +675,7 @@ static void add_punctual(const struct path_tracer *path, struct work *w, const d
     double start[3];
     vec3_store(start, trace_to_world(path->tracer, w->receiver.at.position));
     if (w->parts)
-        add_split_suns(w, start);
+        add_split_lights(w, p, start);
     for (size_t i = 0; i < scene->light_count; i++) {
         const struct scene_light *light = &scene->lights[i];
         double d[3], distance, rgb[3];

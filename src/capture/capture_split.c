@@ -23,6 +23,7 @@ void capture_split_clear(struct capture_split *split)
     groups_clear(&split->groups);
     group_map_clear(&split->map);
     free(split->sun);
+    free(split->point);
     *split = (struct capture_split){0};
 }
 
@@ -104,30 +105,84 @@ struct error *capture_split_read_suns(struct capture_split *split, const char *s
     return err;
 }
 
+/* Adds a point; two in one place have no weights between them. */
+static struct error *add_point(struct capture_split *split, const double p[3])
+{
+    if (split->point_count == CAPTURE_POINTS_MOST)
+        return error_new("more than %d points", (int)CAPTURE_POINTS_MOST);
+    for (size_t i = 0; i < split->point_count; i++)
+        if (!memcmp(split->point + 3 * i, p, 3 * sizeof *p))
+            return error_new("expected each in a place of its own, got two at %g %g %g", p[0], p[1],
+                             p[2]);
+    struct error *err = array_reserve(&split->point, &split->point_capacity,
+                                      3 * (split->point_count + 1), sizeof *split->point);
+    if (!err)
+        memcpy(split->point + 3 * split->point_count++, p, 3 * sizeof *p);
+    return err;
+}
+
+struct error *capture_split_read_points(struct capture_split *split, const char *points)
+{
+    struct stream *stream = NULL;
+    struct column *position = NULL;
+    split->point_count = 0;
+    struct error *err = stream_read(&stream, points);
+    if (err)
+        return err;
+    const struct table *probes = stream_table(stream, "probe");
+    if (!probes || !probes->rows)
+        err = error_new("expected point lights, a probe each, got none");
+    if (!err)
+        err = table_require(probes, "position", COLUMN_F64, 3, &position);
+    for (size_t i = 0; !err && i < probes->rows; i++)
+        err = add_point(split, column_f64(position) + 3 * i);
+    stream_destroy(stream);
+    return error_wrap(err, "%s", file_input_name(points));
+}
+
 /* -- header ------------------------------------------------------------------------------------ */
 
-static const char sun_key[] = "transfer-sun-";
+static const char sun_key[] = "transfer-sun-", point_key[] = "transfer-point-";
 
-static bool is_sun_key(const char *name)
+/* Keys PREFIX1, PREFIX2 ... of three numbers each, in the place of those that are there. */
+static struct error *triples_to_header(struct stream_header *header, const char *prefix,
+                                       const double *triple, size_t count)
 {
-    return !strncmp(name, sun_key, sizeof sun_key - 1);
+    struct error *err = NULL;
+    for (size_t k = header->key_count; k-- > 0;)
+        if (!strncmp(header->keys[k].name, prefix, strlen(prefix)))
+            header_remove_key(header, header->keys[k].name);
+    for (size_t i = 0; i < count && !err; i++) {
+        char key[40];
+        snprintf(key, sizeof key, "%s%zu", prefix, i + 1);
+        err = header_set_reals(header, key, 3, triple + 3 * i);
+    }
+    return err;
 }
 
 struct error *capture_split_to_header(const struct capture_split *split,
                                       struct stream_header *header)
 {
-    for (size_t k = header->key_count; k-- > 0;)
-        if (is_sun_key(header->keys[k].name))
-            header_remove_key(header, header->keys[k].name);
     header_remove_key(header, "transfer-sky");
     struct error *err = groups_to_header(&split->groups, header);
     if (!err && split->sky_order)
         err = header_set_whole(header, "transfer-sky", split->sky_order);
-    for (size_t s = 0; s < split->sun_count && !err; s++) {
-        char key[40];
-        snprintf(key, sizeof key, "%s%zu", sun_key, s + 1);
-        err = header_set_reals(header, key, 3, split->sun + 3 * s);
-    }
+    if (!err)
+        err = triples_to_header(header, sun_key, split->sun, split->sun_count);
+    return err ? err : triples_to_header(header, point_key, split->point, split->point_count);
+}
+
+/* Reads the next key of a list, the number-th from 1; *there false: there is none. */
+static struct error *next_triple(const struct stream_header *header, const char *prefix,
+                                 size_t number, double most, double value[3], bool *there)
+{
+    char key[40];
+    snprintf(key, sizeof key, "%s%zu", prefix, number);
+    *there = header_key(header, key) != NULL;
+    struct error *err = *there ? header_get_reals(header, key, 3, -most, most, value) : NULL;
+    const double *v = value;
+    if (*there && !err && most <= 1 && !(fabs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < 1e-9))
+        err = error_new("header key %s: expected a direction of length 1", key);
     return err;
 }
 
@@ -136,21 +191,22 @@ struct error *capture_split_from_header(struct capture_split *split,
 {
     capture_split_clear(split);
     struct error *err = groups_from_header(&split->groups, header);
+    double value[3];
+    bool there = true;
     if (!err)
         err = header_get_int(header, "transfer-sky", 1, SH_ORDER_MAX, &split->sky_order);
-    for (size_t s = 1; !err; s++) {
-        char key[40];
-        double to[3];
-        snprintf(key, sizeof key, "%s%zu", sun_key, s);
-        if (!header_key(header, key))
-            break;
-        err = header_get_reals(header, key, 3, -1, 1, to);
-        if (!err && !(fabs(to[0] * to[0] + to[1] * to[1] + to[2] * to[2] - 1) < 1e-9))
-            err = error_new("header key %s: expected a direction of length 1", key);
-        if (!err)
-            err = array_reserve(&split->sun, &split->sun_capacity, 3 * s, sizeof *split->sun);
-        if (!err)
-            memcpy(split->sun + 3 * split->sun_count++, to, sizeof to);
+    while (!err && there) {
+        err = next_triple(header, sun_key, split->sun_count + 1, 1, value, &there);
+        if (!err && there)
+            err = array_reserve(&split->sun, &split->sun_capacity, 3 * (split->sun_count + 1),
+                                sizeof *split->sun);
+        if (!err && there)
+            memcpy(split->sun + 3 * split->sun_count++, value, sizeof value);
+    }
+    for (there = true; !err && there;) {
+        err = next_triple(header, point_key, split->point_count + 1, DBL_MAX, value, &there);
+        if (!err && there)
+            err = add_point(split, value);
     }
     return err;
 }
@@ -186,7 +242,9 @@ struct error *capture_split_open(struct capture_split *split, const struct scene
     split->split = (struct split){.groups = groups ? &split->map : NULL,
                                   .sky_order = split->sky_order,
                                   .sun = split->sun,
-                                  .sun_count = split->sun_count};
+                                  .sun_count = split->sun_count,
+                                  .point = split->point,
+                                  .point_count = split->point_count};
     if (capture_split_count(split))
         path_use_split(path, &split->split);
     return NULL;
@@ -209,12 +267,21 @@ bool capture_split_column(const struct capture_split *split, size_t i, bool surf
                  split->groups.list[i].name);
         return true;
     }
-    const bool sky = s->sky_order && i == groups;
-    if (!sky && !(s->sun_count && i == groups + (s->sky_order ? 1 : 0)))
-        return false;
-    const size_t first = sky ? groups : split_suns(s), end = sky ? split_suns(s) : split_count(s);
-    *column = (struct split_column){.first = first, .count = end - first};
-    snprintf(column->name, sizeof column->name, "transfer_%s%s", sky ? "sky" : "suns",
-             error ? "_error" : "");
-    return true;
+    const struct {
+        const char *name;
+        size_t first, end;
+    } transfer[] = {{"sky", groups, split_suns(s)},
+                    {"suns", split_suns(s), split_points(s)},
+                    {"points", split_points(s), split_count(s)}};
+    size_t next = groups;
+    for (size_t t = 0; t < sizeof transfer / sizeof *transfer; t++) {
+        if (transfer[t].end == transfer[t].first || next++ != i)
+            continue;
+        *column = (struct split_column){.first = transfer[t].first,
+                                        .count = transfer[t].end - transfer[t].first};
+        snprintf(column->name, sizeof column->name, "transfer_%s%s", transfer[t].name,
+                 error ? "_error" : "");
+        return true;
+    }
+    return false;
 }

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* capture_split: light that is captured by parts beside the whole, from the same rays: groups of
- * lights, and the response to a distant sky's SH functions and to suns from given directions
- * (trace/split.h).
+ * lights, and the response to a distant sky's SH functions, to suns from given directions and to
+ * point lights at given places (trace/split.h).
  *
  * Of each group columns sh_NAME and sh_error_NAME (irradiance_NAME and irradiance_error_NAME of
  * surfaces), which add up to sh as far as rounding lets them; transfer_sky, of N^2 blocks, and
- * transfer_suns, of a block a sun, each as wide as sh, and their _error. Header keys group-1 ...
- * (scene/groups.h), transfer-sky N, transfer-sun-1 X,Y,Z ...
+ * transfer_suns, of a block a sun, transfer_points, of a block a point, each as wide as sh, and
+ * their _error. Header keys group-1 ... (scene/groups.h), transfer-sky N, transfer-sun-1 X,Y,Z ...,
+ * transfer-point-1 X,Y,Z ...
  *
  *     capture_split_read(&split, "lamps.txt", "sky:3", settings)
  *     capture_split_open(&split, scene, &(struct groups_way){.added = ...}, &path);
@@ -25,7 +26,7 @@ struct scene_settings;
 struct stream_header;
 struct table;
 
-enum { CAPTURE_SUNS_MOST = 1 << 16 };
+enum { CAPTURE_SUNS_MOST = 1 << 16, CAPTURE_POINTS_MOST = 1 << 16 };
 
 /* Starts as {0}. */
 struct capture_split {
@@ -33,6 +34,8 @@ struct capture_split {
     int sky_order; /* 0: no transfer of a sky */
     double *sun;   /* 3 each: unit, towards it; owned */
     size_t sun_count, sun_capacity;
+    double *point; /* 3 each: where it is; owned */
+    size_t point_count, point_capacity;
     struct group_map map; /* set by capture_split_open, and so is: */
     struct split split;
 };
@@ -47,6 +50,9 @@ void capture_split_clear(struct capture_split *split);
 struct error *capture_split_read_groups(struct capture_split *split, const char *groups);
 struct error *capture_split_read_suns(struct capture_split *split, const char *suns,
                                       const struct scene_settings *settings);
+
+/* Takes the positions of the probes of a stream. Errors: none are there; two are alike. */
+struct error *capture_split_read_points(struct capture_split *split, const char *points);
 
 struct error *capture_split_to_header(const struct capture_split *split,
                                       struct stream_header *header);

@@ -233,8 +233,8 @@ static void say_parts(const struct capture_run *run, const struct table *out, FI
     const size_t all = capture_row_bytes(out, &parts);
     fprintf(to, "%s: a probe takes %zu bytes", run->program, all);
     if (parts)
-        fprintf(to, ", %zu of them for %zu groups, %zu functions of a sky and %zu suns", parts,
-                split_sky(split), sky, split->sun_count);
+        fprintf(to, ", %zu of them for %zu groups, %zu functions of a sky, %zu suns and %zu points",
+                parts, split_sky(split), sky, split->sun_count, split->point_count);
     fputc('\n', to);
 }
 

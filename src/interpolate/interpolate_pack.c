@@ -58,7 +58,7 @@ static struct error *add_group(struct groups *g, char *name, const float *sh, fl
 static struct error *add_blocks(struct groups *g, const struct column *column,
                                 const struct light_column *what, size_t rows)
 {
-    const size_t first = !strcmp(column->name, "transfer_suns");
+    const size_t first = !!strcmp(column->name, "transfer_sky");
     struct error *err = NULL;
     for (size_t b = 0; b < what->blocks && !err; b++) {
         float *copy = NULL;
@@ -101,7 +101,7 @@ static struct error *find_groups(struct groups *g, const struct table *probes, u
             err = add_blocks(g, column, &what, probes->rows);
     }
     if (!err && parts & INTERPOLATE_TRANSFER && g->count == lights)
-        err = error_new("the probes have no transfer (no column transfer_sky or transfer_suns): "
+        err = error_new("the probes have no transfer (no column transfer_sky, _suns or _points): "
                         "run probe-capture --transfer");
     if (!err && g->count > GROUPS_MOST)
         err = error_new("a packed file has %d groups of lights and blocks of transfers at the "

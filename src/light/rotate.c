@@ -314,16 +314,18 @@ static struct error *set_matrix(struct stream_header *header, const char *key, c
     return away < 1e-9 ? NULL : header_set_reals(header, key, 9, m);
 }
 
-/* The suns of a transfer stand elsewhere. */
-static struct error *turn_suns(struct stream_header *header, const struct rotation *rotation)
+/* The suns and points of a transfer stand elsewhere. */
+static struct error *turn_lights(struct stream_header *header, const struct rotation *rotation)
 {
     struct error *err = NULL;
     for (size_t k = 0; k < header->key_count && !err; k++) {
         const char *name = header->keys[k].name;
         double before[3], after[3];
-        if (strncmp(name, "transfer-sun-", 13) != 0)
+        const bool sun = !strncmp(name, "transfer-sun-", 13);
+        if (!sun && strncmp(name, "transfer-point-", 15) != 0)
             continue;
-        err = header_get_reals(header, name, 3, -1.001, 1.001, before);
+        err = header_get_reals(header, name, 3, sun ? -1.001 : -DBL_MAX, sun ? 1.001 : DBL_MAX,
+                               before);
         if (err)
             break;
         turn(rotation->matrix, before, after);
@@ -350,7 +352,7 @@ static struct error *turn_header(struct stream_header *header, const struct rota
     err = set_matrix(header, ROTATED_LIGHT_KEY, light);
     if (!err)
         err = set_matrix(header, ROTATED_KEY, product);
-    return err ? err : turn_suns(header, rotation);
+    return err ? err : turn_lights(header, rotation);
 }
 
 /* -- streams ---------------------------------------------------------------------------------- */

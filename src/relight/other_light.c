@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "base/options.h"
 #include "base/warning.h"
+#include "relight/lamp_blend.h"
 #include "relight/relight.h"
 #include "relight/sky_bands.h"
 #include "scene/relit.h"
@@ -11,6 +12,7 @@
 #include "scene/scene_sky.h"
 #include "stream/stream.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,7 +72,8 @@ static struct error *read_time(struct other_light *light, const char *text)
 }
 
 struct error *other_light_of_row(struct other_light *row, const struct other_light *all,
-                                 const char *sky, const char *sun, const char *time)
+                                 const char *sky, const char *sun, const char *point,
+                                 const char *time)
 {
     *row = *all;
     row->settings = scene_settings_default();
@@ -79,6 +82,8 @@ struct error *other_light_of_row(struct other_light *row, const struct other_lig
         err = read_option(&row->settings, "sky", sky);
     if (!err)
         err = read_option(&row->settings, "sun", sun);
+    if (!err)
+        err = read_option(&row->settings, "point", point);
     row->settings.inherited = 0;
     return err ? err : read_time(row, time);
 }
@@ -135,6 +140,31 @@ static struct error *weigh_sun(const struct other_light *light, const struct rel
     return NULL;
 }
 
+/* The same of stored points. */
+static struct error *weigh_point(const struct relight *r, const struct scene_light *lamp,
+                                 double *weight, struct warnings *warnings)
+{
+    const double p[3] = {lamp->position.x, lamp->position.y, lamp->position.z};
+    double *blend = NULL, off = 0, size = 0;
+    if (!r->points)
+        return error_new("there is no transfer of points: expected a stream of probe-capture "
+                         "--transfer points:STREAM");
+    struct error *err = array_create(&blend, r->points, sizeof *blend);
+    if (!err)
+        err = lamp_blend(r->points, r->point, p, blend, &off);
+    for (size_t i = 0; i < 3 * r->points; i++)
+        size = fmax(size, fabs(r->point[i]));
+    if (!err && off > 1e-9 * size)
+        warnings_add(warnings, "point off",
+                     "the point at %g,%g,%g is %.3g outside of those of the transfer: the light is "
+                     "that of the nearest place between them",
+                     p[0], p[1], p[2], off);
+    for (size_t i = 0; i < 3 * r->points && !err; i++)
+        weight[i] += blend[i / 3] * lamp->intensity[i % 3];
+    free(blend);
+    return err;
+}
+
 static struct error *weigh_sky(struct other_light *light, const struct relight *r, double *weight,
                                struct warnings *warnings)
 {
@@ -160,16 +190,27 @@ struct error *other_light_weigh(struct other_light *light, const struct relight 
     const size_t functions = (size_t)(r->sky_order * r->sky_order);
     const struct scene_settings *s = &light->settings;
     if (r->turned && (s->sky_given || s->light_count || light->time_given))
-        return error_new("the probes were turned (key rotated or rotated-light): a sky and suns of "
-                         "the scene come before probe-cat --rotate; --sky-probe may come after it");
+        return error_new(
+            "the probes were turned (key rotated or rotated-light): a sky and lights "
+            "of the scene come before probe-cat --rotate; --sky-probe may come after it");
     struct error *err = weigh_sky(light, r, weight, warnings);
     if (!err && light->time_given)
         err = add_timed_sun(light);
-    for (size_t i = 0; i < light->settings.light_count && !err; i++)
-        err = weigh_sun(light, r, &light->settings.lights[i], weight + 3 * functions, warnings);
+    bool sun = false, point = false;
+    for (size_t i = 0; i < light->settings.light_count && !err; i++) {
+        const struct scene_light *l = &light->settings.lights[i];
+        const bool is_point = l->kind == SCENE_POINT;
+        err = is_point ? weigh_point(r, l, weight + 3 * (functions + r->suns), warnings)
+                       : weigh_sun(light, r, l, weight + 3 * functions, warnings);
+        point = point || is_point;
+        sun = sun || !is_point;
+    }
     if (!err && functions && !other_light_has_sky(light))
         warnings_add(warnings, "no sky", "the transfer of a sky adds nothing: no --sky is given");
-    if (!err && r->suns && !light->settings.light_count)
+    if (!err && r->points && !point)
+        warnings_add(warnings, "no point",
+                     "the transfer of points adds nothing: no --point is given");
+    if (!err && r->suns && !sun)
         warnings_add(warnings, "no sun",
                      "the transfer of suns adds nothing: no --sun or --time is given");
     return err;

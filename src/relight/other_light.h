@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* other_light: the sky and the suns that a relit stream is to have, as weights of what its
- * transfers hold.
+/* other_light: the sky, the suns and the lamps that a relit stream is to have, as weights of what
+ * its transfers hold.
  */
 #ifndef OTHER_LIGHT_H
 #define OTHER_LIGHT_H
@@ -17,7 +17,7 @@ struct warnings;
 
 /* What is asked for. Texts are borrowed. */
 struct other_light {
-    struct scene_settings settings; /* the sky (where sky_given) and the suns */
+    struct scene_settings settings; /* the sky (where sky_given), suns and points */
     const char *sky_probe;          /* the stream of a probe whose light is the sky; NULL: none */
     const char *sun_path;           /* of the sun at a time; NULL: none */
     double time;
@@ -31,15 +31,16 @@ void other_light_clear(struct other_light *light);
 /* Whether a sky is asked for. */
 bool other_light_has_sky(const struct other_light *light);
 
-/* A copy, over which what a row of a table gives the options --sky, --sun and --time (NULL: it says
- * nothing) is read: a sun takes the place of those of the command line. */
+/* A copy, over which what a row of a table gives the options --sky, --sun, --point and --time
+ * (NULL: it says nothing) is read: lights take the place of those of the command line. */
 struct error *other_light_of_row(struct other_light *row, const struct other_light *all,
-                                 const char *sky, const char *sun, const char *time);
+                                 const char *sky, const char *sun, const char *point,
+                                 const char *time);
 
-/* weight: three for each function of the transfer's sky, then for each of its suns. Adds the sun
- * of the time to the settings, and the key of the sky's picture. Errors: a transfer that there is
- * not; a sky or suns of the scene where probes were turned; a picture or a path that cannot be
- * read. */
+/* weight: three for each function of the transfer's sky, then for each of its suns and
+ * points. Adds the sun of the time to the settings, and the key of the sky's picture. Errors: a
+ * transfer that there is not; a sky or lights of the scene where probes were turned; a picture or a
+ * path that cannot be read. */
 struct error *other_light_weigh(struct other_light *light, const struct relight *relight,
                                 double *weight, struct warnings *warnings);
 

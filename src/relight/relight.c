@@ -12,6 +12,7 @@
 #include "stream/header_number.h"
 #include "stream/stream.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,20 +22,30 @@ enum { NAME_ROOM = 64, CHUNK = 32 };
 
 /* -- what a header says ----------------------------------------------------------------------- */
 
-static struct error *read_suns(struct relight *r, const struct stream_header *header)
+/* The keys PREFIX1, PREFIX2 ... of three numbers up to `most` each. */
+static struct error *read_triples(const struct stream_header *header, const char *prefix,
+                                  double most, double **triple, size_t *count)
 {
     size_t capacity = 0;
     struct error *err = NULL;
-    for (char key[40]; !err; r->suns++) {
-        snprintf(key, sizeof key, "transfer-sun-%zu", r->suns + 1);
+    for (char key[40]; !err; ++*count) {
+        snprintf(key, sizeof key, "%s%zu", prefix, *count + 1);
         if (!header_key(header, key))
             return NULL;
-        err = array_reserve(&r->sun, &capacity, 3 * (r->suns + 1), sizeof *r->sun);
+        err = array_reserve(triple, &capacity, 3 * (*count + 1), sizeof **triple);
         if (!err)
-            err = header_get_reals(header, key, 3, -1.001, 1.001, r->sun + 3 * r->suns);
-        const double *d = err ? NULL : r->sun + 3 * r->suns;
-        if (d && !(fabs(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1) < 1e-6))
-            err = error_new("header key %s: expected a direction of length 1", key);
+            err = header_get_reals(header, key, 3, -most, most, *triple + 3 * *count);
+    }
+    return err;
+}
+
+static struct error *read_suns(struct relight *r, const struct stream_header *header)
+{
+    struct error *err = read_triples(header, "transfer-sun-", 1.001, &r->sun, &r->suns);
+    for (size_t s = 0; s < r->suns && !err; s++) {
+        const double *d = r->sun + 3 * s;
+        if (!(fabs(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1) < 1e-6))
+            err = error_new("header key transfer-sun-%zu: expected a direction of length 1", s + 1);
     }
     return err;
 }
@@ -58,7 +69,9 @@ struct error *relight_from_header(struct relight *r, const struct stream_header 
         err = header_get_int(header, "transfer-sky", 1, SH_ORDER_MAX, &r->sky_order);
     if (!err)
         err = read_suns(r, header);
-    if (!err && !r->groups.count && !r->sky_order && !r->suns)
+    if (!err)
+        err = read_triples(header, "transfer-point-", DBL_MAX, &r->point, &r->points);
+    if (!err && !r->groups.count && !r->sky_order && !r->suns && !r->points)
         err = error_new("there is nothing to relight: expected groups of lights or a transfer (%s)",
                         header_key(header, "weight-1") ? "the stream was relit without --keep"
                                                        : "probe-capture --groups, --transfer");
@@ -78,6 +91,7 @@ void relight_clear(struct relight *r)
     groups_clear(&r->groups);
     free(r->names);
     free(r->sun);
+    free(r->point);
     free(r->part);
     table_clear(&r->basis);
     *r = (struct relight){0};
@@ -85,7 +99,7 @@ void relight_clear(struct relight *r)
 
 size_t relight_parts(const struct relight *r)
 {
-    return r->groups.count + r->whole + (size_t)(r->sky_order * r->sky_order) + r->suns;
+    return r->groups.count + r->whole + (size_t)(r->sky_order * r->sky_order) + r->suns + r->points;
 }
 
 /* -- columns ---------------------------------------------------------------------------------- */
@@ -148,7 +162,7 @@ static struct error *find_width(struct relight *r, const struct table *t)
 {
     char name[NAME_ROOM];
     const size_t sh = find_column(t, "sh"), transfer = find_column(t, "transfer_sky"),
-                 suns = find_column(t, "transfer_suns");
+                 suns = find_column(t, "transfer_suns"), points = find_column(t, "transfer_points");
     size_t group = RELIGHT_NONE;
     r->surface = sh == RELIGHT_NONE && find_column(t, "normal") != RELIGHT_NONE;
     if (r->groups.count) {
@@ -162,8 +176,9 @@ static struct error *find_width(struct relight *r, const struct table *t)
                : group != RELIGHT_NONE       ? t->columns[group].width
                : transfer != RELIGHT_NONE && sky_functions
                    ? t->columns[transfer].width / sky_functions
-               : suns != RELIGHT_NONE && r->suns ? t->columns[suns].width / r->suns
-                                                 : 0;
+               : suns != RELIGHT_NONE && r->suns     ? t->columns[suns].width / r->suns
+               : points != RELIGHT_NONE && r->points ? t->columns[points].width / r->points
+                                                     : 0;
     r->surface = r->surface || (r->width == 3 && irradiance);
     if (!r->width)
         return error_new("the probes have no light (no column sh or irradiance): run "
@@ -228,6 +243,8 @@ struct error *relight_find(struct relight *r, const struct table *t)
                         (size_t)(r->sky_order * r->sky_order));
     if (!err && r->suns)
         err = add_parts(r, t, RELIGHT_SUN, "transfer_suns", "transfer_suns_error", r->suns);
+    if (!err && r->points)
+        err = add_parts(r, t, RELIGHT_POINT, "transfer_points", "transfer_points_error", r->points);
     r->sum_error = r->again ? RELIGHT_NONE
                             : find_column(t, r->surface ? "irradiance_error" : "sh_error");
     return err;
@@ -421,7 +438,7 @@ static double variance_of_groups(const struct error_sums *s, size_t groups, doub
 static void error_row(const struct rows_job *job, size_t row, float *to)
 {
     const struct relight *r = job->relight;
-    struct error_sums sums[RELIGHT_SUN + 1][WIDTH_MOST] = {{{0}}};
+    struct error_sums sums[RELIGHT_KINDS][WIDTH_MOST] = {{{0}}};
     for (size_t p = 0; p < r->parts; p++) {
         const struct relight_part *part = &r->part[p];
         const float *from = values_of(job->in, part->error, part->offset, row);
@@ -433,9 +450,11 @@ static void error_row(const struct rows_job *job, size_t row, float *to)
     const size_t groups = r->groups.count + r->whole;
     for (size_t i = 0; i < r->width; i++) {
         const double suns = sums[RELIGHT_SUN][i].magnitude,
+                     points = sums[RELIGHT_POINT][i].magnitude,
                      of_groups = variance_of_groups(&sums[RELIGHT_GROUP][i], groups,
                                                     whole ? (double)whole[i] : (double)NAN);
-        to[i] = (float)sqrt(of_groups + sums[RELIGHT_SKY][i].squared + suns * suns);
+        to[i] =
+            (float)sqrt(of_groups + sums[RELIGHT_SKY][i].squared + suns * suns + points * points);
     }
 }
 

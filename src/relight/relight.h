@@ -5,8 +5,9 @@
  * Light adds up (Akenine-Moeller et al., "Real-time rendering", 4th ed., eq. 11.36): a stream holds
  * what its probes get of each group of lights (columns sh_NAME), of a sky of each SH function
  * (transfer_sky, after Sloan et al., "Precomputed radiance transfer", SIGGRAPH 2002), of suns of
- * irradiance 1 from some directions (transfer_suns). What they get of weighted groups, of a sky
- * of these SH and of suns is the sum, colour by colour.
+ * irradiance 1 from some directions (transfer_suns), of point lights of radiant intensity 1 at some
+ * places (transfer_points). What they get of weighted groups, of a sky of these SH, of suns and of
+ * points is the sum, colour by colour.
  *
  * Its standard error. Groups were captured with the same rays, so their errors know of each
  * other. Where the stream has the error of their plain sum, the correlation r, taken to be one for
@@ -16,8 +17,8 @@
  *
  * the weighted sum's error is then that with w_g e_g for e_g: it is right for one group, and for
  * weights that are all the same. Where it has not, r is 1, and weights their magnitudes: a bound.
- * Answers to the functions of a sky count as independent, those to neighbouring suns as wholly
- * dependent (a bound).
+ * Answers to the functions of a sky count as independent, those to neighbouring suns and points as
+ * wholly dependent (a bound).
  *
  * Of a compressed stream (compressed.h) the basis is relit as probes are, which is quick, as it has
  * few rows; the light of a probe is the sum of these by the probe's few numbers, since all is
@@ -36,7 +37,7 @@ struct error;
 struct stream_header;
 struct warnings;
 
-enum relight_kind { RELIGHT_GROUP, RELIGHT_SKY, RELIGHT_SUN };
+enum relight_kind { RELIGHT_GROUP, RELIGHT_SKY, RELIGHT_SUN, RELIGHT_POINT, RELIGHT_KINDS };
 
 /* A part: `width` numbers of a row from `offset` in a column. */
 struct relight_part {
@@ -57,6 +58,8 @@ struct relight {
     int sky_order; /* of transfer_sky; 0: there is none */
     size_t suns;   /* of transfer_suns */
     double *sun;   /* 3 * suns, towards them; owned */
+    size_t points; /* of transfer_points */
+    double *point; /* 3 * points, where they are; owned */
     bool turned;   /* probes or their light were turned (light/rotate.h) */
     bool again;    /* sh is not the plain sum of the groups: it was relit before */
     bool compressed;
@@ -64,7 +67,7 @@ struct relight {
     /* of the table's columns: */
     bool surface;              /* irradiance, not sh */
     size_t width;              /* numbers of the light of a probe */
-    struct relight_part *part; /* groups, then the sky's functions, then suns; owned */
+    struct relight_part *part; /* groups, then the sky's functions, suns, points; owned */
     size_t parts;
     size_t sum_error; /* the column of the plain sum's error, or RELIGHT_NONE */
     bool errors;      /* every part has its error */
@@ -88,7 +91,7 @@ struct error *relight_find(struct relight *relight, const struct table *probes);
 
 void relight_clear(struct relight *relight);
 
-/* How many parts the header promises: groups, sky_order^2, suns. */
+/* How many parts the header promises: groups, sky_order^2, suns, points. */
 size_t relight_parts(const struct relight *relight);
 
 /* Makes *out (no rows) the table of the output: that of the input, its light after the weights,

@@ -205,7 +205,7 @@ static struct error *weigh_output(struct run *run, size_t row, struct output *ou
         return err;
     memcpy(out->weight, w->weight + 3 * row * w->groups, 3 * w->groups * sizeof(double));
     err = other_light_of_row(&out->light, &run->ask->light, option[WEIGHTS_SKY],
-                             option[WEIGHTS_SUN], option[WEIGHTS_TIME]);
+                             option[WEIGHTS_SUN], option[WEIGHTS_POINT], option[WEIGHTS_TIME]);
     if (!err)
         err = other_light_weigh(&out->light, &run->relight, out->weight + 3 * w->groups,
                                 run->warnings);

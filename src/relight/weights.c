@@ -13,8 +13,10 @@
 
 enum { CELLS_MOST = 8192, LISTED_BYTES = 400 };
 
-static const char *const option_names[] = {
-    [WEIGHTS_SKY] = "--sky", [WEIGHTS_SUN] = "--sun", [WEIGHTS_TIME] = "--time"};
+static const char *const option_names[] = {[WEIGHTS_SKY] = "--sky",
+                                           [WEIGHTS_SUN] = "--sun",
+                                           [WEIGHTS_POINT] = "--point",
+                                           [WEIGHTS_TIME] = "--time"};
 
 static void forget_rows(struct weights *w)
 {

@@ -86,6 +86,8 @@ struct error *relit_light_to_header(const struct scene_settings *light, bool sky
         err = take_keys(&keys, "sky", header);
     if (!err)
         err = take_keys(&keys, "sun-", header);
+    if (!err)
+        err = take_keys(&keys, "point-", header);
     header_clear(&keys);
     return err;
 }

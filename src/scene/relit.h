@@ -8,7 +8,8 @@
  *     weight-1 0.5,0.5,0.4              what the group's light is multiplied by
  *     relit-sky 0.3,0.2,0.1             a sky in place of the captured one: the keys sky,
  *     relit-sky-file ...                sky-file, sky-key, sky-map, ... (scene_settings.h)
- *     relit-sun-1 DX,DY,DZ,R,G,B        suns beside the captured ones
+ *     relit-sun-1 DX,DY,DZ,R,G,B        suns and points beside the captured ones, numbered
+ *     relit-point-2 X,Y,Z,R,G,B         together
  *     relit-sky-sh R,G,B,R,G,B,...      a sky of these SH, which no scene has: it cannot be traced
  */
 #ifndef RELIT_H
@@ -36,7 +37,7 @@ void relit_remove(struct stream_header *header);
 struct error *relit_weights_to_header(const struct light_groups *groups, const double *weight,
                                       struct stream_header *header);
 
-/* Of the settings, the sky (where `sky`) and the suns. */
+/* Of the settings, the sky (where `sky`), the suns and the points. */
 struct error *relit_light_to_header(const struct scene_settings *light, bool sky,
                                     struct stream_header *header);
 

@@ -21,6 +21,8 @@ static bool by_name(const char *name, struct light_column *what)
     const char *rest = behind(name, "transfer_sky");
     if (!rest)
         rest = behind(name, "transfer_suns");
+    if (!rest)
+        rest = behind(name, "transfer_points");
     if (rest) {
         what->transfer = true;
         what->role = *rest ? LIGHT_ERROR : LIGHT_VALUE;

@@ -9,8 +9,8 @@
  *     if (light_column_of(&table->columns[i], sh_width, &what)) ... what.blocks of what.block ...
  *
  * Names: sh, sh_error, sh_gradient, irradiance, irradiance_error; sh_NAME and sh_error_NAME (and of
- * irradiance) of group NAME; transfer_sky, transfer_suns and their _error; transfer_surfaces, and
- * beside it transfer_senders, which is no light (man probe.5).
+ * irradiance) of group NAME; transfer_sky, transfer_suns, transfer_points and their _error;
+ * transfer_surfaces, and beside it transfer_senders, which is no light (man probe.5).
  */
 #ifndef LIGHT_COLUMNS_H
 #define LIGHT_COLUMNS_H
@@ -52,7 +52,7 @@ bool light_table_is(const char *name);
 bool light_column_is_compressed(const char *name);
 
 /* Whether a header key says into which parts light was split: group-N, transfer-sky,
- * transfer-sun-N, or how they are compressed: pca-basis, pca-error. */
+ * transfer-sun-N, transfer-point-N, or how they are compressed: pca-basis, pca-error. */
 bool light_key_is_split(const char *key);
 
 /* Whether light is another where a header has the key than where it has not: a light of options,

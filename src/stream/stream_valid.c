@@ -133,7 +133,8 @@ static struct error *check_parts(const struct stream_header *header, const struc
     if (!sh && !table_column(table, "irradiance")) /* whose width it has is not there */
         return NULL;
     if (!header_key(header, "group-1") && !header_key(header, "transfer-sky") &&
-        !header_key(header, "transfer-sun-1") && !header_key(header, "transfer-surfaces"))
+        !header_key(header, "transfer-sun-1") && !header_key(header, "transfer-point-1") &&
+        !header_key(header, "transfer-surfaces"))
         return NULL;
     err = header_get_whole(header, "transfer-sky", 1, SH_ORDER_MAX, &order);
     if (!err)

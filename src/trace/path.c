@@ -264,20 +264,21 @@ TRACE_VECTORS static void aim(const struct wave_vec *restrict position,
 
 /* A point or spot light that was drawn, as if it were a radiance: there is no other way to meet
  * it. */
-static void aim_punctual(const struct path_tracer *path, const struct lights_receiver *from,
-                         const struct lights_choice *choice, struct questions *q, size_t i)
+static void aim_punctual(const struct path_tracer *path, struct vec3f position, struct vec3f normal,
+                         const struct scene_light *light, float probability, struct questions *q,
+                         size_t i)
 {
-    const struct vec3 p = trace_to_world(path->tracer, from->position);
+    const struct vec3 p = trace_to_world(path->tracer, position);
     double direction[3], distance, rgb[3];
-    scene_light_at(choice->punctual, (const double[3]){p.x, p.y, p.z}, direction, &distance, rgb);
+    scene_light_at(light, (const double[3]){p.x, p.y, p.z}, direction, &distance, rgb);
     const struct vec3f to_light = {(float)direction[0], (float)direction[1], (float)direction[2]};
     const struct vec3f e = {(float)rgb[0], (float)rgb[1], (float)rgb[2]};
-    q->seen[i] = vec3f_dot(to_light, from->normal) > 0 && vec3f_most(e) > 0;
-    wave_put(&q->ray.origin, i, from->position);
+    q->seen[i] = vec3f_dot(to_light, normal) > 0 && vec3f_most(e) > 0;
+    wave_put(&q->ray.origin, i, position);
     wave_put(&q->ray.direction, i, to_light);
     q->ray.most[i] = (float)(distance * path->tracer->scale);
     wave_put(&q->direction, i, to_light);
-    wave_put(&q->light, i, vec3f_scale(1 / choice->probability, e));
+    wave_put(&q->light, i, vec3f_scale(1 / probability, e));
 }
 
 /* The group of a light that was drawn. */
@@ -320,7 +321,8 @@ static void ask_lights(const struct path_tracer *path, const struct receivers *f
             path->tracer->scene->emit_front_only, from->share, from->count, &drawn, q);
     for (size_t k = 0; k < punctuals && from->punctual; k++) {
         const struct lights_receiver receiver = receiver_at(from, of_punctual[k]);
-        aim_punctual(path, &receiver, &punctual[k], q, of_punctual[k]);
+        aim_punctual(path, receiver.position, receiver.normal, punctual[k].punctual,
+                     punctual[k].probability, q, of_punctual[k]);
     }
 }
 
@@ -461,36 +463,49 @@ TRACE_VECTORS static void ask_sun(const struct path_sun *sun, const struct recei
     }
 }
 
-/* What tells blended surfaces which rays they let through to a sun of a split: of the paths, but
+/* What tells blended surfaces which rays they let through to a light of a split: of the paths, but
  * none of their draws, which are to be what they are without. */
-static uint32_t salt_of(const struct wave *w, size_t i, size_t sun)
+static uint32_t salt_of(const struct wave *w, size_t i, size_t light)
 {
     uint32_t x = w->random.state[0][i] ^
-                 (w->random.state[1][i] + 0x9E3779B9u * (uint32_t)(sun + 1));
+                 (w->random.state[1][i] + 0x9E3779B9u * (uint32_t)(light + 1));
     x = (x ^ x >> 16) * 0x85EBCA6Bu;
     x = (x ^ x >> 13) * 0xC2B2AE35u;
     return x ^ x >> 16;
 }
 
-/* The suns whose light is asked for by itself. */
-static void ask_split_suns(struct wave *w, const struct receivers *from)
+/* Traces what was asked of one light of a split, the `light`-th, and keeps it for its part. */
+static void answer_part(struct wave *w, size_t part, size_t light)
+{
+    struct questions *q = &w->questions;
+    for (size_t i = 0; i < w->count; i++)
+        q->ray.salt[i] = w->path->tracer->has_alpha ? salt_of(w, i, light) : 0;
+    trace_rays_occluded(w->path->tracer, w->count, &q->ray, q->seen);
+    for (size_t i = 0; i < w->count; i++)
+        if (q->seen[i])
+            split_ask(w->split, part, i,
+                      vec3f_scale(cosine_density(vec3f_dot(wave_get(&q->direction, i),
+                                                           wave_get(&w->facing, i))),
+                                  wave_get(&q->light, i)));
+}
+
+/* The suns and points whose light is asked for by itself. */
+static void ask_split_lights(struct wave *w, const struct receivers *from)
 {
     const struct split *split = w->split->split;
-    struct questions *q = &w->questions;
     for (size_t s = 0; s < split->sun_count; s++) {
         const double *to = split->sun + 3 * s;
         const struct path_sun sun = {.to_light = {(float)to[0], (float)to[1], (float)to[2]},
                                      .irradiance = {1, 1, 1}};
-        ask_sun(&sun, from, q);
+        ask_sun(&sun, from, &w->questions);
+        answer_part(w, split_suns(split) + s, s);
+    }
+    for (size_t p = 0; p < split->point_count; p++) {
+        const struct scene_light light = split_point(split, p);
         for (size_t i = 0; i < w->count; i++)
-            q->ray.salt[i] = w->path->tracer->has_alpha ? salt_of(w, i, s) : 0;
-        trace_rays_occluded(w->path->tracer, w->count, &q->ray, q->seen);
-        for (size_t i = 0; i < w->count; i++)
-            if (q->seen[i])
-                split_ask(
-                    w->split, split_suns(split) + s, i,
-                    vec3f_scale(cosine_density(vec3f_dot(sun.to_light, wave_get(&w->facing, i))),
-                                sun.irradiance));
+            aim_punctual(w->path, wave_get(from->position, i), wave_get(from->normal, i), &light, 1,
+                         &w->questions, i);
+        answer_part(w, split_points(split) + p, split->sun_count + p);
     }
 }
 
@@ -530,7 +545,7 @@ static void light_surfaces(struct wave *w)
         split_answer(w);
     }
     if (w->split)
-        ask_split_suns(w, &from);
+        ask_split_lights(w, &from);
     for (size_t i = 0; i < w->count && path->cache && path->cache->lit; i++)
         wave_put(&w->sunlight, i, vec3f_sub(wave_get(&w->light, i), wave_get(&w->sunlight, i)));
 }

@@ -8,7 +8,9 @@
  *     groups of the scene's lights (scene/groups.h), which add up to all light;
  *     the response to each SH function Y_j of the radiance of a distant sky, whether the scene has
  *     one or not: a path of throughput b that escapes along w adds b Y_j(w);
- *     the response to suns of irradiance 1 on a surface that faces them.
+ *     the response to suns of irradiance 1 on a surface that faces them;
+ *     the response to point lights of radiant intensity 1 (Kristensen, Akenine-Moeller, Jensen,
+ *     "Precomputed local radiance transfer for real-time lighting design", SIGGRAPH 2005).
  */
 #ifndef SPLIT_H
 #define SPLIT_H
@@ -22,9 +24,11 @@ struct split {
     int sky_order;                  /* of the sky's SH; 0: none */
     const double *sun;              /* 3 each: unit, towards it */
     size_t sun_count;
+    const double *point; /* 3 each: where it is, in the scene's frame */
+    size_t point_count;
 };
 
-/* The first part of the sky's and of the suns', and how many there are. */
+/* The first part of the sky's, the suns' and the points', and how many there are. */
 static inline size_t split_sky(const struct split *split)
 {
     return split->groups ? split->groups->count : 0;
@@ -33,9 +37,20 @@ static inline size_t split_suns(const struct split *split)
 {
     return split_sky(split) + (size_t)(split->sky_order * split->sky_order);
 }
-static inline size_t split_count(const struct split *split)
+static inline size_t split_points(const struct split *split)
 {
     return split_suns(split) + split->sun_count;
+}
+static inline size_t split_count(const struct split *split)
+{
+    return split_points(split) + split->point_count;
+}
+
+/* The light of a split's i-th point. */
+static inline struct scene_light split_point(const struct split *split, size_t i)
+{
+    return (struct scene_light){
+        .kind = SCENE_POINT, .position = vec3_load(split->point + 3 * i), .intensity = {1, 1, 1}};
 }
 
 /* The light of a wave of samples by parts. One thread's. */
