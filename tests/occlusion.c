@@ -302,6 +302,61 @@ static void test_bounced(void)
     bench_clear(&b);
 }
 
+/* -- horizon ---------------------------------------------------------------------------------- */
+
+/* A wall of height 1, d away towards +Z and as good as endless: its edge is atan(cos(a) / d) high
+ * at the azimuth a from it. In a sector of 45 degrees, the root of the mean of sin^2. */
+static double wall_horizon(double from_wall, double d)
+{
+    enum { STEPS = 1000 };
+    double sum = 0;
+    for (int i = 0; i < STEPS; i++) {
+        const double c = cos(from_wall + PI / 4 * ((i + 0.5) / STEPS - 0.5)), h = c / d;
+        sum += c > 0 ? h * h / (1 + h * h) / STEPS : 0;
+    }
+    return asin(sqrt(sum));
+}
+
+static double towards_wall(const struct capture_probe *p)
+{
+    return (double)p->horizon[2]; /* +X, between, +Z */
+}
+
+static double aslant(const struct capture_probe *p)
+{
+    return (double)p->horizon[1];
+}
+
+static double along_wall(const struct capture_probe *p)
+{
+    return (double)p->horizon[0];
+}
+
+static void test_horizon(void)
+{
+    struct bench b;
+    bench_start(&b);
+    const double d = 0.5, f = 1e4, origin[3] = {0};
+    const float up[3] = {0, 1, 0};
+    add_quad(&b, (const double[12]){-f, 0, d, f, 0, d, f, 1, d, -f, 1, d}, material(0, 0));
+    bench_finish(&b, 1);
+    const struct capture_settings s = settings_of(CAPTURE_AO | CAPTURE_HORIZON);
+    check("the horizon towards a wall", estimate(&b, s, origin, up, towards_wall),
+          wall_horizon(0, d), 1e-6);
+    check("aslant", estimate(&b, s, origin, up, aslant), wall_horizon(PI / 4, d), 1e-6);
+    check("along it", estimate(&b, s, origin, up, along_wall), wall_horizon(PI / 2, d), 1e-6);
+    struct capture_probe p;
+    must(capture_probe(&b.path, &s, origin, up, &p));
+    double open = 0;
+    for (int i = 0; i < 8; i++)
+        open += cos((double)p.horizon[i]) * cos((double)p.horizon[i]) / 8;
+    ok(p.horizon[5] == 0 && p.horizon[6] == 0 && p.horizon[7] == 0 &&
+           fabs(open - (double)p.ao) < 0.01,
+       "behind there is none, and the mean of cos^2 is ambient occlusion (%.4f, %.4f)", open,
+       (double)p.ao);
+    bench_clear(&b);
+}
+
 int main(void)
 {
     test_falloff();
@@ -309,5 +364,6 @@ int main(void)
     test_unlit();
     test_cones();
     test_bounced();
+    test_horizon();
     return tap_done();
 }

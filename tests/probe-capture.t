@@ -139,6 +139,13 @@ check "light that occluders scatter goes by column albedo, or the surface's own"
     { k = $10; ok[NR] = k > 0.1 && k < 0.9 && $11 >= k }
     NR == 1 { ok[1] = ok[1] && $11 == k && near($12, k / (1 - 0.5 * (1 - k))) && near($13, 1) }
     END { exit !(NR == 2 && ok[1] && ok[2]) }' bounced.rows
+probe-capture -q --light none --columns horizon --azimuths 4 --text "$scene" surface.probe \
+    >horizon.probe
+check "the horizon of each azimuth" into seen.probe capture --text "$scene" horizon.probe \
+    and says seen.probe '^capture-azimuths 4$' ' horizon:f32:4 ' and lacks seen.probe nan
+check "is dropped where probes are turned" into err probe-cat --rotate 0,1,0,30 --text \
+    horizon.probe and says err 'normal:f32:3$'
+refused 2 "--azimuths" probe-capture --azimuths 65 "$scene" surface.probe
 sed 's/0 1 0$/0 0 0/' surface.probe >flat.probe
 refused 1 "probe 0: expected a normal, got (0, 0, 0)" probe-capture "$scene" flat.probe
 refused 1 "beyond what 32 bits can hold" \

@@ -36,6 +36,7 @@ struct capture_settings capture_settings_default(void)
                                      .bounces = 64,
                                      .decimate = 1,
                                      .ao_distance = (double)INFINITY,
+                                     .azimuths = OCCLUSION_AZIMUTHS,
                                      .columns = CAPTURE_DEFAULT};
 }
 
@@ -53,6 +54,9 @@ static struct error *occlusion_to_header(const struct capture_settings *settings
     if (!err && settings->ao_falloff != OCCLUSION_STEP)
         err = header_set_key(header, "capture-ao-falloff",
                              occlusion_falloff_names[settings->ao_falloff]);
+    header_remove_key(header, "capture-azimuths");
+    if (!err && settings->azimuths != OCCLUSION_AZIMUTHS)
+        err = header_set_whole(header, "capture-azimuths", settings->azimuths);
     return err;
 }
 
@@ -115,6 +119,9 @@ struct error *capture_settings_from_header(struct capture_settings *settings,
     if (!err)
         err = header_get_choice(header, "capture-ao-falloff", occlusion_falloff_names, &falloff);
     if (!err)
+        err = header_get_int(header, "capture-azimuths", 1, OCCLUSION_AZIMUTHS_MOST,
+                             &settings->azimuths);
+    if (!err)
         err = header_get_real(header, "capture-decimate", 0, DBL_MAX, &settings->decimate);
     if (!err && !(settings->decimate > 0 && settings->decimate <= 1))
         err = error_new(
@@ -150,6 +157,7 @@ struct error *capture_check_same(const struct stream_header *before,
                                        "capture-max-rays",
                                        "capture-ao-distance",
                                        "capture-ao-falloff",
+                                       "capture-azimuths",
                                        "capture-decimate",
                                        "capture-bounces",
                                        "capture-seed",
@@ -222,7 +230,7 @@ struct output {
     unsigned flag;
 };
 
-enum { OUTPUTS = 13 }; /* without the count of rays, which is no float */
+enum { OUTPUTS = 14 }; /* without the count of rays, which is no float */
 
 #define AT(member) offsetof(struct capture_probe, member)
 
@@ -244,7 +252,8 @@ static void make_outputs(const struct capture_settings *settings, bool surface,
         {"bent_normal", "bent_normal", 3, AT(bent_normal), CAPTURE_BENT_NORMAL},
         {"bent_length", "bent_length", 1, AT(bent_length), CAPTURE_BENT_LENGTH},
         {"cone", "cone", 4, AT(cone), CAPTURE_CONE},
-        {NULL, "ao_bounced", 3, AT(ao_bounced), CAPTURE_AO_BOUNCED}};
+        {NULL, "ao_bounced", 3, AT(ao_bounced), CAPTURE_AO_BOUNCED},
+        {NULL, "horizon", (size_t)settings->azimuths, AT(horizon), CAPTURE_HORIZON}};
     memcpy(output, all, sizeof all);
 }
 

@@ -74,6 +74,7 @@ struct capture_settings {
     double decimate;
     double ao_distance; /* scene units: surfaces beyond do not occlude; INFINITY: all do */
     enum occlusion_falloff ao_falloff; /* not STEP: ao_distance is finite */
+    int azimuths;                      /* of the horizon, 1 .. OCCLUSION_AZIMUTHS_MOST */
     unsigned columns;                  /* CAPTURE_* of the columns to write beside light */
     bool convolved; /* sh, its error and gradient are written as irradiance (content.h) */
     struct dering_settings dering; /* what is done to sh before that; of surfaces, nothing */
@@ -101,10 +102,11 @@ enum {
     CAPTURE_BENT_LENGTH = 1024,
     CAPTURE_CONE = 2048,
     CAPTURE_AO_BOUNCED = 4096,
+    CAPTURE_HORIZON = 8192,
     CAPTURE_DEFAULT = CAPTURE_ERROR | CAPTURE_VALIDITY | CAPTURE_DEPTH | CAPTURE_SKY,
     /* those that depend on the occlusion settings: what is there of them is made anew as one */
     CAPTURE_OCCLUSION = CAPTURE_AO | CAPTURE_BENT_NORMAL | CAPTURE_BENT_LENGTH | CAPTURE_CONE |
-                        CAPTURE_AO_BOUNCED,
+                        CAPTURE_AO_BOUNCED | CAPTURE_HORIZON,
     CAPTURE_OF_LIGHT = CAPTURE_ERROR | CAPTURE_GRADIENT | CAPTURE_WINDOW, /* nothing without it */
 };
 
@@ -132,7 +134,8 @@ struct capture_probe {
     /* occlusion_bounced by the albedo of the surface behind it, NaN where nothing is there;
      * surfaces alone, where asked for */
     float ao_bounced[3];
-    int rays;        /* that were spent on its directions */
+    float horizon[OCCLUSION_AZIMUTHS_MOST]; /* occlusion_horizon; surfaces alone, where asked for */
+    int rays;                               /* that were spent on its directions */
     float sh_window; /* r of the window that dering put on it; 1: none. Set by capture_shape */
 };
 
@@ -142,8 +145,8 @@ struct capture_settings capture_settings_default(void);
 
 /* As header keys (sh-order, sh-content, capture-rays, capture-bounces, capture-light, capture-seed;
  * capture-error, capture-error-floor, capture-max-rays where an error is asked for;
- * capture-ao-distance and -falloff where there are such; capture-decimate below 1; sh-dering where
- * that is asked for), and back. */
+ * capture-ao-distance, capture-ao-falloff and capture-azimuths where they are no defaults;
+ * capture-decimate below 1; sh-dering where that is asked for), and back. */
 struct error *capture_settings_to_header(const struct capture_settings *settings,
                                          struct stream_header *header);
 /* An error when keys make no sense. Missing keys leave the setting as it is. */

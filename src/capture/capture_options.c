@@ -50,6 +50,7 @@ static const struct {
                      {"bent_length", CAPTURE_BENT_LENGTH},
                      {"cone", CAPTURE_CONE},
                      {"ao_bounced", CAPTURE_AO_BOUNCED},
+                     {"horizon", CAPTURE_HORIZON},
                      {"rays", CAPTURE_RAYS},
                      {"none", 0}};
 
@@ -67,7 +68,7 @@ static struct error *parse_columns(void *value, const char *text)
         if (i == count)
             return error_usage("expected some of sh_error, irradiance_error, validity, depth, sky, "
                                "sh_gradient, visibility, ao, bent_normal, bent_length, cone, "
-                               "ao_bounced, rays, separated by commas, or none, got '%s'",
+                               "ao_bounced, horizon, rays, separated by commas, or none, got '%s'",
                                text);
         columns |= columns_known[i].flag;
         if (!at[length])
@@ -269,7 +270,7 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .shown = "sh_error,validity,depth,sky",
          .help = "what to write beside light: of these, sh_gradient,\n"
                  "visibility, ao, bent_normal, bent_length, cone, ao_bounced,\n"
-                 "rays; none: nothing"},
+                 "horizon, rays; none: nothing"},
         {.name = "groups",
          .argument = "FILE|each",
          .kind = OPTION_TEXT,
@@ -315,6 +316,13 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .value = OPTION_ENUM(o->capture.ao_falloff),
          .help = "how a surface occludes less up to there: step, linear, sqrt\n"
                  "or exp"},
+        {.name = "azimuths",
+         .argument = "N",
+         .kind = OPTION_INT,
+         .value = &o->capture.azimuths,
+         .least = 1,
+         .most = OCCLUSION_AZIMUTHS_MOST,
+         .help = "directions of the horizon"},
         {.name = "decimate",
          .argument = "SHARE",
          .kind = OPTION_REAL,
@@ -463,7 +471,8 @@ static struct error *take_over(struct capture_options *o, struct program *progra
                                const struct stream_header *header, int argc, char **argv)
 {
     const bool again = o->again;
-    if (!capture_header_has_settings(header) && !header_key(header, "capture-ao-distance"))
+    if (!capture_header_has_settings(header) && !header_key(header, "capture-ao-distance") &&
+        !header_key(header, "capture-azimuths"))
         return scene_file_from_header(&o->scene, header);
     struct error *err = read_over(o, program, header, again, argc, argv);
     if (err || again || o->capture.light == CAPTURE_NONE || !header_key(header, CAPTURE_BY_KEY) ||

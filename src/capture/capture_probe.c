@@ -120,6 +120,9 @@ static void note(struct work *w, const struct path_sample *s, struct vec3f direc
     w->hits += s->hit;
     w->fronts += s->hit && s->front;
     w->nearness += s->hit ? 1 / (double)s->distance : 0;
+    if (w->surface && w->settings->columns & CAPTURE_HORIZON)
+        occlusion_sort(&w->occlusion, w->receiver.at.normal, w->settings->azimuths, direction,
+                       s->hit);
     occlusion_add(&w->occlusion, direction, (double)s->distance / w->path->tracer->scale);
 }
 
@@ -181,9 +184,13 @@ static void meet_surfaces(const struct work *w, const struct draw *draw,
     const struct capture_settings *s = w->settings;
     const struct tracer *tracer = w->path->tracer;
     const size_t count = 4 * draw->fours;
-    const bool near = !(s->columns & ~(unsigned)(CAPTURE_OCCLUSION | CAPTURE_RAYS));
+    const bool near = !(s->columns & ~(unsigned)(CAPTURE_OCCLUSION | CAPTURE_RAYS)),
+               far = s->columns & CAPTURE_HORIZON && w->surface;
     const double reach = s->ao_distance * tracer->scale;
-    const float most = near && reach < (double)FLT_MAX ? (float)reach : INFINITY;
+    const float most = near && !far && reach < (double)FLT_MAX ? (float)reach : INFINITY;
+    /* the horizon is of all surfaces */
+    const bool any = near && s->ao_falloff == OCCLUSION_STEP &&
+                     !(far && s->ao_distance < (double)INFINITY);
     struct trace_rays ray;
     struct trace_points at;
     int32_t seen[PATH_WAVE];
@@ -195,12 +202,12 @@ static void meet_surfaces(const struct work *w, const struct draw *draw,
         ray.salt[i] = tracer->has_alpha ? random_u32(&r) : 0;
         seen[i] = 1;
     }
-    if (near && s->ao_falloff == OCCLUSION_STEP)
+    if (any)
         trace_rays_occluded(tracer, count, &ray, seen);
     else
         trace_rays_nearest(tracer, count, &ray, &at);
     for (size_t i = 0; i < count; i++) {
-        if (near && s->ao_falloff == OCCLUSION_STEP)
+        if (any)
             met[i] = (struct path_sample){
                 .hit = !seen[i], .distance = seen[i] ? INFINITY : float_least(most, 1) / 2};
         else
@@ -761,6 +768,7 @@ static void finish(const struct work *w, struct capture_probe *result)
     result->ao = (float)(w->occlusion.open / w->rays);
     occlusion_bent(&w->occlusion, result->bent_normal, &result->bent_length);
     occlusion_cone(&w->occlusion, w->surface ? &w->receiver.at.normal : NULL, result->cone);
+    occlusion_horizon(&w->occlusion, w->settings->azimuths, result->horizon);
     float albedo[3];
     if (w->surface && w->settings->columns & CAPTURE_AO_BOUNCED && albedo_behind(w, albedo))
         occlusion_bounced(result->ao, albedo, result->ao_bounced);

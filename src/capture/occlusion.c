@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "capture/occlusion.h"
+#include "math/angle.h"
 #include "math/power.h"
 
 #include <math.h>
@@ -33,6 +34,29 @@ void occlusion_add(struct occlusion *o, struct vec3f direction, double distance)
     o->sum[0] += rho * (double)direction.x;
     o->sum[1] += rho * (double)direction.y;
     o->sum[2] += rho * (double)direction.z;
+}
+
+void occlusion_sort(struct occlusion *o, struct vec3f normal, int azimuths, struct vec3f direction,
+                    bool met)
+{
+    const struct vec3f from = fabsf(normal.x) < 0.99f ? (struct vec3f){1, 0, 0}
+                                                      : (struct vec3f){0, 0, 1},
+                       t = vec3f_fma(from, -vec3f_dot(from, normal), normal),
+                       b = vec3f_cross(vec3f_normalize(t), normal);
+    const double turn = angle_atan2((double)vec3f_dot(direction, b),
+                                    (double)vec3f_dot(direction, vec3f_normalize(t))) /
+                        (2 * ANGLE_PI);
+    const int sector = (int)floor(turn * azimuths + 0.5) + azimuths;
+    o->all[sector % azimuths]++;
+    o->met[sector % azimuths] += met;
+}
+
+void occlusion_horizon(const struct occlusion *o, int azimuths, float *altitude)
+{
+    for (int i = 0; i < azimuths; i++) {
+        const int open = o->all[i] - o->met[i];
+        altitude[i] = (float)angle_atan2(sqrt(o->met[i]), sqrt(open));
+    }
 }
 
 void occlusion_bent(const struct occlusion *o, float normal[3], float *length)

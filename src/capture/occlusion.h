@@ -11,6 +11,7 @@
 
 #include "math/vec.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* rho of a surface at the share t of the distance from which on nothing occludes: 0 at 0, 1 from 1
@@ -21,6 +22,9 @@ extern const char *const occlusion_falloff_names[]; /* NULL behind the last */
 
 double occlusion_openness(enum occlusion_falloff falloff, double t);
 
+/* Directions in which a surface's horizon is told. */
+enum { OCCLUSION_AZIMUTHS = 8, OCCLUSION_AZIMUTHS_MOST = 64 };
+
 /* What the rays so far add up to; starts at 0 but for the settings. */
 struct occlusion {
     enum occlusion_falloff falloff;
@@ -28,11 +32,26 @@ struct occlusion {
     size_t rays;
     double open;   /* sum of rho */
     double sum[3]; /* of rho times direction */
+    /* Of occlusion_sort: rays by azimuth, and those of them that met a surface. */
+    int all[OCCLUSION_AZIMUTHS_MOST], met[OCCLUSION_AZIMUTHS_MOST];
 };
 
 /* A ray along the unit direction, which met a surface at that distance (scene units); INFINITY:
  * none. */
 void occlusion_add(struct occlusion *occlusion, struct vec3f direction, double distance);
+
+/* Notes a ray of a surface by its azimuth, about its unit normal from the +X axis towards +Z where
+ * the normal is +Y: from X, or where the normal is within 8 degrees of that, Z, as it lies in the
+ * surface. met: it met a surface, at any distance. */
+void occlusion_sort(struct occlusion *occlusion, struct vec3f normal, int azimuths,
+                    struct vec3f direction, bool met);
+
+/* The altitude of the horizon in radians above the surface, in sectors of equal width about the
+ * azimuths 0, 1 / azimuths, ... of a turn: below it, as much of the sector's cosine is cut off as
+ * of its rays, sin^2 of it. Where all that stands there rises from the surface, this is the horizon
+ * (Max, "Horizon mapping", The Visual Computer 4, 1988), in the mean over the sector; the mean of
+ * cos^2 of it is ambient occlusion, whatever stands there. */
+void occlusion_horizon(const struct occlusion *occlusion, int azimuths, float *altitude);
 
 /* The unit mean of directions, so weighted (eq. 11.10), and its length before it was made one: 1
  * where they all are one, 2/3 where a surface's whole half is open, 0 where a point's sphere is.

@@ -365,6 +365,13 @@ static void forget_bases(struct table *probes, struct warnings *warnings)
                          "column %s is along the axes as they were: dropped (--basis %s makes it "
                          "anew)",
                          basis_column((enum basis)i), basis_name((enum basis)i));
+    if (table_column(probes, "horizon")) {
+        warnings_add(
+            warnings, "horizon dropped",
+            "column horizon is by azimuths as they were: dropped (probe-capture --light none "
+            "makes it anew before)");
+        table_remove_column(probes, "horizon");
+    }
     basis_drop(probes);
 }
 

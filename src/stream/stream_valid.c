@@ -11,10 +11,11 @@
 #include <string.h>
 
 /* Columns with a fixed meaning: all that man probe.5 has. */
+enum { ANY = STREAM_ROW_MOST };
 static const struct known {
     const char *table, *column;
     enum column_type type;
-    size_t width;    /* 0: follows `sh`, */
+    size_t width;    /* 0: follows `sh`; ANY: as it is */
     size_t of_order; /* so many times n^2 for SH of order n */
 } known_columns[] = {
     {"probe", "position", COLUMN_F64, 3, 0},
@@ -38,6 +39,7 @@ static const struct known {
     {"probe", "bent_length", COLUMN_F32, 1, 0},
     {"probe", "cone", COLUMN_F32, 4, 0},
     {"probe", "ao_bounced", COLUMN_F32, 3, 0},
+    {"probe", "horizon", COLUMN_F32, ANY, 0},
     {"probe", "hull_normal", COLUMN_F32, 3, 0},
     {"probe", "sh_window", COLUMN_F32, 1, 0},
     {"probe", "ambient_cube", COLUMN_F32, 18, 0},
@@ -116,6 +118,8 @@ static struct error *check_known(const struct known *known, const struct table *
                          known->column, SH_ORDER_MAX, column->width);
     if (!width)
         width = sh ? known->of_order * (sh->width / 3) : column->width;
+    if (width == ANY)
+        width = column->width;
     if (column->type != known->type || column->width != width)
         return error_new("column %s: expected %s:%zu, got %s:%zu", known->column,
                          column_type_name(known->type), width, column_type_name(column->type),
