@@ -123,6 +123,13 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .least = 2,
          .most = CAPTURE_RAYS_MOST,
          .help = "rays a point that --truth-error may spend"},
+        {.name = "truth-cache",
+         .argument = "auto|FILE",
+         .kind = OPTION_TEXT,
+         .value = &t->cache.name,
+         .shown = "off",
+         .help = "a preview in place of the truth: paths end in a cache of the\n"
+                 "surfaces' indirect light, which is made, or read from FILE"},
         {.name = "bounces",
          .argument = "N",
          .kind = OPTION_INTEGER,
@@ -239,6 +246,8 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
         err = error_usage("--output needs --leak-samples");
     if (!err && a->leak_most_given && !job->leak_samples)
         err = error_usage("--max-leak needs --leak-samples");
+    if (!err)
+        err = cache_options_check(&a->job.truth.cache);
     return err ? err : interpolate_options_check(&a->how);
 }
 
@@ -341,6 +350,8 @@ int main(int argc, char **argv)
         err = open_baked(&baked, stream, &a, input, &warnings);
     if (!err)
         err = stage_init(&stage, program.operands[0], &stream->header, &a.given, &warnings);
+    if (!err)
+        relit_key(&stream->header, a.job.truth.cache.relit);
     if (!err)
         err = scene_told_in(&warnings, &stream->header, a.common.quiet);
     if (!err && stage.other && !a.any_scene)

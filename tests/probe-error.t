@@ -367,4 +367,31 @@ refused 2 "--leak-samples" probe-error --leak-samples 1 "$rooms" cells.probe
 refused 2 "--output needs" probe-error --leak-samples 0 -o x "$rooms" cells.probe
 refused 2 "--bounds" probe-error --bounds 1,1,1,0,0,0 "$rooms" cells.probe
 refused 2 "SCENE" probe-error
+# -- a preview -------------------------------------------------------------------------------------
+# Paths of the points end in a cache: the light is nearly the truth, and cannot pass for it.
+box=$SRC/scenes/cornell-box.obj
+probe-place grid -q --count 100 "$box" | probe-capture -q -r 128 "$box" | probe-tet -q >box.probe
+of_box() {
+    probe-error --paths 0 --leak-samples 0 --points 200 --truth-rays 2048 "$@" "$box" box.probe
+}
+of_box --tsv --truth box.truth >plain.tsv 2>err
+of_box --tsv --truth-cache auto --truth box.preview >preview.tsv 2>said
+row() { awk -v of="$1" '$1 == of && $2 == "all" { print $3 }' "$2"; }
+check "a preview: nearly the same error, by less noise ($(row error plain.tsv), \
+$(row error preview.tsv); $(row noise_mean_relative plain.tsv), \
+$(row noise_mean_relative preview.tsv))" says said 'a preview, and not the truth: cache: ' and \
+    awk -v a="$(row error plain.tsv)" -v b="$(row error preview.tsv)" \
+    -v n="$(row noise_mean_relative plain.tsv)" -v m="$(row noise_mean_relative preview.tsv)" \
+    'BEGIN { exit !(a > .05 && b < 1.1 * a && b > .9 * a && m > 0 && m < .7 * n) }'
+check "its report says what it is" [ "$(sed -n 2p preview.tsv | cut -f 1-3)" = \
+    "$(printf 'preview\tall\t1')" ] and lacks plain.tsv preview
+of_box --truth-cache auto --truth box.preview >table 2>err
+check "when it is read again, too" sh -c 'head -n 1 table | grep -q ^PREVIEW'
+refused 1 "box.preview: this is no truth but a preview" of_box --truth box.preview
+of_box --truth-cache auto --truth box.truth >table 2>err
+check "the truth serves for a preview, as the truth" lacks table PREVIEW and says table '^error'
+of_box --truth-cache auto --bounces 1 >table 2>said
+check "where there is no cache it is the truth" lacks table PREVIEW and says said 'no cache: '
+refused 1 "--truth-cache: box.probe: expected --light indirect" of_box --truth-cache box.probe
+
 tap_done

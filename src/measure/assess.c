@@ -90,6 +90,8 @@ struct error *assess(struct assessment *result, const struct assess_job *job)
     const double start = clock_seconds();
     struct error *err = get_truth(&truth, job);
     const double traced = clock_seconds();
+    if (!err && truth_is_preview(&truth))
+        err = report_add_number(report, "preview", "all", 1);
     if (!err)
         err = measure_points(report, job, &truth);
     if (!err)

@@ -314,6 +314,9 @@ static void print_table(const struct report *report, FILE *out)
 {
     char interval[64];
     const double mean = value_of(report, "irradiance", "all");
+    if (value_of(report, "preview", "all") > 0)
+        fprintf(out, "PREVIEW, of light through a cache (--truth-cache): no figure of light below "
+                     "is against the truth\n");
     print_headline(report, out);
     fprintf(out, "irradiance in the mean: %.6g%s\n", mean,
             mean > 0 ? "; light below is in % of it"

@@ -5,6 +5,7 @@
 #include "base/progress.h"
 #include "base/threads.h"
 #include "base/warning.h"
+#include "capture/capture_cache.h"
 #include "math/angle.h"
 #include "math/box.h"
 #include "math/random.h"
@@ -39,6 +40,7 @@ struct truth_settings truth_settings_default(void)
                                    .step = NAN,
                                    .rays = 4096,
                                    .rays_most = 65536,
+                                   .cache = cache_options_default(),
                                    .reach = reach_default(),
                                    .bounces = -1};
 }
@@ -84,6 +86,8 @@ static struct error *describe(struct stream_header *header, const struct stage *
     return err;
 }
 
+#define CACHE_KEY "truth-cache"
+
 static struct error *check_described(const struct stream_header *is,
                                      const struct stream_header *wanted, const struct scene *scene,
                                      const struct truth_settings *s)
@@ -113,6 +117,11 @@ static struct error *check_described(const struct stream_header *is,
     const char *relit = header_key(wanted, "truth-relit"), *was = header_key(is, "truth-relit");
     if (!relit != !was || (relit && strcmp(relit, was)))
         return error_new("this truth is of other light than the stream was relit with");
+    const char *cache = header_key(is, CACHE_KEY);
+    if (cache && (!s->cache.name || strcmp(cache, s->cache.name) != 0))
+        return error_new("this is no truth but a preview of it, of light through a cache: expected "
+                         "--truth-cache %s",
+                         cache);
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
         const char *has = header_key(is, keys[i].key), *asked = header_key(wanted, keys[i].key);
         if (keys[i].asked && (!has || strcmp(has, asked)))
@@ -388,9 +397,28 @@ static double default_step(const double bounds[6])
     return vec3_length(diagonal) / STEPS_ACROSS;
 }
 
-/* Traces the light at the places of a table, into its columns. */
-static struct error *trace_table(const struct truth_job *job, const struct table *table)
+/* Opens the cache for a preview, where one is asked for, and says what it is. */
+static struct error *open_cache(const struct truth_job *job, struct path_tracer *tracer,
+                                const struct table *table, struct capture_cache *cache)
 {
+    const struct truth_settings *s = job->settings;
+    struct capture_settings settings = job->stage->capture_settings;
+    settings.bounces = tracer->bounces;
+    settings.rays = (int)s->rays;
+    struct error *err = capture_cache_open_rows(cache, tracer, &settings, &s->cache,
+                                                job->stage->scene, table, 0, table->rows,
+                                                job->threads);
+    if (!err && *cache->told)
+        warnings_add(job->warnings, "preview", "%s%s",
+                     cache->on ? "a preview, and not the truth: " : "", cache->told);
+    return error_wrap(err, "--truth-cache");
+}
+
+/* Traces the light at the places of a table, into its columns. *preview: through a cache. */
+static struct error *trace_table(const struct truth_job *job, const struct table *table,
+                                 bool *preview)
+{
+    struct capture_cache cache = {0};
     const struct truth_settings *s = job->settings;
     struct path_tracer tracer = job->stage->path;
     tracer.bounces = (int)bounces_of(job->stage, s);
@@ -411,7 +439,13 @@ static struct error *trace_table(const struct truth_job *job, const struct table
     work.settings.columns = 0;
     work.settings.normal = sphere_direction[0];
     work.settings.normal_count = SPHERE_COUNT;
-    return threads_for(job->threads, table->rows, trace_one, &work);
+    struct error *err = open_cache(job, &tracer, table, &cache);
+    if (!err)
+        err = threads_for(job->threads, table->rows, trace_one, &work);
+    path_use_cache(&tracer, NULL);
+    *preview = cache.on;
+    capture_cache_clear(&cache);
+    return err;
 }
 
 /* The region that points are in, if one is asked for, and the bounds within those of it. */
@@ -457,6 +491,7 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job)
     int32_t *path = NULL;
     size_t points = 0;
     struct table *table = NULL;
+    bool preview = false;
     choose_bounds(s, stage->scene, job->box, space.bounds);
     struct reach *reach = NULL;
     struct error *err = open_reach(&reach, job, &space);
@@ -485,8 +520,10 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job)
         memcpy(column_f64(table_column(table, "position")), place.position,
                3 * place.count * sizeof(double));
         memcpy(column_i32(table_column(table, "path")), path, place.count * sizeof *path);
-        err = trace_table(job, table);
+        err = trace_table(job, table, &preview);
     }
+    if (!err && preview)
+        err = header_set_key(&truth->stream->header, CACHE_KEY, s->cache.name);
     if (!err)
         err = find_columns(truth);
     truth->step = space.step;
@@ -558,6 +595,11 @@ struct error *truth_read(struct truth *truth, const char *file, const struct sta
     *truth = (struct truth){0};
     struct error *err = stream_read(&truth->stream, file);
     return err ? err : error_wrap(check_read(truth, stage, settings), "%s", file);
+}
+
+bool truth_is_preview(const struct truth *truth)
+{
+    return header_key(&truth->stream->header, CACHE_KEY);
 }
 
 void truth_clear(struct truth *truth)

@@ -12,6 +12,9 @@
  * is summed from the rays of the whole sphere, each by its cosine (capture.h), so nothing is cut
  * off.
  *
+ * Where paths end in a cache of the surfaces' light (capture/capture_cache.h), both have its bias
+ * and its noise, so that this is a preview, and no truth.
+ *
  * It is kept as a probe stream, with the scene's key and light in its header, and serves any stream
  * that was captured in that scene and light. Table probe:
  *
@@ -19,10 +22,12 @@
  *
  * path: -1 for a point, else the number of a path, whose rows are its steps in order; surface:
  * distance to the nearest one, missing where there is none; irradiance_*: RGB for each direction.
+ * Key truth-cache: it is a preview, and with which cache.
  */
 #ifndef TRUTH_H
 #define TRUTH_H
 
+#include "capture/cache_options.h"
 #include "capture/stage.h"
 #include "measure/sphere.h"
 #include "place/reach.h"
@@ -50,7 +55,8 @@ struct truth_settings {
     /* of each half, as capture_settings.error; 0: rays alone count */
     double error;
     int64_t rays_most;
-    int64_t bounces; /* -1: the stream's */
+    int64_t bounces;            /* -1: the stream's */
+    struct cache_options cache; /* no name: the truth itself */
     int64_t seed;
     const char
         *reach_file; /* start points: where a body gets from them (reach.h); NULL: anywhere */
@@ -89,6 +95,9 @@ struct error *truth_trace(struct truth *truth, const struct truth_job *job);
  * ask for (says which). */
 struct error *truth_read(struct truth *truth, const char *file, const struct stage *stage,
                          const struct truth_settings *settings);
+
+/* Whether it is but a preview. */
+bool truth_is_preview(const struct truth *truth);
 
 void truth_clear(struct truth *truth);
 
