@@ -247,7 +247,9 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
     if (!err && a->leak_most_given && !job->leak_samples)
         err = error_usage("--max-leak needs --leak-samples");
     if (!err)
-        err = cache_options_check(&a->job.truth.cache);
+        err = job->truth.cache.name && !*job->truth.cache.name
+                  ? error_usage("--truth-cache: expected auto, a file's name or off, got ''")
+                  : cache_options_check(&job->truth.cache);
     return err ? err : interpolate_options_check(&a->how);
 }
 

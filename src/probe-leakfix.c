@@ -94,7 +94,9 @@ static struct error *capture_new(void *context, struct stream *stream, size_t fi
         fprintf(stderr, "%s: %s\n", c->program, cache.told);
     if (err) {
         capture_cache_clear(&cache);
-        return error_wrap(err, "--cache");
+        return error_wrap(err, c->cache.name_given
+                                   ? "--cache"
+                                   : "the cache of the stream's probes (--cache off: without it)");
     }
     struct progress *progress =
         progress_start(c->common->progress && !c->common->quiet, c->program, "probes", count);
@@ -116,6 +118,14 @@ static struct error *check(const struct leak_mend_job *job, bool gate)
     if (job->points > 0 && job->points < 100)
         return error_usage("--points: expected 0 or at least 100, got %.0f", job->points);
     return NULL;
+}
+
+static struct error *check_cache(struct cache_options *cache, const struct leak_mend_job *job)
+{
+    struct error *err = cache_options_check(cache);
+    if (!err && cache->name && !job->rounds && !job->probes)
+        err = error_usage("--cache is for new probes: it needs --rounds or --probes");
+    return err;
 }
 
 /* Whether there are borders of shadows in the probes' light, where they are asked for. */
@@ -298,7 +308,7 @@ int main(int argc, char **argv)
     if (!err)
         err = check(&job, gate);
     if (!err)
-        err = cache_options_check(&capturing.cache);
+        err = check_cache(&capturing.cache, &job);
     if (!err)
         err = options_record(&program, program.operands[0]);
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";

@@ -155,6 +155,12 @@ refused 1 "--cache: rooms.cache: the cache is of another scene, or of other ligh
     probe-leakfix --rounds 1 --cache rooms.cache "$rooms" dim.probe
 check "a cache of other light is renewed" into renewed.probe \
     probe-leakfix -q --rounds 1 --cache rooms.cache --cache-renew "$rooms" dim.probe
+mv rooms.cache gone.cache
+refused 1 "the cache of the stream's probes (--cache off: without it): rooms.cache: No such" \
+    probe-leakfix --rounds 1 "$rooms" cached.probe
+refused 2 "--cache is for new probes" probe-leakfix --cache auto "$rooms" cached.probe
+refused 2 "--cache: expected auto, a file's name or off" \
+    probe-leakfix --rounds 1 --cache '' "$rooms" cached.probe
 refused 2 "--cache-renew needs --cache FILE" probe-leakfix --cache-renew "$rooms" dim.probe
 
 # -- what leaks ------------------------------------------------------------------------------------

@@ -55,6 +55,8 @@ struct error *cache_options_check(struct cache_options *options)
 {
     if (options->name && !strcmp(options->name, "off"))
         options->name = NULL;
+    if (options->name && !*options->name)
+        return error_usage("--cache: expected auto, a file's name or off, got ''");
     return options->error > 0
                ? NULL
                : error_usage("--cache-error: expected a share above 0, got %g", options->error);
