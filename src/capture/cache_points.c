@@ -166,6 +166,19 @@ static struct error *find_hits(const struct path_tracer *path, const struct cach
     return err;
 }
 
+static struct error *keep_hits(struct cache_points *points, const struct hit *hit, size_t hits)
+{
+    struct error *err = array_create(&points->hit_position, 3 * hits, sizeof(double));
+    if (!err)
+        err = array_create(&points->hit_normal, 3 * hits, sizeof(float));
+    for (size_t i = 0; i < hits && !err; i++) {
+        memcpy(points->hit_position + 3 * i, hit[i].position, sizeof hit[i].position);
+        memcpy(points->hit_normal + 3 * i, hit[i].normal, sizeof hit[i].normal);
+    }
+    points->hits = err ? 0 : hits;
+    return err;
+}
+
 /* -- thinning ---------------------------------------------------------------------------------- */
 
 /* Points by cells of a level, in chains. */
@@ -444,6 +457,8 @@ struct error *cache_points_find(struct cache_points *points, const struct path_t
     struct thin t = {.slots = 1};
     *points = (struct cache_points){0};
     struct error *err = find_hits(path, probes, seed, threads, &hit, &hits);
+    if (!err)
+        err = keep_hits(points, hit, hits);
     while (t.slots < 4 * most)
         t.slots *= 2;
     if (!err)
@@ -480,5 +495,7 @@ void cache_points_clear(struct cache_points *points)
     free(points->normal);
     free(points->radius);
     free(points->reach);
+    free(points->hit_position);
+    free(points->hit_normal);
     *points = (struct cache_points){0};
 }

@@ -26,7 +26,11 @@ struct cache_points {
     float *reach;     /* s d; NULL in points that were not found */
     size_t count;
     double size; /* s */
-    bool full;   /* there are as many as there may be, and room for more of that size */
+    /* all hits that the points were chosen from: 3 a hit; owned */
+    double *hit_position;
+    float *hit_normal;
+    size_t hits;
+    bool full; /* there are as many as there may be, and room for more of that size */
 };
 
 /* The probes whose rays are traced. */

@@ -5,6 +5,7 @@
 #include "base/interrupt.h"
 #include "base/threads.h"
 #include "capture/ask_lit.h"
+#include "capture/cache_spots.h"
 #include "interpolate/discs.h"
 #include "interpolate/scatter.h"
 #include "math/angle.h"
@@ -29,6 +30,7 @@ enum {
     LINKS_MOST = 1 << 23, /* rays of all points: 128 MB */
     RAYS_LEAST = 16,
     RAYS_MOST = 1024, /* of a point */
+    SPOT_RAYS = 8,    /* of each place on a disc, at the least */
     SKY_RAYS = 4,     /* and for each of them, that look for the sky alone */
     PARTICLES_LEAST = 1 << 15,
     PARTICLES_MOST = 1 << 17,
@@ -61,6 +63,7 @@ static struct error *make_discs(struct capture_cache *cache)
 struct gathering {
     const struct path_tracer *path;
     const struct cache_points *points;
+    const struct cache_spots *spots;
     uint64_t seed;
     int rays;
     /* 3 a point: all that comes without a link, the same of the first half of the rays, and both of
@@ -104,26 +107,47 @@ static struct error *gather_lit(const struct gathering *g, const struct path_tra
     return err;
 }
 
+/* Of the rays that a point has, those from `ray` on that start at one place of its disc: how many,
+ * and there. Places are hits, every other of them for the first half of the rays; the middle where
+ * there are too few. */
+static int spot(const struct gathering *g, const struct path_tracer *path, size_t index, int ray,
+                int rays, struct path_receiver *receiver)
+{
+    const uint32_t first = g->spots->first[index], count = g->spots->first[index + 1] - first;
+    const int most = rays / SPOT_RAYS, left = rays - ray,
+              places = count < (uint32_t)most ? (int)count : most, even = (places + 1) / 2;
+    if (places < 2)
+        return left < PATH_WAVE ? left : PATH_WAVE;
+    const int place = (int)((int64_t)ray * places / rays),
+              end = (int)(((int64_t)(place + 1) * rays + places - 1) / places),
+              at = place < even ? 2 * place : 2 * (place - even) + 1;
+    const size_t hit = g->spots->hit[first + (uint32_t)at * count / (uint32_t)places];
+    const double *p = g->points->hit_position + 3 * hit;
+    const float *n = g->points->hit_normal + 3 * hit;
+    receiver->at.normal = vec3f_normalize((struct vec3f){n[0], n[1], n[2]});
+    receiver->at.position = trace_start(path->tracer, p, receiver->at.normal);
+    return end - ray < PATH_WAVE ? end - ray : PATH_WAVE;
+}
+
 /* What comes straight from the sky, which rays that nothing else is asked of tell. */
-static void gather_sky(const struct gathering *g, const struct path_tracer *path,
-                       const struct path_receiver *receiver, uint64_t name, double sum[3],
-                       double half[3])
+static void gather_sky(const struct gathering *g, const struct path_tracer *path, size_t index,
+                       struct path_receiver receiver, uint64_t name, double sum[3], double half[3])
 {
     const uint32_t pair = (uint32_t)(name ^ name >> 32) ^ (uint32_t)g->seed ^ 0x9e3779b9;
     const int count = SKY_RAYS * g->rays;
-    for (int first = 0; first < count && path->cache->sky; first += PATH_WAVE) {
-        const int now = count - first < PATH_WAVE ? count - first : PATH_WAVE;
+    for (int first = 0, now; first < count && path->cache->sky; first += now) {
+        now = spot(g, path, index, first, count, &receiver);
         struct vec3f direction[PATH_WAVE];
         struct random random[PATH_WAVE];
         struct path_found found[PATH_WAVE];
         for (int i = 0; i < now; i++) {
             uint32_t x, y;
             sobol_pair((uint32_t)(first + i), pair, &x, &y);
-            direction[i] = direction_by_cosine(receiver->at.normal, (float)(x >> 8) * 0x1p-24f,
+            direction[i] = direction_by_cosine(receiver.at.normal, (float)(x >> 8) * 0x1p-24f,
                                                (float)(y >> 8) * 0x1p-24f);
             random[i] = random_start(g->seed, name, 3u << 30 | 1u << 28 | (uint32_t)(first + i));
         }
-        path_open(path, receiver, &(struct path_rays){(size_t)now, direction, random, false},
+        path_open(path, &receiver, &(struct path_rays){(size_t)now, direction, random, false},
                   found);
         for (int i = 0; i < now; i++)
             add_light(found[i].light, first + i < count / 2, sum, half);
@@ -148,16 +172,17 @@ static struct error *gather(void *context, size_t index, int thread)
     const uint64_t name = random_hash_position(p);
     const uint32_t pair = (uint32_t)(name ^ name >> 32) ^ (uint32_t)g->seed;
     double sum[3] = {0}, half[3] = {0}, sky[3] = {0}, half_sky[3] = {0};
-    gather_sky(g, path, &receiver, name, sky, half_sky);
+    gather_sky(g, path, index, receiver, name, sky, half_sky);
     err = gather_lit(g, path, &receiver, name, sum, half);
     if (err)
         return err;
-    for (int first = 0; first < g->rays; first += PATH_WAVE) {
+    for (int first = 0, now; first < g->rays; first += now) {
         struct vec3f direction[PATH_WAVE];
         struct random random[PATH_WAVE];
         struct path_sample sample[PATH_WAVE];
         size_t count = 0;
-        for (int i = first; i < g->rays && count < PATH_WAVE; i++, count++) {
+        now = spot(g, path, index, first, g->rays, &receiver);
+        for (int i = first; i < first + now; i++, count++) {
             uint32_t x, y;
             sobol_pair((uint32_t)i, pair, &x, &y);
             direction[count] = direction_by_cosine(receiver.at.normal, (float)(x >> 8) * 0x1p-24f,
@@ -203,8 +228,12 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
 {
     const size_t count = cache->points.count;
     const int after = cache->cache.after;
-    struct gathering g = {
-        .path = path, .points = &cache->points, .seed = settings->seed, .rays = cache->rays};
+    struct cache_spots spots = {0};
+    struct gathering g = {.path = path,
+                          .points = &cache->points,
+                          .spots = &spots,
+                          .seed = settings->seed,
+                          .rays = cache->rays};
     const size_t rays = (size_t)cache->rays, half = rays / 2;
     float *value = NULL;
     struct error *err = array_create(&g.direct, 3 * count, sizeof *g.direct);
@@ -222,6 +251,8 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
         err = array_create(&g.link, count * (size_t)g.rays, sizeof *g.link);
     if (!err)
         err = array_create(&value, 3 * count, sizeof *value);
+    if (!err)
+        err = cache_spots_find(&spots, &cache->points, cache->cache.discs);
     const bool sky = cache->cache.sky = cache->cache.opens;
     cache->cache.after = 1; /* each pass is of one scatter */
     path_use_cache(path, &cache->cache);
@@ -239,6 +270,7 @@ static struct error *fill(struct capture_cache *cache, struct path_tracer *path,
         err = cache_solve(count, (int)half, sky ? g.half_sky : NULL, g.half, g.link, most, threads,
                           cache->half);
     cache->cache.value = value;
+    cache_spots_clear(&spots);
     free(g.scatters);
     free(g.half_sky);
     free(g.sky);

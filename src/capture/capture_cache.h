@@ -8,12 +8,13 @@
  *     capture_cache_clear(&cache);
  *
  * It is read from a stream of surface probes, or made: then its points are where the probes' rays
- * meet surfaces (cache_points.h). Each gathers by rays of its own; those that end at other points
- * are rows of a system which is solved for all light at once (cache_solve). What the cache changes
- * is measured: a few of the probes take their paths on as if there were none, and compare
- * (path_cache.check). Where that is more than it may be the cache is made anew, finer, or left off;
- * and so it is where it would cost more than it saves. A stream of other light (another sun, lamp,
- * sky or albedo) that is to be renewed gives its points alone, which gather in the same way.
+ * meet surfaces (cache_points.h). Each gathers by rays of its own, from all over its disc
+ * (cache_spots.h); those that end at other points are rows of a system which is solved for all
+ * light at once (cache_solve). What the cache changes is measured: a few of the probes take their
+ * paths on as if there were none, and compare (path_cache.check). Where that is more than it may be
+ * the cache is made anew, finer, or left off; and so it is where it would cost more than it saves. A
+ * stream of other light (another sun, lamp, sky or albedo) that is to be renewed gives its points
+ * alone, which gather in the same way, each from its middle.
  */
 #ifndef CAPTURE_CACHE_H
 #define CAPTURE_CACHE_H

@@ -4,6 +4,7 @@ capture_sources = \
 	%D%/ask_lit.c %D%/ask_lit.h \
 	%D%/cache_options.c %D%/cache_options.h \
 	%D%/cache_points.c %D%/cache_points.h \
+	%D%/cache_spots.c %D%/cache_spots.h \
 	%D%/capture.c %D%/capture.h \
 	%D%/capture_auto.c \
 	%D%/capture_cache.c %D%/capture_cache.h \
