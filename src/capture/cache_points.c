@@ -489,6 +489,18 @@ struct error *cache_points_find(struct cache_points *points, const struct path_t
     return err;
 }
 
+struct error *cache_points_hits(struct cache_points *points, const struct path_tracer *path,
+                                const struct cache_probes *probes, uint64_t seed, int threads)
+{
+    struct hit *hit = NULL;
+    size_t hits = 0;
+    struct error *err = find_hits(path, probes, seed, threads, &hit, &hits);
+    if (!err)
+        err = keep_hits(points, hit, hits);
+    free(hit);
+    return err;
+}
+
 void cache_points_clear(struct cache_points *points)
 {
     free(points->position);

@@ -45,6 +45,11 @@ struct error *cache_points_find(struct cache_points *points, const struct path_t
                                 const struct cache_probes *probes, size_t most, double size,
                                 uint64_t seed, int threads);
 
+/* The hits alone, for points that were not found here: so that what gathers from hits does (see
+ * cache_spots.h) as if they had been. */
+struct error *cache_points_hits(struct cache_points *points, const struct path_tracer *path,
+                                const struct cache_probes *probes, uint64_t seed, int threads);
+
 /* The discs of points: twice these radii. */
 struct error *cache_points_discs(const struct cache_points *points, const float *radius,
                                  struct discs **discs);

@@ -817,8 +817,11 @@ static struct error *open_stream(struct capture_cache *cache, struct path_tracer
 {
     struct change change;
     struct error *err = read_stream(cache, options, scene, settings, probes);
-    if (!err && cache->rays)
-        err = fill(cache, path, settings, threads);
+    if (!err && cache->rays) {
+        err = cache_points_hits(&cache->points, path, probes, settings->seed, threads);
+        if (!err)
+            err = fill(cache, path, settings, threads);
+    }
     if (!err && probes->count)
         err = check(cache, path, settings, probes, threads, &change);
     if (err || !probes->count)
