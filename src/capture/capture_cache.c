@@ -10,6 +10,7 @@
 #include "interpolate/scatter.h"
 #include "math/angle.h"
 #include "math/luminance.h"
+#include "math/power.h"
 #include "math/random.h"
 #include "math/sobol.h"
 #include "scene/scene.h"
@@ -35,6 +36,8 @@ enum {
     PARTICLES_LEAST = 1 << 15,
     PARTICLES_MOST = 1 << 17,
     CHECKED = 16, /* probes that measure what the cache changes */
+    PILOT_LEAST = 64,
+    PILOT_MOST = 1024, /* rays of each of them before a cache is made */
     CHECK_LEAST = 512,
     CHECK_MOST = 1 << 15, /* rays of each of them */
     FINER = 2             /* times that a cache is made anew */
@@ -42,6 +45,15 @@ enum {
 
 /* Rays of a cache, of those of all probes. */
 #define CACHE_SHARE 0.1
+
+/* Rays of the pilot, of those of all probes: it is traced twice. */
+#define PILOT_SHARE 0.01
+
+/* A cache that takes less noise than so many times the rays would costs more than it saves. */
+#define GAIN_LEAST 2.2
+
+/* And of one probe, no more than this counts. */
+#define GAIN_MOST 1e3
 
 /* How much longer rays take with the questions that go with them. */
 #define QUESTIONS_COST 1.4
@@ -473,6 +485,56 @@ static struct error *check(struct capture_cache *cache, struct path_tracer *path
     return err;
 }
 
+/* -- a pilot ----------------------------------------------------------------------------------- */
+
+static void set_bounces(struct path_tracer *path, int bounces)
+{
+    for (; path; path = path->next)
+        path->bounces = bounces;
+}
+
+/* How many times as much variance a few probes have without a cache as with one that knows all
+ * scattered light, where paths end and bring nothing more: *gain is the mean of logarithms, which
+ * no single probe decides. */
+static struct error *find_gain(struct capture_cache *cache, struct path_tracer *path,
+                               const struct capture_settings *settings,
+                               const struct cache_probes *probes, int threads, double *gain)
+{
+    struct capture_probe plain[CHECKED] = {0}, ended[CHECKED] = {0};
+    struct capture_settings own = *settings;
+    const double rays = PILOT_SHARE / CHECKED * (double)probes->count * settings->rays;
+    own.error = 0;
+    own.columns = CAPTURE_ERROR;
+    own.rays = (int)fmin(fmax(rays, PILOT_LEAST), PILOT_MOST);
+    struct checking c = {.path = path, .settings = &own, .probes = probes, .result = plain};
+    const size_t count = choose(probes, c.probe);
+    const int bounces = path->bounces;
+    double sum = 0;
+    size_t lit = 0;
+    struct error *err = threads_for(threads, count, check_one, &c);
+    c.result = ended;
+    set_bounces(path, cache->cache.after);
+    path_use_cache(path, &cache->cache);
+    if (!err)
+        err = threads_for(threads, count, check_one, &c);
+    path_use_cache(path, NULL);
+    set_bounces(path, bounces);
+    for (size_t i = 0; i < count; i++) {
+        double light, before, after;
+        lengths(&plain[i], settings->order, probes->normal, &light, &before);
+        lengths(&ended[i], settings->order, probes->normal, &light, &after);
+        if (!(before > 0 || after > 0))
+            continue;
+        /* what rays have not found at all they know no noise of */
+        sum += power_log(before > 0
+                             ? fmin(fmax(before / fmax(after, DBL_MIN), 1 / GAIN_MOST), GAIN_MOST)
+                             : GAIN_MOST);
+        lit++;
+    }
+    *gain = lit ? sum / (double)lit : 0;
+    return err;
+}
+
 /* -- made -------------------------------------------------------------------------------------- */
 
 static void tell_off(struct capture_cache *cache, const char *why)
@@ -559,6 +621,24 @@ static struct error *make_fine(struct capture_cache *cache, struct path_tracer *
             return NULL;
     }
     tell_off(cache, "it changes more of the light than --cache-error allows");
+    return NULL;
+}
+
+/* Makes none where the pilot says that even the best would not pay. */
+static struct error *make_paying(struct capture_cache *cache, struct path_tracer *path,
+                                 const struct capture_settings *settings,
+                                 const struct cache_options *options,
+                                 const struct cache_probes *probes, int threads)
+{
+    double gain;
+    struct error *err = find_gain(cache, path, settings, probes, threads, &gain);
+    if (err || gain >= power_log(GAIN_LEAST))
+        return err ? err : make_fine(cache, path, settings, options, probes, threads);
+    char why[128];
+    snprintf(why, sizeof why,
+             "at its best it would spare %.2g times the rays, and pays from %g times on", exp(gain),
+             GAIN_LEAST);
+    tell_off(cache, why);
     return NULL;
 }
 
@@ -854,7 +934,7 @@ struct error *capture_cache_open(struct capture_cache *cache, struct path_tracer
     } else {
         err = light(cache, path, settings, probes, threads);
         if (!err && made)
-            err = make_fine(cache, path, settings, options, probes, threads);
+            err = make_paying(cache, path, settings, options, probes, threads);
         else if (!err)
             err = open_stream(cache, path, settings, options, scene, probes, threads);
     }

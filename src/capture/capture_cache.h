@@ -12,9 +12,9 @@
  * (cache_spots.h); those that end at other points are rows of a system which is solved for all
  * light at once (cache_solve). What the cache changes is measured: a few of the probes take their
  * paths on as if there were none, and compare (path_cache.check). Where that is more than it may be
- * the cache is made anew, finer, or left off; and so it is where it would cost more than it saves.
- * A stream of other light (another sun, lamp, sky or albedo) that is to be renewed gives its points
- * alone, which gather in the same way.
+ * the cache is made anew, finer, or left off. Before, a pilot tells what the best of caches would
+ * spare; where that is little none is made. A stream of other light (another sun, lamp,
+ * sky or albedo) that is to be renewed gives its points alone, which gather in the same way.
  */
 #ifndef CAPTURE_CACHE_H
 #define CAPTURE_CACHE_H
