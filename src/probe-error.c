@@ -9,6 +9,7 @@
 #include "capture/stage.h"
 #include "interpolate/baked.h"
 #include "interpolate/interpolate_options.h"
+#include "light/blend.h"
 #include "measure/assess.h"
 #include "scene/scene_told.h"
 #include "stream/common_options.h"
@@ -370,6 +371,12 @@ int main(int argc, char **argv)
                                &warnings);
     if (!err && a.visible == INTERPOLATE_VISIBLE_RAYS)
         err = seen_join(&seen, stage.tracer, baked.probe_count, baked.in);
+    const char *blend = err ? NULL : header_key(&stream->header, BLEND_KEY);
+    if (blend)
+        warnings_add(&warnings, "blend",
+                     "the light is a blend of two bakes (key " BLEND_KEY " %s), of which the truth "
+                     "is that of the first one's scene: expected a scene as it is between",
+                     blend);
     if (!err && !stage.captured)
         warnings_add(&warnings, "settings",
                      "the stream does not say how it was captured: all light, %d bounces, "

@@ -209,6 +209,13 @@ refused 2 "parts.probe: it is read" probe-relight -q -w own.tsv -o '%s.probe' pa
 awk 'BEGIN { print "name\tlamps"; for (i = 0; i < 40000; i++) print "row " i "\t" i }' >long.tsv
 check "a table may have many rows" timeout 20 probe-relight -q -w long.tsv --row 'row 39999' \
     -o long.probe parts.probe
+awk 'BEGIN { print "lamps"; for (i = 0; i < 100; i++) print i }' >long.tsv
+mkdir many
+(ulimit -S -n 64 && probe-relight -q -w long.tsv -o 'many/%s.probe' parts.probe)
+check "with a file each, beyond the limit of open files" says many/99.probe '^weight-1 99,99,99$'
+(ulimit -n 64 && ! probe-relight -q -w long.tsv -o 'none/%s.probe' parts.probe 2>said)
+check "or it is said how many may be" says said \
+    'long.tsv: 100 files at once are more than may be open: expected at most 32'
 refused 2 "expected one %s" probe-relight -q -w rows.tsv -o '%s%s' parts.probe
 refused 2 "expected the name of a row, or a number below 2, got 'noon'" \
     probe-relight -q -w rows.tsv --row noon parts.probe

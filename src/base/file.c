@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -72,6 +73,21 @@ struct error *file_read(const char *path, char **data, size_t *size)
         err = read_rest(fd, data, size, 0);
     close(fd);
     return err;
+}
+
+struct error *file_make_room(size_t files)
+{
+    enum { OTHERS = 32 }; /* that are open or may be */
+    struct rlimit limit;
+    const rlim_t wanted = (rlim_t)files + OTHERS;
+    if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur >= wanted)
+        return NULL;
+    if (limit.rlim_max < wanted)
+        return error_new("%zu files at once are more than may be open: expected at most %zu "
+                         "(ulimit -Hn)",
+                         files, (size_t)(limit.rlim_max > OTHERS ? limit.rlim_max - OTHERS : 0));
+    limit.rlim_cur = wanted;
+    return setrlimit(RLIMIT_NOFILE, &limit) ? error_system(errno, "open files") : NULL;
 }
 
 /* -- in -------------------------------------------------------------------------------------- */

@@ -51,6 +51,10 @@ struct error *file_inputs_differ(const char *a, const char *a_is, const char *b,
  * opens it. */
 struct error *file_check_again(const char *path, const char *what);
 
+/* Raises the limit of open files, as far as it may be, so that so many more can be open at once.
+ * Errors: they cannot. */
+struct error *file_make_room(size_t files);
+
 /* -- in -------------------------------------------------------------------------------------- */
 
 struct file_input {

@@ -313,6 +313,9 @@ static struct error *do_basis(struct run *run, struct table *basis)
 static struct error *do_stream(struct run *run)
 {
     struct error *err = array_create(&run->output, run->weights.rows, sizeof *run->output);
+    if (!err)
+        err = error_wrap(file_make_room(run->weights.rows), "%s",
+                         run->ask->table ? run->ask->table : "--weights");
     for (size_t r = 0; r < run->weights.rows && !err; r++)
         err = open_output(run, r);
     for (bool more = true; more && !err;) {

@@ -9,8 +9,9 @@
  *     evening  1           0.1,0.08,0.05  .3,.2,.1     18.5
  *     night    0.3         0
  *
- * The column `name` may be missing. Columns --sky, --sun, --point and --time hold what these options
- * would be given; an empty cell is the command line's. Lines that are empty or begin with # are skipped.
+ * The column `name` may be missing. Columns --sky, --sun, --point and --time hold what these
+ * options would be given; an empty cell is the command line's. Lines that are empty or begin with #
+ * are skipped.
  * Groups that are not named have weight 1. A negative weight takes light away.
  */
 #ifndef WEIGHTS_H
