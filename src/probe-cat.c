@@ -10,6 +10,7 @@
 #include "light/blend.h"
 #include "light/convert.h"
 #include "light/light_options.h"
+#include "light/product.h"
 #include "light/rotate.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
@@ -35,6 +36,7 @@ struct arguments {
     struct stream_selection selection;
     struct convert_settings convert;
     double matrix[9];          /* by which to turn */
+    const char *product;       /* a column; NULL: none */
     bool rotate, rotate_light; /* all, or the light alone */
     double blend;              /* the weight of the second of two streams */
     bool blend_given;
@@ -138,7 +140,8 @@ static struct error *change_provenance(struct stream_header *header, const struc
 
 static bool is_converted(const struct arguments *a)
 {
-    return convert_is_asked(&a->convert) || a->rotate || a->rotate_light || a->blend_given;
+    return convert_is_asked(&a->convert) || a->rotate || a->rotate_light || a->blend_given ||
+           a->product;
 }
 
 /* One stream all of whose rows pass, as they are. */
@@ -221,6 +224,8 @@ static struct error *gather(const struct arguments *a, const struct program *pro
         err = blend(all, a, warnings);
     if (!err)
         err = rotate(all, a, warnings);
+    if (!err && a->product)
+        err = product_stream(all, a->product, warnings);
     if (!err)
         err = convert(all, a, program->name, warnings);
     if (!err)
@@ -345,6 +350,13 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .parse = parse_rotate_light,
          .shown = "as it is",
          .help = "turn the light alone: what comes to each probe, where it is"},
+        {.name = "product",
+         .argument = "COLUMN",
+         .kind = OPTION_TEXT,
+         .value = &a->product,
+         .shown = "none",
+         .help = "multiply the light of each probe by SH of its own, as of the sky\n"
+                 "that it sees: column visibility"},
         {.name = "order",
          .argument = "N",
          .kind = OPTION_INT,

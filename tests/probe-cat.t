@@ -553,6 +553,27 @@ for table in tri segment point; do
     refused 1 "table $table" probe-cat beyond.flat
 done
 
+# -- products --------------------------------------------------------------------------------------
+# light of L_00 alone, and of L_10, times .5 Y_00 + Y_10
+printf '%s\n' '0 0 0 1 2 3 0 0 0 0 0 0 0 0 0 .1 .5 0 1 0' \
+    '0 0 1 0 0 0 0 0 0 1 1 2 0 0 0 .1 .5 0 1 0' '0 0 2 1 1 1 0 0 0 0 0 0 0 0 0 .1 nan nan nan nan' |
+    sed 's/ \.1 / .1 .1 .1 .1 .1 .1 .1 .1 .1 .1 .1 .1 /' |
+    stream_of 'sh-order 2' \
+        'table probe position:f64:3 sh:f32:12 sh_error:f32:12 visibility:f32:4' >seen.probe
+probe-cat --product visibility seen.probe 2>said | numbers | cut -d ' ' -f 4-15 >got
+printf '%s\n' '.141047 .282095 .423142 0 0 0 .282095 .56419 .846284 0 0 0' \
+    '.282095 .282095 .56419 0 0 0 .141047 .141047 .282095 0 0 0' >wanted
+sed -n '1,2p' got >both
+check "light times what a probe sees" near 1e-5 wanted both and says said 'errors, gradients'
+check "none where that is not known" every 'NR < 3 || $1 == "nan"' got
+refused 1 'expected a column of SH, f32 of n^2 numbers, there is no ao' \
+    probe-cat --product ao seen.probe
+refused 1 'expected a column of SH, f32 of n^2 numbers, not position' \
+    probe-cat --product position seen.probe
+probe-cat -q --content irradiance seen.probe >irradiance.probe
+refused 1 'product is of radiance, got irradiance' \
+    probe-cat --product visibility irradiance.probe
+
 # -- blending --------------------------------------------------------------------------------------
 two() { # FILE GROUP-LINE LIGHT-OF-THE-FIRST
     printf '%s\n' '#?probe 1' 'sh-order 1' 'sh-content radiance' "$2" 'table probe position:f64:3'\

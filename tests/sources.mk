@@ -17,6 +17,7 @@ MODULE_TESTS = \
 	tests/contrast \
 	tests/dering \
 	tests/basis \
+	tests/product \
 	tests/rotate \
 	tests/query \
 	tests/scatter \

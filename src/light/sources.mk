@@ -8,4 +8,5 @@ light_sources = \
 	%D%/dering.c %D%/dering.h \
 	%D%/light_options.c %D%/light_options.h \
 	%D%/order.c %D%/order.h \
+	%D%/product.c %D%/product.h \
 	%D%/rotate.c %D%/rotate.h
