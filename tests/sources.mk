@@ -45,6 +45,7 @@ MODULE_TESTS = \
 	tests/path \
 	tests/cache \
 	tests/openings \
+	tests/guide \
 	tests/capture \
 	tests/capture_error \
 	tests/capture_emission \

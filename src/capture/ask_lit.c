@@ -16,7 +16,7 @@ static void ask_wave(const struct ask_lit *ask, int count, size_t now, const int
         random[i] = random_start(ask->seed, ask->name, ask->first + (uint32_t)place[i]);
         x[i] = (place[i] + random_double(&random[i])) / count;
     }
-    path_lit(ask->path, ask->receiver, ask->sum, now, x, random, found, cluster);
+    path_lit(ask->path, ask->lit, ask->receiver, ask->sum, now, x, random, found, cluster);
 }
 
 /* Learns from `count` questions; those that count go on alike where none is answered. */
@@ -61,7 +61,7 @@ static struct error *learn(struct ask_lit *ask, const struct lit *lit, int count
 
 struct error *ask_lit_start(struct ask_lit *ask, int questions)
 {
-    const struct lit *lit = ask->path->cache->lit;
+    const struct lit *lit = ask->lit;
     ask->receiver->lit = false;
     ask->sum = NULL;
     if (!lit || !lit_is_of(lit, ask->path->tracer))

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* ask_lit: a receiver's questions to the sunlit points of a cache.
+/* ask_lit: a receiver's questions to sunlit points.
  *
  * Some questions are asked first, and not counted, to learn which clusters of points are seen from
  * there (lit_learn); those that count are then asked of these.
@@ -12,7 +12,8 @@
 struct error;
 
 struct ask_lit {
-    const struct path_tracer *path; /* borrowed, and so is: */
+    const struct path_tracer *path; /* borrowed, and so are: */
+    const struct lit *lit;          /* NULL: there are none */
     struct path_receiver *receiver; /* lit is set: whether there is anything to ask for */
     uint64_t seed, name;
     uint32_t first; /* number of the next question */

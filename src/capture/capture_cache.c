@@ -99,7 +99,8 @@ static struct error *gather_lit(const struct gathering *g, const struct path_tra
                                 struct path_receiver *receiver, uint64_t name, double sum[3],
                                 double half[3])
 {
-    struct ask_lit ask = {path, receiver, g->seed, name, 3u << 30 | 3u << 28, NULL};
+    struct ask_lit ask = {path, path->cache->lit,    receiver, g->seed,
+                          name, 3u << 30 | 3u << 28, NULL};
     struct error *err = ask_lit_start(&ask, g->rays);
     const int count = g->rays;
     for (int first = 0; first < count && receiver->lit && !err; first += PATH_WAVE) {

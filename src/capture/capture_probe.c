@@ -6,6 +6,7 @@
 #include "capture/capture.h"
 #include "capture/capture_split.h"
 #include "capture/gradient.h"
+#include "capture/guide.h"
 #include "capture/occlusion.h"
 #include "capture/openings.h"
 #include "capture/probe_split.h"
@@ -22,6 +23,9 @@
 /* Which of a probe's samples a random number belongs to: the upper two bits of its index. */
 enum kind { OWN, LIGHTS, SKY, LIT };
 
+/* Of kind LIT: rays by the guide. */
+#define GUIDED (UINT32_C(1) << 29)
+
 /* For each ray of its own that a probe traces, it asks so many times for emissive surfaces and for
  * an uneven sky. Cells make these smooth questions converge faster than the paths behind the rays,
  * so fewer are as good. */
@@ -30,6 +34,13 @@ enum kind { OWN, LIGHTS, SKY, LIT };
 /* And with a cache so many times for sunlit points; and before, to learn which of them are seen. */
 #define LIT_SHARE 2.0
 #define LEARN_SHARE 1.0
+
+/* And without a cache so many rays that look for sunlight, by what some questions tell: so many
+ * for each ray, within bounds. */
+#define GUIDED_SHARE 0.5
+#define LOOK_SHARE 0.125
+#define LOOK_LEAST 256
+#define LOOK_MOST 1024
 
 /* And so many times whether an even sky is open; of these, the share that goes to all directions
  * alike; and before, to find openings. */
@@ -96,22 +107,13 @@ struct work {
     bool opens;         /* an even sky is asked for where it is open, not counted by rays */
     struct ask_lit lit; /* of the cache's sunlit points */
     bool sparse;        /* that is of pictures which are bright at few points, and none was found */
+    struct guide guide; /* without cells: there is none */
+    float guided;       /* rays by it for each of its own, in this round */
+    uint32_t guided_rays;      /* so far */
     struct probe_split *parts; /* NULL: light is not split */
 };
 
 /* -- samples ----------------------------------------------------------------------------------- */
-
-/* A direction of the receiver: uniform over the sphere, by equal steps of z (Archimedes); or by the
- * cosine about the normal. */
-static struct vec3f own_direction(const struct work *w, float x, double y)
-{
-    if (w->surface)
-        return direction_by_cosine(w->receiver.at.normal, (float)y, x);
-    const float z = (float)(2 * y - 1), r = sqrtf(float_most(1 - z * z, 0));
-    float c, s;
-    angle_turn(x, &c, &s);
-    return (struct vec3f){r * c, r * s, z};
-}
 
 /* What a ray met, apart from light. */
 static void note(struct work *w, const struct path_sample *s, struct vec3f direction)
@@ -161,7 +163,7 @@ static void draw_points(const struct work *w, enum kind kind, uint32_t first,
     }
 }
 
-/* 1 / density of own_direction, by solid angle. */
+/* 1 / density of guide_direction, by solid angle. */
 static float own_solid_angle(const struct work *w, struct vec3f direction)
 {
     return w->surface
@@ -242,6 +244,13 @@ static void take_about(struct work *w, const struct draw *draw, struct strata_wa
     add_visibility(w, wave, draw->fours, met);
 }
 
+/* What a ray of the probe's own counts of scattered light beside those by the guide, and one of
+ * these beside its own. */
+static float share_beside_guide(const struct work *w, float x, double y)
+{
+    return w->guided > 0 ? 1 / (1 + w->guided * guide_density(&w->guide, (double)x, y)) : 1;
+}
+
 /* Rays of the probe's own; what they saw, unweighted, are a gradient's cells. */
 static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave,
                      struct gradient_cells *cells)
@@ -252,7 +261,7 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
     struct path_sample met[PATH_WAVE];
     float solid_angle[PATH_WAVE]; /* 1 / density */
     for (size_t i = 0; i < count; i++)
-        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+        direction[i] = guide_direction(&w->receiver, draw->x[i], draw->y[i]);
     if (w->parts)
         split_light_start(&w->parts->light);
     path_samples_split(w->path, &w->receiver,
@@ -266,7 +275,9 @@ static void take_own(struct work *w, struct draw *draw, struct strata_wave *wave
         const struct vec3f straight =
             which != CAPTURE_INDIRECT && (m->hit || !w->opens) ? m->straight : (struct vec3f){0};
         solid_angle[i] = own_solid_angle(w, direction[i]);
-        light[i] = vec3f_scale(solid_angle[i], vec3f_fma(m->scattered, m->weight, straight));
+        const struct vec3f scattered =
+            vec3f_scale(share_beside_guide(w, draw->x[i], draw->y[i]), m->scattered);
+        light[i] = vec3f_scale(solid_angle[i], vec3f_fma(scattered, m->weight, straight));
         note(w, m, direction[i]);
         if (cells->cell) {
             struct gradient_cell *cell = &cells->cell[draw->cell[i]];
@@ -309,7 +320,7 @@ static void ask_open(const struct work *w, const struct draw *draw,
     const size_t count = 4 * draw->fours;
     struct vec3f direction[PATH_WAVE];
     for (size_t i = 0; i < count; i++)
-        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+        direction[i] = guide_direction(&w->receiver, draw->x[i], draw->y[i]);
     path_open(w->path, &w->receiver,
               &(struct path_rays){.count = count, .direction = direction, .random = draw->random},
               found);
@@ -418,6 +429,38 @@ static void ask_lit(struct work *w, int count, float share)
     w->lit.first += (uint32_t)count;
 }
 
+/* Rays by the guide, which count what is scattered alone: corner k of four f is at their place
+ * 4 f + k of `count`. */
+static void take_guided(struct work *w, int count)
+{
+    struct strata_wave wave;
+    for (int first = 0; first < count; first += PATH_WAVE) {
+        const size_t fours = (size_t)(count - first < PATH_WAVE ? count - first : PATH_WAVE) / 4;
+        struct vec3f direction[PATH_WAVE], light[PATH_WAVE];
+        struct path_sample met[PATH_WAVE];
+        struct random random[PATH_WAVE];
+        float solid_angle[PATH_WAVE];
+        for (size_t k = 0, i = 0; k < 4; k++)
+            for (size_t f = 0; f < fours; f++, i++) {
+                const uint32_t number = (uint32_t)first + (uint32_t)(4 * f + k);
+                double x, y;
+                random[i] = random_start(w->settings->seed, w->name,
+                                         (uint32_t)LIT << 30 | GUIDED | (w->guided_rays + number));
+                guide_draw(&w->guide, (number + random_double(&random[i])) / count, &x, &y);
+                direction[i] = guide_direction(&w->receiver, (float)x, y);
+                solid_angle[i] = own_solid_angle(w, direction[i]) *
+                                 share_beside_guide(w, (float)x, y);
+            }
+        path_samples(
+            w->path, &w->receiver,
+            &(struct path_rays){.count = 4 * fours, .direction = direction, .random = random}, met);
+        for (size_t i = 0; i < 4 * fours; i++)
+            light[i] = vec3f_scale(solid_angle[i], met[i].scattered);
+        strata_add(&w->light, &wave, fours, direction, light, w->receiver.at.normal);
+    }
+    w->guided_rays += (uint32_t)count;
+}
+
 /* -- rounds ------------------------------------------------------------------------------------ */
 
 /* A sample in every cell of a grid, by fours, as many fours at once as make a wave. */
@@ -452,6 +495,7 @@ static struct error *take_round(struct work *w, int rays)
                       lit = grid_for((int)(LIT_SHARE * rays), 1);
     const bool direct = wants_direct(w);
     const bool ask_lights = direct && w->path->emissive, ask_sky = direct && w->path->sky.rows;
+    const int guided = w->guide.cells ? (int)(GUIDED_SHARE * grid_samples(&own)) / 4 * 4 : 0;
     const float share = (float)grid_samples(&asks) / (float)grid_samples(&own);
     struct gradient_cells cells = {.rows = own.rows, .columns = own.columns};
     struct error *err = NULL;
@@ -459,7 +503,9 @@ static struct error *take_round(struct work *w, int rays)
         err = array_create(&cells.cell, (size_t)(own.rows * own.columns), sizeof *cells.cell);
     if (!err) {
         w->receiver.lights_share = w->receiver.sky_share = share;
+        w->guided = (float)guided / (float)grid_samples(&own);
         sample_cells(w, OWN, (uint32_t)w->rays, &own, &cells);
+        take_guided(w, guided);
         if (ask_lights)
             ask_cells(w, LIGHTS, &asks);
         if (ask_sky)
@@ -781,15 +827,28 @@ static void finish(const struct work *w, struct capture_probe *result)
 static struct error *start_lit(struct work *w)
 {
     const struct path_cache *cache = w->path->cache;
-    if (!cache || cache->check || w->settings->light == CAPTURE_DIRECT ||
+    if (!cache || cache->check || !cache->lit || w->settings->light == CAPTURE_DIRECT ||
         w->settings->light == CAPTURE_NONE || w->settings->columns & CAPTURE_GRADIENT)
         return NULL;
     w->lit = (struct ask_lit){.path = w->path,
+                              .lit = cache->lit,
                               .receiver = &w->receiver,
                               .seed = w->settings->seed,
                               .name = w->name,
                               .first = (uint32_t)LIT << 30};
     return ask_lit_start(&w->lit, (int)(LEARN_SHARE * w->settings->rays));
+}
+
+/* Looks where sunlight comes from, where there is no cache. A gradient and parts are of a probe's
+ * own rays alone. */
+static struct error *start_guide(struct work *w)
+{
+    const struct capture_settings *s = w->settings;
+    if (!w->path->lit || w->path->cache || w->parts || s->light == CAPTURE_DIRECT ||
+        s->columns & CAPTURE_GRADIENT)
+        return NULL;
+    return guide_look(&w->guide, w->path, &w->receiver, s->seed, w->name, (uint32_t)LIT << 30,
+                      (int)fmin(fmax(LOOK_SHARE * s->rays, LOOK_LEAST), LOOK_MOST));
 }
 
 /* Embree ends the process at a ray from beyond 1.8e18; long before that, floats cannot hold squares
@@ -842,6 +901,8 @@ struct error *capture_probe_split(const struct path_tracer *paths,
               !(settings->columns & CAPTURE_GRADIENT);
     if (!err)
         err = start_lit(&w);
+    if (!err)
+        err = start_guide(&w);
     for (int rays = settings->rays; rays && !err; rays = rays_wanted(&w)) {
         err = take_round(&w, rays);
         if (!err)
@@ -855,5 +916,6 @@ struct error *capture_probe_split(const struct path_tracer *paths,
         err = raise_errors(&w, part_error);
     probe_split_clear(&parts);
     ask_lit_end(&w.lit);
+    guide_clear(&w.guide);
     return err;
 }

@@ -10,6 +10,7 @@
 #include "scene/scene_told.h"
 #include "stream/sight_key.h"
 #include "stream/stream_edit.h"
+#include "trace/lit.h"
 
 #include <math.h>
 #include <string.h>
@@ -331,11 +332,29 @@ static struct error *take_senders(struct capture_run *run, struct table *schema)
     return capture_links_take(&run->links, run->reader, schema, stream_reader_header(run->reader));
 }
 
+/* Makes sunlit points for probes to look for: where there is a sun, and no cache with its own. */
+static struct error *look_for_suns(struct capture_run *run, struct lit **lit)
+{
+    enum { PARTICLES = 1 << 14 };
+    const struct capture_options *o = &run->options;
+    const struct lit_sources sources = {run->path->tracer, &run->path->lights, &run->path->sky};
+    *lit = NULL;
+    if (o->cache.name || o->dry_run || !run->path->sun_count ||
+        o->capture.light == CAPTURE_DIRECT || o->capture.light == CAPTURE_NONE)
+        return NULL;
+    struct error *err = lit_create(lit, &sources, PARTICLES, o->capture.seed, o->common.threads);
+    path_use_lit(run->path, *lit);
+    return err;
+}
+
 struct error *capture_stream(struct capture_run *run)
 {
     const char *surfaces = run->options.transfer_surfaces;
+    struct lit *lit = NULL;
     struct error *err = surfaces ? capture_links_read(&run->links, surfaces, run->options.links)
                                  : NULL;
+    if (!err)
+        err = look_for_suns(run, &lit);
     for (bool more = true; !err && more;) {
         struct table schema = {0};
         err = stream_reader_next_table(run->reader, &schema, &more);
@@ -351,5 +370,7 @@ struct error *capture_stream(struct capture_run *run)
             err = pass_table(run, &schema);
         table_clear(&schema);
     }
+    path_use_lit(run->path, NULL);
+    lit_destroy(lit);
     return err;
 }

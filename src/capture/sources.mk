@@ -20,6 +20,7 @@ capture_sources = \
 	%D%/sender_tree.c %D%/sender_tree.h \
 	%D%/senders.c %D%/senders.h \
 	%D%/gradient.c %D%/gradient.h \
+	%D%/guide.c %D%/guide.h \
 	%D%/occlusion.c %D%/occlusion.h \
 	%D%/openings.c %D%/openings.h \
 	%D%/stage.c %D%/stage.h \

@@ -100,6 +100,12 @@ void path_use_split(struct path_tracer *path, const struct split *split)
         path->split = split;
 }
 
+void path_use_lit(struct path_tracer *path, const struct lit *lit)
+{
+    for (; path; path = path->next)
+        path->lit = lit;
+}
+
 void path_clear(struct path_tracer *path)
 {
     lights_clear(&path->lights);
@@ -1005,11 +1011,11 @@ void path_open(const struct path_tracer *path, const struct path_receiver *recei
     }
 }
 
-void path_lit(const struct path_tracer *path, const struct path_receiver *receiver,
-              const double *sum, size_t count, const double *x, const struct random *random,
-              struct path_found *found, size_t *cluster)
+void path_lit(const struct path_tracer *path, const struct lit *lit,
+              const struct path_receiver *receiver, const double *sum, size_t count,
+              const double *x, const struct random *random, struct path_found *found,
+              size_t *cluster)
 {
-    const struct lit *lit = path->cache->lit;
     const struct vec3f origin = receiver->at.position;
     struct questions q = {0};
     for (size_t i = 0; i < count; i++) {

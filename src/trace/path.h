@@ -37,6 +37,7 @@ struct path_tracer {
     int bounces;                    /* how often a path may scatter */
     const struct path_cache *cache; /* borrowed; NULL: none (path_use_cache) */
     const struct split *split;      /* borrowed; NULL: none (path_use_split) */
+    const struct lit *lit;          /* borrowed; NULL: none (path_use_lit) */
     struct path_tracer *next;       /* the same of tracer->next; owned */
     struct once *started;           /* what path_near starts; owned; NULL: it was from the start */
 };
@@ -85,6 +86,9 @@ void path_use_cache(struct path_tracer *path, const struct path_cache *cache);
  * for that; NULL: into none. No light that is kept in a cache can be split. */
 void path_use_split(struct path_tracer *path, const struct split *split);
 
+/* Lets receivers look for light with these points, which are to outlive that; NULL: with none. */
+void path_use_lit(struct path_tracer *path, const struct lit *lit);
+
 /* Of a path tracer and those that follow it, the one to use for what p sees (trace_find_near), made
  * now if nobody was there before. */
 struct error *path_near(const struct path_tracer *paths, const double p[3],
@@ -128,11 +132,12 @@ void path_skies(const struct path_tracer *path, const struct path_receiver *rece
 void path_open(const struct path_tracer *path, const struct path_receiver *receiver,
                const struct path_rays *rays, struct path_found *found);
 
-/* Asks for the sunlit points of the cache, once for each x in [0, 1), with what lit_weigh added up.
+/* Asks for points that are lit, once for each x in [0, 1), with what lit_weigh added up.
  * light: solid angle times radiance, over the probability. cluster: of each point. */
-void path_lit(const struct path_tracer *path, const struct path_receiver *receiver,
-              const double *sum, size_t count, const double *x, const struct random *random,
-              struct path_found *found, size_t *cluster);
+void path_lit(const struct path_tracer *path, const struct lit *lit,
+              const struct path_receiver *receiver, const double *sum, size_t count,
+              const double *x, const struct random *random, struct path_found *found,
+              size_t *cluster);
 
 /* What path_lights would find in the mean if nothing stood between. draws->random is not used.
  * Where all points that are drawn are dark, it is what the pictures that they are points of shine
