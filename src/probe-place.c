@@ -30,7 +30,7 @@ struct arguments {
     int inside_rays;
     double backface_share;
     bool list;
-    bool light_given; /* the scene's light or the seed */
+    bool light_given, seed_given; /* the scene's light, the seed */
 };
 
 /* Recognises where the positions are; `side` is a row for each, or NULL where nobody asks. */
@@ -138,6 +138,24 @@ static struct error *fill(struct stream *stream, const struct arguments *a,
     return err;
 }
 
+/* The faces between the probes, where the method made some. */
+static struct error *add_faces(struct stream *stream, const struct place *place)
+{
+    struct table *faces = NULL;
+    if (!place->faces.name)
+        return NULL;
+    struct error *err = stream_add_table(stream, place->faces.name, &faces);
+    for (size_t i = 0; i < place->faces.column_count && !err; i++) {
+        const struct column *c = &place->faces.columns[i];
+        err = table_add_column(faces, c->name, c->type, c->width, NULL);
+    }
+    if (!err)
+        err = table_resize(faces, place->faces.rows);
+    if (!err)
+        table_copy_rows(faces, 0, &place->faces, 0, place->faces.rows);
+    return err;
+}
+
 /* Options that do not go with the method. */
 static struct error *check_given(const struct arguments *a, const struct scene_settings *settings,
                                  const struct place_method *method, bool scene)
@@ -149,7 +167,10 @@ static struct error *check_given(const struct arguments *a, const struct scene_s
                            method->name);
     if (settings->choice.count && !scene)
         return error_usage("--exclude and --only need a SCENE");
-    if (a->light_given && !method->sees_light)
+    if (a->options.faces && a->inside_given && a->inside == INSIDE_DROP)
+        return error_usage("--faces needs all vertices: expected no --inside drop");
+    if ((a->light_given && !method->sees_light) ||
+        (a->seed_given && !method->sees_light && !method->random))
         return error_usage("%s does not look at light: neither --seed nor options of the scene's "
                            "light go with it",
                            method->name);
@@ -229,6 +250,8 @@ static struct error *place_probes(struct arguments *a, struct program *program,
         err = header_copy(&stream->header, &place.from->header);
     if (!err)
         err = fill(stream, a, &place, side, warnings);
+    if (!err)
+        err = add_faces(stream, &place);
     if (!err && !place.from)
         err = scene_file_to_header(settings, &stream->header);
     if (!err)
@@ -325,8 +348,8 @@ int main(int argc, char **argv)
     scene_file_rows(&settings, of_file);
     for (struct option_row *row = of_scene; row->name; row++)
         row->given = option_row(of_file, row->name) ? row->given : &a.light_given;
-    option_row(shared, "seed")->given = &a.light_given;
-    char usage[256];
+    option_row(shared, "seed")->given = &a.seed_given;
+    char usage[320];
     struct program program = {
         .name = "probe-place",
         .usage = usage,
@@ -336,8 +359,8 @@ int main(int argc, char **argv)
             "to (poisson), around its lights, as an\noctree, wherever a body gets (reach); or by "
             "its light: adaptive, where they lower the error most that\na player sees; "
             "spawn-merge, where light differs; ascent, where it comes from; unlit, a few for the\n"
-            "dark. Probes inside solids, under the ground or outside of a closed level are "
-            "dropped.",
+            "dark; samples, over the faces between vertices, for probe-fit. Probes inside solids, "
+            "under the ground or\noutside of a closed level are dropped.",
         .operands_least = 1,
         .operands_most = 3};
     struct warnings warnings = {0};

@@ -13,6 +13,7 @@ void place_clear(struct place *place)
     free(place->normal);
     free(place->origin);
     table_clear(&place->columns);
+    table_clear(&place->faces);
     stream_destroy(place->from);
     header_clear(&place->header);
     *place = (struct place){0};

@@ -26,6 +26,7 @@ struct place {
     int *origin; /* numbers of the methods that placed them, owned; NULL: not told */
     /* what else a method tells of them, a row each; owned; see place_add_column */
     struct table columns;
+    struct table faces;  /* table face of the stream (faces.h); owned; no name: there is none */
     struct stream *from; /* that they are of, whose header goes on; owned; NULL: of none */
     size_t count, capacity;
     struct stream_header header; /* keys that go with the columns; owned; empty: none */
@@ -63,6 +64,14 @@ struct place_way {
  * those of place_points, times that do not grow. */
 struct error *place_path(struct place *place, const char *path, const struct place_way *way,
                          double most, struct warnings *warnings);
+
+/* Whose sides have vertices: those that faces look to, or the backs as well. */
+enum place_sides { PLACE_FRONT, PLACE_BOTH };
+
+/* As place_vertices below, of surfaces, with the faces between them: table face and column surface
+ * (man probe.5). Backs come behind all fronts, vertices and faces alike, the other way round. */
+struct error *place_faces(struct place *place, const struct scene *scene, double offset,
+                          double crease, enum place_sides sides, double most);
 
 /* Makes the positions, of which there are none yet, those of the scene's vertices (vertices.h),
  * moved by `offset` along their normals, which they keep unless volume. crease: degrees. Errors:

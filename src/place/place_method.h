@@ -58,7 +58,8 @@ struct place_options {
     bool step_given, interval_given, spline_given;
     /* vertices; crease: degrees */
     double offset, crease;
-    bool volume, offset_given, crease_given, volume_given;
+    int sides; /* enum place_sides */
+    bool volume, faces, offset_given, crease_given, volume_given, faces_given, sides_given;
     /* methods by light; rays 0, light -1: as is usual for the method */
     struct {
         int rays, bounces, order;
@@ -132,6 +133,7 @@ struct place_method {
     bool needs_scene;    /* the last; else it may be left out */
     bool sees_light;     /* and where there is air: all of its positions are in it, */
     bool asks_air;       /* or not: they are looked at as those of others are */
+    bool random;         /* --seed goes with it, though it does not look at light */
     int origin;          /* its number in column origin (man probe.5) */
     /* Names of other methods' options that it takes as well, NULL after the last; NULL: none. */
     const char *const *shares;
@@ -149,12 +151,12 @@ struct place_method {
 extern const struct place_method place_method_grid, place_method_points, place_method_path,
     place_method_vertices, place_method_lights, place_method_adaptive, place_method_spawn_merge,
     place_method_ascent, place_method_unlit, place_method_octree, place_method_poisson,
-    place_method_reach;
+    place_method_reach, place_method_samples;
 /* All of them; NULL after the last. It is where all methods are known, those of higher layers too:
  * adapt/place_methods.c. */
 extern const struct place_method *const place_methods[];
 
-enum { PLACE_OPTION_ROWS = 104 }; /* room for those of all methods and the end */
+enum { PLACE_OPTION_ROWS = 108 }; /* room for those of all methods and the end */
 
 /* Fills rows with the options of all methods, and returns them. */
 const struct option_row *place_option_rows(struct place_options *options, struct option_row *rows);

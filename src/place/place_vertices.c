@@ -41,6 +41,8 @@ struct error *place_vertices(struct place *place, const struct scene *scene, dou
     return err;
 }
 
+static const char *const sides[] = {[PLACE_FRONT] = "front", [PLACE_BOTH] = "both", NULL};
+
 static struct option_row *rows(struct place_options *o, struct option_row *row)
 {
     *row++ = (struct option_row){.name = "offset",
@@ -66,7 +68,31 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
                                  .value = &o->volume,
                                  .given = &o->volume_given,
                                  .help = "vertices: probes in space, without normals"};
+    *row++ = (struct option_row){.name = "faces",
+                                 .kind = OPTION_FLAG,
+                                 .value = &o->faces,
+                                 .given = &o->faces_given,
+                                 .help = "vertices: the faces between them as well, for probe-fit"};
+    *row++ = (struct option_row){.name = "sides",
+                                 .argument = "WHICH",
+                                 .kind = OPTION_CHOICE,
+                                 .choices = sides,
+                                 .value = OPTION_ENUM(o->sides),
+                                 .given = &o->sides_given,
+                                 .help = "with --faces: front, where faces look to, or both"};
     return row;
+}
+
+static struct error *check(const struct place_options *o, bool scene)
+{
+    (void)scene;
+    if (o->sides_given && !o->faces)
+        return error_usage("--sides needs --faces");
+    if (o->faces && o->volume)
+        return error_usage("expected one of --faces and --volume, got both");
+    if (o->faces && o->reach_given)
+        return error_usage("--faces needs all vertices: expected no --reach");
+    return NULL;
 }
 
 static struct error *place_by_options(struct place *place, const struct place_options *o,
@@ -75,6 +101,9 @@ static struct error *place_by_options(struct place *place, const struct place_op
     const struct vec3 size = vec3_sub(world->scene->box_max, world->scene->box_min);
     const double offset = o->offset_given ? o->offset : OFFSET_SHARE * vec3_length(size);
     const double crease = o->crease_given ? o->crease : o->volume ? CREASE_VOLUME : CREASE;
+    if (o->faces)
+        return place_faces(place, world->scene, offset, crease, (enum place_sides)o->sides,
+                           world->most);
     struct error *err = place_vertices(place, world->scene, offset, crease, o->volume, world->most);
     return err ? err : place_reach_keep(place, o, world);
 }
@@ -84,4 +113,5 @@ const struct place_method place_method_vertices = {.name = "vertices",
                                                    .needs_scene = true,
                                                    .reaches = true,
                                                    .rows = rows,
+                                                   .check = check,
                                                    .place = place_by_options};

@@ -4,6 +4,7 @@ place_sources = \
 	%D%/exposed.c %D%/exposed.h \
 	%D%/patches.c %D%/patches.h \
 	%D%/place.c %D%/place.h \
+	%D%/place_faces.c \
 	%D%/place_grid.c %D%/place_grid.h \
 	%D%/place_ground.c %D%/place_ground.h \
 	%D%/place_inside.c %D%/place_inside.h \
@@ -15,6 +16,7 @@ place_sources = \
 	%D%/place_points.c \
 	%D%/place_poisson.c \
 	%D%/place_reach.c \
+	%D%/place_samples.c \
 	%D%/place_vertices.c \
 	%D%/point_grid.c %D%/point_grid.h \
 	%D%/poisson.c %D%/poisson.h \

@@ -128,6 +128,14 @@ static struct vertex make_vertex(const struct corner *corner, size_t count)
     return vertex;
 }
 
+/* Notes whose corners they are: by the vertex's first one, until the vertices have their order. */
+static void note_corners(struct vertices *vertices, const struct corner *corner, size_t count,
+                         size_t first)
+{
+    for (size_t i = 0; i < count; i++)
+        vertices->of_corner[corner[i].number] = first;
+}
+
 /* The vertices of corners at one place. */
 static struct error *split_place(struct corner *corner, size_t count, double cosine,
                                  struct vertices *vertices)
@@ -137,11 +145,33 @@ static struct error *split_place(struct corner *corner, size_t count, double cos
         const size_t group = gather_group(corner, count, cosine);
         err = array_reserve(&vertices->list, &vertices->capacity, vertices->count + 1,
                             sizeof *vertices->list);
-        if (!err)
-            vertices->list[vertices->count++] = make_vertex(corner, group);
+        if (!err) {
+            vertices->list[vertices->count] = make_vertex(corner, group);
+            note_corners(vertices, corner, group, vertices->list[vertices->count++].corner);
+        }
         corner += group;
         count -= group;
     }
+    return err;
+}
+
+/* In their order vertices are counted by their first corners. */
+static void number_corners(struct vertices *vertices)
+{
+    size_t next = 0;
+    for (size_t i = 0; i < vertices->corners; i++) {
+        const size_t first = vertices->of_corner[i];
+        if (first != SIZE_MAX)
+            vertices->of_corner[i] = first == i ? next++ : vertices->of_corner[first];
+    }
+}
+
+static struct error *start_corners(struct vertices *vertices, size_t corners)
+{
+    struct error *err = array_create(&vertices->of_corner, corners, sizeof *vertices->of_corner);
+    vertices->corners = err ? 0 : corners;
+    for (size_t i = 0; i < vertices->corners; i++)
+        vertices->of_corner[i] = SIZE_MAX;
     return err;
 }
 
@@ -153,6 +183,8 @@ struct error *vertices_find(const struct scene *scene, double crease, struct ver
     size_t count = 0;
     struct error *err = collect(scene, &corners, &count);
     if (!err)
+        err = start_corners(vertices, 3 * scene_triangle_count(scene));
+    if (!err)
         qsort(corners, count, sizeof *corners, compare_corners);
     for (size_t first = 0, end = 0; first < count && !err; first = end) {
         while (end < count && !compare_places(&corners[first], &corners[end]))
@@ -161,6 +193,8 @@ struct error *vertices_find(const struct scene *scene, double crease, struct ver
     }
     if (!err && vertices->count)
         qsort(vertices->list, vertices->count, sizeof *vertices->list, compare_vertices);
+    if (!err)
+        number_corners(vertices);
     free(corners);
     return err;
 }
@@ -168,5 +202,6 @@ struct error *vertices_find(const struct scene *scene, double crease, struct ver
 void vertices_clear(struct vertices *vertices)
 {
     free(vertices->list);
+    free(vertices->of_corner);
     *vertices = (struct vertices){0};
 }

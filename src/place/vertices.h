@@ -16,6 +16,7 @@
 #define VERTICES_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 struct error;
 struct scene;
@@ -30,6 +31,10 @@ struct vertex {
 struct vertices {
     struct vertex *list; /* owned; in the order of their first corners */
     size_t count, capacity;
+    /* the vertex of each corner, counted as `corner` is; SIZE_MAX: of a triangle that has no area;
+     * owned */
+    size_t *of_corner;
+    size_t corners;
 };
 
 /* Finds them; crease in degrees, 0 to 180. *vertices starts as {0}. */

@@ -4,6 +4,7 @@ stream_sources = \
 	%D%/cells.c %D%/cells.h \
 	%D%/common_options.c %D%/common_options.h \
 	%D%/light_columns.c %D%/light_columns.h \
+	%D%/faces.c %D%/faces.h \
 	%D%/header_number.c %D%/header_number.h \
 	%D%/points.c %D%/points.h \
 	%D%/sight_key.c %D%/sight_key.h \
