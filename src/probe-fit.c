@@ -67,7 +67,7 @@ static struct error *fit(struct arguments *a, struct program *program, const cha
 
 int main(int argc, char **argv)
 {
-    struct arguments a = {.settings = {.smooth = 0.1}, .common = common_default()};
+    struct arguments a = {.settings = {.smooth = 0.03}, .common = common_default()};
     const struct option_row rows[] = {
         {.name = "smooth",
          .argument = "X",
