@@ -22,6 +22,7 @@ MODULE_TESTS = \
 	tests/query \
 	tests/scatter \
 	tests/discs \
+	tests/senders \
 	tests/interpolate \
 	tests/octree \
 	tests/library \
@@ -112,6 +113,7 @@ PROGRAM_TESTS = \
 	tests/probe-error.t \
 	tests/probe-query.t \
 	tests/probe-relight.t \
+	tests/probe-relight-surfaces.t \
 	tests/probe-render.t \
 	tests/probe-vtk.t
 

@@ -119,8 +119,11 @@ struct error *sender_tree_create(struct sender_tree *tree, const struct sender_p
         err = array_create(&m.key, points->count, sizeof *m.key);
     if (!err)
         cut(&m, sender_tree_root(tree));
-    free(m.feature);
     free(m.key);
+    m.key = NULL;
+    if (!err)
+        cut(&m, sender_tree_root(tree)); /* spreads, as of an order that is taken over */
+    free(m.feature);
     return err;
 }
 
