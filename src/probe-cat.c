@@ -12,6 +12,7 @@
 #include "light/light_options.h"
 #include "light/product.h"
 #include "light/rotate.h"
+#include "light/visibility.h"
 #include "stream/common_options.h"
 #include "stream/stream.h"
 #include "stream/stream_edit.h"
@@ -42,7 +43,7 @@ struct arguments {
     bool blend_given;
     struct stream_sources from; /* names point into argv */
     size_t fill_capacity;
-    bool info, no_provenance;
+    bool info, no_provenance, occlusion;
     struct common common;
 };
 
@@ -141,7 +142,7 @@ static struct error *change_provenance(struct stream_header *header, const struc
 static bool is_converted(const struct arguments *a)
 {
     return convert_is_asked(&a->convert) || a->rotate || a->rotate_light || a->blend_given ||
-           a->product;
+           a->product || a->occlusion;
 }
 
 /* One stream all of whose rows pass, as they are. */
@@ -226,6 +227,8 @@ static struct error *gather(const struct arguments *a, const struct program *pro
         err = rotate(all, a, warnings);
     if (!err && a->product)
         err = product_stream(all, a->product, warnings);
+    if (!err && a->occlusion)
+        err = error_wrap(visibility_derive(all), "--occlusion");
     if (!err)
         err = convert(all, a, program->name, warnings);
     if (!err)
@@ -380,6 +383,10 @@ static struct error *parse(struct program *program, struct arguments *a, int arg
          .parse = parse_basis,
          .shown = "none",
          .help = "add irradiance in other bases: cube, dice, dice-cubic, ahd"},
+        {.name = "occlusion",
+         .kind = OPTION_FLAG,
+         .value = &a->occlusion,
+         .help = "add ao, bent_normal, bent_length and cone of column visibility"},
         {.name = "report",
          .kind = OPTION_FLAG,
          .value = &a->convert.report,

@@ -170,6 +170,19 @@ probe-capture -q --light none --columns bent_normal,bent_length,cone --rays 32 -
     placed.probe >cones.probe
 check "points have bent normals and cones, too" says cones.probe \
     '^table probe position:f64:3 bent_normal:f32:3 bent_length:f32:1 cone:f32:4$'
+probe-capture -q --light none --columns ao,bent_normal,bent_length,cone,visibility --rays 32 \
+    "$scene" placed.probe >seen.probe
+rows_of position,ao,bent_normal,bent_length,cone seen.probe >rays.rows
+probe-cat --drop ao,bent_normal,bent_length,cone seen.probe | probe-cat --occlusion >derived.probe
+rows_of position,ao,bent_normal,bent_length,cone derived.probe >derived.rows
+check "probe-cat --occlusion makes them of visibility" awk '
+    NR == FNR { for (i = 4; i <= NF; i++) ray[FNR, i] = $i; rows = FNR; next }
+    { for (i = 4; i <= NF; i++) { d = $i - ray[FNR, i]; if (d > 1e-5 || d < -1e-5) bad++ } }
+    END { exit !(rows > 30 && rows == FNR && !bad) }' rays.rows derived.rows
+refused 1 "expected a column visibility" probe-cat --occlusion placed.probe
+probe-capture -q --light none --columns visibility --order 1 --rays 16 \
+    "$scene" placed.probe >mean.probe
+refused 1 "column visibility: expected order 2 or more" probe-cat --occlusion mean.probe
 probe-capture -q --light none --columns ao,sky --ao-distance 2 "$scene" later.probe >other.probe
 rows_of position,irradiance later.probe >later.rows
 rows_of position,irradiance other.probe >other.rows

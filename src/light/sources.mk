@@ -9,4 +9,5 @@ light_sources = \
 	%D%/light_options.c %D%/light_options.h \
 	%D%/order.c %D%/order.h \
 	%D%/product.c %D%/product.h \
-	%D%/rotate.c %D%/rotate.h
+	%D%/rotate.c %D%/rotate.h \
+	%D%/visibility.c %D%/visibility.h
