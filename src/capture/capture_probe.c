@@ -235,7 +235,7 @@ static void take_about(struct work *w, const struct draw *draw, struct strata_wa
     struct vec3f direction[PATH_WAVE];
     struct path_sample met[PATH_WAVE];
     for (size_t i = 0; i < 4 * draw->fours; i++)
-        direction[i] = own_direction(w, draw->x[i], draw->y[i]);
+        direction[i] = guide_direction(&w->receiver, draw->x[i], draw->y[i]);
     meet_surfaces(w, draw, direction, met);
     for (size_t i = 0; i < 4 * draw->fours; i++)
         note(w, &met[i], direction[i]);
