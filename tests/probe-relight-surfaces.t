@@ -51,13 +51,17 @@ probe-cat --order 2 transfer.probe >low.probe
 check "an order is cut in links, too" sh -c \
     'probe-relight --senders lit.probe low.probe | probe-cat --text | grep -q "^table probe .*sh:f32:12"'
 
+probe-capture --dry-run $transfer "$scene" placed.probe >out
+check "--dry-run says what senders take" says out 'senders take 0.2[0-9]* MB'
+
 # -- what is wrong ---------------------------------------------------------------------------------
 refused 1 'no links to senders' probe-relight --senders lit.probe direct.probe
 refused 1 'got --bounces 64' sh -c "probe-capture $lamp --rays 4 '$scene' senders.probe >full.probe;
     probe-relight --senders full.probe transfer.probe"
 refused 1 'expected light that was captured' probe-relight --senders senders.probe transfer.probe
 probe-cat --rows 0:99 lit.probe >few.probe
-refused 1 'senders that the probes have links to, got' probe-relight --senders few.probe transfer.probe
+refused 1 'senders that the probes have links to, got' \
+    probe-relight --senders few.probe transfer.probe
 probe-capture -q --bounces 0 --rays 4 --point 1,2,1,9,9,9 "$scene" placed.probe >other.probe
 refused 1 'its light is not that of the senders' \
     probe-relight --senders lit.probe --direct other.probe transfer.probe
@@ -67,7 +71,8 @@ refused 1 'expected the same probes' \
 refused 2 'expected no --weights' probe-relight --senders lit.probe -w a=1 transfer.probe
 refused 2 '--bounces needs --senders' probe-relight --bounces 1 transfer.probe
 probe-cat --drop area senders.probe >few2.probe
-refused 1 'there is no column area' probe-capture --transfer surfaces:few2.probe "$scene" placed.probe
+refused 1 'there is no column area' \
+    probe-capture --transfer surfaces:few2.probe "$scene" placed.probe
 refused 1 'no column normal' probe-capture --transfer surfaces:direct.probe "$scene" placed.probe
 refused 2 'needs a fixed --order' \
     probe-capture --order auto --transfer surfaces:senders.probe "$scene" placed.probe

@@ -262,6 +262,11 @@ static struct error *say_all(struct capture_run *run, const struct table *schema
     say_parts(run, out, stdout);
     printf("%s: %zu probes take %.4g MB in the stream, %.4g MB in memory and %.4g MB a thread\n",
            run->program, probes, 1e-6 * row * (double)probes, 1e-6 * at_once, 1e-6 * thread);
+    if (run->links.on)
+        printf(
+            "%s: %zu senders take %.4g MB in the stream and in memory, and %.4g MB a thread\n",
+            run->program, run->links.senders.count, 1e-6 * (double)capture_links_bytes(&run->links),
+            1e-6 * (double)capture_senders_bytes(&run->links.senders, run->options.capture.rays));
     return NULL;
 }
 
