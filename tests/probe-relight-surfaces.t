@@ -18,7 +18,8 @@ for i in 1 2; do probe-capture -q --slice $i/2 $transfer "$scene" placed.probe >
 probe-cat --fill slice2.probe slice1.probe | probe-cat --text | sed '/^#/d' >filled
 probe-cat --text transfer.probe | sed '/^#/d' >whole
 check "and slices" cmp filled whole
-check "table sender comes first" says whole '^transfer-surfaces 64$' '^transfer-senders ................$' \
+check "table sender comes first" says whole '^transfer-surfaces 64$' \
+    '^transfer-senders ................$' \
     '^table sender position:f64:3 .* link:i32:64$' \
     '^table probe .* transfer_surfaces:f32:576 transfer_senders:i32:64$'
 

@@ -4,8 +4,9 @@
  * Rays go out over the sphere, or by the cosine from a surface, on a Fibonacci lattice that is
  * shifted at random for each probe (Cranley and Patterson, SIAM J. Numer. Anal. 1976): each ray by
  * itself is uniform, so the sums have no bias. What a ray meets belongs to the sender that is
- * nearest in radii of its disc, along its surface (discs_nearest). T_s is then the sum of 4 pi / rays Y_lm over the rays that met
- * s, of a surface pi / rays; a sender's form factors are shares of its rays.
+ * nearest in radii of its disc, along its surface (discs_nearest). T_s is then the sum of
+ * 4 pi / rays Y_lm over the rays that met s, of a surface pi / rays; a sender's form factors are
+ * shares of its rays.
  *
  * A probe has K links. It sees more senders than that, so clusters stand for some: beginning with
  * all senders in one, the cluster is cut in two whose share of the rays times the spread of its
