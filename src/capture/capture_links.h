@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* capture_links: the senders of a stream that is captured (senders.h), from where they come to where
- * they are written.
+/* capture_links: the senders of a stream that is captured (senders.h), from where they come from to
+ * where they are written.
  *
- *     capture_links_read(&links, "senders.probe", 256)         what --transfer surfaces asks for; or
+ *     capture_links_read(&links, "senders.probe", 256)       what --transfer surfaces asks for, or
  *     capture_links_take(&links, reader, &schema, header)      table sender of the stream
  *     capture_links_start(&links, path, settings, threads)     theirs are captured
  *     capture_links_write(&links, writer)                      before table probe
