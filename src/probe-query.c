@@ -9,6 +9,7 @@
 #include "interpolate/interpolate.h"
 #include "interpolate/interpolate_kind.h"
 #include "interpolate/interpolate_options.h"
+#include "interpolate/occluders.h"
 #include "interpolate/query.h"
 #include "scene/relit.h"
 #include "scene/scene_settings.h"
@@ -28,7 +29,7 @@ struct arguments {
     enum probe_packing pack;
     enum interpolate_visible visible;
     bool normals, explain, groups, transfer;
-    const char *column, *along, *scene;
+    const char *column, *along, *scene, *occluders;
 };
 
 /* What --visible rays looks through. */
@@ -122,21 +123,34 @@ static const char *light_outside(const struct interpolate *in, enum query_outsid
                : "no middle sees all of it, so their light is that of its nearest point";
 }
 
+/* Spheres hide what comes from where they are: of light by direction. */
+static struct error *open_occluders(struct occluders **occluders, const struct interpolate *in,
+                                    const struct arguments *a)
+{
+    if (!in->order || in->convolved)
+        return error_new("--occluders takes radiance as SH, column sh: %s",
+                         in->order ? "these are of irradiance (probe-cat --content radiance)"
+                                   : "this has none");
+    return occluders_read(occluders, a->occluders);
+}
+
 static struct error *answer(struct interpolate *in, const struct arguments *a, const char *input,
                             const struct common *common, const struct program *program,
                             struct warnings *warnings)
 {
-    const struct query_settings settings = {.format = a->to,
-                                            .outside = (enum query_outside)a->how.outside,
-                                            .explain = a->explain,
-                                            .threads = common->threads,
-                                            .output = common->output,
-                                            .recorded = program->recorded};
+    struct query_settings settings = {.format = a->to,
+                                      .outside = (enum query_outside)a->how.outside,
+                                      .explain = a->explain,
+                                      .threads = common->threads,
+                                      .output = common->output,
+                                      .recorded = program->recorded};
     struct query *query = NULL;
     struct points *points = NULL;
     struct sight sight = {0};
-    struct error *err = NULL;
-    if (a->visible == INTERPOLATE_VISIBLE_RAYS)
+    struct occluders *occluders = NULL;
+    struct error *err = a->occluders ? open_occluders(&occluders, in, a) : NULL;
+    settings.occluders = occluders;
+    if (!err && a->visible == INTERPOLATE_VISIBLE_RAYS)
         err = open_sight(&sight, in, a, warnings);
     if (!err)
         err = query_open(&query, in, &settings);
@@ -169,8 +183,10 @@ static struct error *answer(struct interpolate *in, const struct arguments *a, c
     seen_destroy(sight.seen);
     stage_clear(&sight.stage);
     if (!err)
-        return query_finish(query);
-    query_abandon(query);
+        err = query_finish(query);
+    else
+        query_abandon(query);
+    occluders_destroy(occluders);
     return err;
 }
 
@@ -231,6 +247,12 @@ int main(int argc, char **argv)
          .value = &a.scene,
          .shown = "none",
          .help = "the scene that --visible rays looks through"},
+        {.name = "occluders",
+         .argument = "FILE",
+         .kind = OPTION_TEXT,
+         .value = &a.occluders,
+         .shown = "none",
+         .help = "spheres (X Y Z RADIUS a line) that hide light from the points"},
         {.name = "pack",
          .argument = "PRECISION",
          .kind = OPTION_CHOICE,
@@ -285,6 +307,8 @@ int main(int argc, char **argv)
     if (!err && a.along && (a.scene || pack || a.how.outside == QUERY_EXTEND))
         err = error_usage("--along needs neither cells nor a hull: no --visible rays, --pack or "
                           "--outside extend");
+    if (!err && a.occluders && (pack || a.along))
+        err = error_usage("--occluders is of points: no --pack and no --along");
     if (!err && pack && a.scene)
         err = error_usage("--pack packs what all probes of a cell hold: no --visible rays");
     if (!err && a.explain && a.to != QUERY_TEXT)
@@ -308,6 +332,8 @@ int main(int argc, char **argv)
         err = interpolate_options_check(&a.how);
     const char *baked = err ? "-" : program.operands[0];
     const char *input = !err && program.operand_count > 1 ? program.operands[1] : "-";
+    if (!err && a.occluders)
+        err = file_inputs_differ(a.occluders, "--occluders", input, "the points");
     if (!err && !pack)
         err = file_inputs_differ(baked, "the baked stream", input, "the points");
     if (!err)

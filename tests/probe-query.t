@@ -620,4 +620,27 @@ for of in all octree; do
     check "$of: where all are in the air, nothing changes" \
         cmp other.trilinear none.trilinear and cmp other.tricubic none.tricubic
 done
+
+# -- spheres that move -----------------------------------------------------------------------------
+probe-place grid -q --count 30 "$SRC/scenes/cornell-box.obj" |
+    probe-capture -q --rays 64 "$SRC/scenes/cornell-box.obj" | probe-tet -q >room.probe
+printf '%s\n' '2 3 2 0 1 0' '3 2.5 3 0 1 0' >places
+echo '1e6 0 0 1' >far.txt
+printf '%s\n' '# a lamp shade' '2.7 5 2.7, 1.5' '2 3 2 .2 # about the first point' >near.txt
+probe-query room.probe places >plain
+probe-query --occluders far.txt room.probe places >with_far
+probe-query --occluders near.txt room.probe places >shaded
+check "a sphere far away changes nothing" cmp plain with_far and test -s plain
+check "others take light, all inside of one" awk '
+    NR == FNR { was[FNR] = $1; next }
+    FNR == 1 { dark = $1 == 0 } FNR == 2 { less = $1 < was[2] && $1 > 0 }
+    END { exit !(dark && less) }' plain shaded
+check "the same on more threads" into three probe-query -j3 --occluders near.txt room.probe places \
+    and cmp shaded three
+echo '1 2 3 0' >flat.txt
+refused 1 "flat.txt:1: expected X Y Z RADIUS" probe-query --occluders flat.txt room.probe places
+echo '# none' >none.txt
+refused 1 "expected spheres, there are none" probe-query --occluders none.txt room.probe places
+refused 1 "takes radiance as SH" probe-query --occluders far.txt --column depth room.probe places
+refused 2 "no --pack" probe-query --occluders far.txt --pack half room.probe
 tap_done

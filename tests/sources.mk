@@ -52,6 +52,7 @@ MODULE_TESTS = \
 	tests/capture_emission \
 	tests/capture_colour \
 	tests/capture_extras \
+	tests/occluders \
 	tests/occlusion \
 	tests/capture_frames \
 	tests/capture_extremes \

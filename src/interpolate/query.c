@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "interpolate/query.h"
+#include "interpolate/occluders.h"
 #include "base/array.h"
 #include "base/error.h"
 #include "base/file.h"
@@ -380,8 +381,11 @@ static struct error *light_point(struct worker *w, const double *point,
             return NULL;
         }
     }
-    return q->normal ? blend_surfaces(q, point + q->normal_at, place, light)
-                     : interpolate_at(q->in, point, place, light);
+    struct error *err = q->normal ? blend_surfaces(q, point + q->normal_at, place, light)
+                                  : interpolate_at(q->in, point, place, light);
+    if (!err && q->settings.occluders)
+        occluders_shade(q->settings.occluders, q->in->order, point, light);
+    return err;
 }
 
 /* The error of a block's point, to be told if it is the first that has one. */

@@ -19,6 +19,7 @@
 
 struct interpolate;
 struct error;
+struct occluders;
 struct points;
 struct query;
 
@@ -42,8 +43,9 @@ struct query_settings {
     /* text: add cell, probes, weights, inside or outside, distance from the hull */
     bool explain;
     int threads;
-    const char *output;   /* a path, or "-" */
-    const char *recorded; /* QUERY_STREAM: the command line for the provenance */
+    const struct occluders *occluders; /* of radiance as SH alone; borrowed; NULL: none */
+    const char *output;                /* a path, or "-" */
+    const char *recorded;              /* QUERY_STREAM: the command line for the provenance */
 };
 
 /* What is interpolated (interpolate.h) must outlive the query. */

@@ -15,6 +15,7 @@ interpolate_sources = \
 	%D%/interpolate_pack.c \
 	%D%/interpolate_scattered.c \
 	%D%/nodes.c %D%/nodes.h \
+	%D%/occluders.c %D%/occluders.h \
 	%D%/octree.c %D%/octree.h \
 	%D%/query.c %D%/query.h \
 	%D%/scatter.c %D%/scatter.h
