@@ -186,13 +186,17 @@ static void test_header(void)
                                  .bounces = 3,
                                  .light = CAPTURE_INDIRECT,
                                  .seed = (uint64_t)1 << 52,
+                                 .ao_distance = 1.5,
+                                 .ao_falloff = OCCLUSION_SQRT,
+                                 .azimuths = 12,
                                  .decimate = 0.3},
                             back = capture_settings_default();
     struct stream_header h = {0};
     must(capture_settings_to_header(&s, &h));
     must(capture_settings_from_header(&back, &h));
     ok(back.order == 5 && back.rays == 77 && back.bounces == 3 && back.light == CAPTURE_INDIRECT &&
-           back.seed == s.seed && back.decimate == s.decimate,
+           back.seed == s.seed && back.decimate == s.decimate && back.ao_distance == 1.5 &&
+           back.ao_falloff == OCCLUSION_SQRT && back.azimuths == 12,
        "settings come back from a header");
     must(header_set_key(&h, "capture-rays", "many"));
     struct error *err = capture_settings_from_header(&back, &h);
