@@ -702,7 +702,6 @@ static bool read_cache(struct wave *w, struct path_sample *sample)
         if (!w->known[i])
             continue;
         some = true;
-        sample[w->sample[i]].scatters += 10;
         wave_put(&w->light, i,
                  vec3f_fma(wave_get(&w->light, i), 1 / (float)ANGLE_PI,
                            (struct vec3f){e[0], e[1], e[2]}));
@@ -711,7 +710,7 @@ static bool read_cache(struct wave *w, struct path_sample *sample)
 }
 
 /* Leaves their share of sunlight to the sunlit points. */
-static void leave_lit(struct wave *w, struct path_sample *sample)
+static void leave_lit(struct wave *w)
 {
     const struct lit *lit = w->path->cache->lit;
     for (size_t i = 0; i < w->count; i++) {
@@ -720,7 +719,6 @@ static void leave_lit(struct wave *w, struct path_sample *sample)
             continue;
         const float share = lit_share(lit, w->at.distance[i]);
         wave_put(&w->light, i, vec3f_fma(wave_get(&w->light, i), -share, sunlight));
-        sample[w->sample[i]].scatters = share > 0 ? 1000 : 1;
     }
 }
 
@@ -824,7 +822,7 @@ static void scatter_cached(struct wave *w, bool lit, struct path_sample *sample)
         face(w);
         light_surfaces(w);
         if (lit && bounce == 1)
-            leave_lit(w, sample);
+            leave_lit(w);
         bool known = reads && !cache->check && read_cache(w, sample);
         turn(w);
         if (known && !cache->value)
