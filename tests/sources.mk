@@ -65,7 +65,8 @@ MODULE_TESTS = \
 	tests/thin \
 	tests/measure \
 	tests/render \
-	tests/relight
+	tests/relight \
+	tests/fit
 
 # What is broken on purpose: in the build with sanitizers alone, where a fault is seen.
 FUZZ_TESTS = \
@@ -115,6 +116,7 @@ PROGRAM_TESTS = \
 	tests/probe-query.t \
 	tests/probe-relight.t \
 	tests/probe-relight-surfaces.t \
+	tests/probe-fit.t \
 	tests/probe-render.t \
 	tests/probe-vtk.t
 

@@ -279,10 +279,12 @@ static double root_of(const double *square, size_t count)
 static void tell(const struct part *part, struct fit_told *told)
 {
     const size_t width = part->value->width;
+    struct light_column what;
     bool whole = true;
     *told = (struct fit_told){.fitted = root_of(part->fitted, width),
                               .held = root_of(part->held, width),
-                              .all = root_of(part->all, width)};
+                              .all = root_of(part->all, width),
+                              .light = light_column_of(part->value, width, &what)};
     snprintf(told->name, sizeof told->name, "%s", part->value->name);
     for (size_t k = 0; k < width; k++) {
         whole = whole && part->whole[k];
@@ -390,11 +392,13 @@ static struct error *take_keys(struct stream *probes, const struct stream *sampl
 
 static void warn(const struct fit_report *report, struct warnings *warnings)
 {
-    bool black = report->count;
-    for (size_t i = 0; i < report->count; i++)
-        black = black && !(report->told[i].all > 0);
-    if (black)
-        warnings_add(warnings, "black", "all samples are 0: no light reaches the surface");
+    bool light = false, lit = false;
+    for (size_t i = 0; i < report->count; i++) {
+        light = light || report->told[i].light;
+        lit = lit || (report->told[i].light && report->told[i].all > 0);
+    }
+    if (light && !lit)
+        warnings_add(warnings, "black", "all samples are black: no light reaches the surface");
     if (report->left_out)
         warnings_add(warnings, "left out", "%zu of %zu samples have no value: left out",
                      report->left_out, report->samples);

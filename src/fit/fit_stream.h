@@ -28,6 +28,7 @@ struct fit_told {
     double held, fitted, all; /* held: of what the probes had, NaN where they had nothing; the
                                  values */
     int steps;
+    bool light; /* not a share, or a direction */
 };
 
 struct fit_report {

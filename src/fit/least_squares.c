@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 /* The residual at which a solution is done: below the rounding of a float. */
-static const double DONE = 1e-9;
+static const double DONE = 1e-8;
 
 /* Steps that are never needed: the scaled elements of faces need some tens, with smoothness some
  * hundreds. */
@@ -30,7 +30,8 @@ struct error *fit_system_init(struct fit_system *system, const struct fit_elemen
 {
     static const int diagonal[FIT_CORNERS] = {0, 4, 7, 9};
     *system = (struct fit_system){.element = element, .elements = elements, .unknowns = unknowns};
-    struct error *err = array_create(&system->scale, unknowns, sizeof *system->scale);
+    struct error *err = array_create(&system->scale, 2 * unknowns, sizeof *system->scale);
+    system->inverse = err ? NULL : system->scale + unknowns;
     for (size_t e = 0; e < elements && !err; e++)
         for (int i = 0; i < FIT_CORNERS; i++) {
             if (element[e].at[i] < 0 || (size_t)element[e].at[i] >= unknowns)
@@ -38,8 +39,10 @@ struct error *fit_system_init(struct fit_system *system, const struct fit_elemen
                                  element[e].at[i]);
             system->scale[element[e].at[i]] += element[e].form[diagonal[i]];
         }
-    for (size_t i = 0; i < unknowns && !err; i++)
-        system->scale[i] = system->scale[i] > 0 ? 1 / sqrt(system->scale[i]) : 0;
+    for (size_t i = 0; i < unknowns && !err; i++) {
+        system->inverse[i] = sqrt(system->scale[i]);
+        system->scale[i] = system->scale[i] > 0 ? 1 / system->inverse[i] : 0;
+    }
     return err;
 }
 
@@ -88,12 +91,12 @@ struct solution {
 
 static double low_of(const struct solution *s, size_t i)
 {
-    return s->low / s->system->scale[i];
+    return s->low * s->system->inverse[i];
 }
 
 static double high_of(const struct solution *s, size_t i)
 {
-    return s->high / s->system->scale[i];
+    return s->high * s->system->inverse[i];
 }
 
 /* gradient = S A S y - S b */
@@ -225,7 +228,7 @@ static struct error *start(struct solution *s, const double *right, const double
     s->turn = s->way + n;
     for (size_t i = 0; i < n; i++) {
         const double scale = s->system->scale[i];
-        s->y[i] = scale > 0 ? x[i] / scale : 0;
+        s->y[i] = scale > 0 ? x[i] * s->system->inverse[i] : 0;
         s->right[i] = scale * right[i];
     }
     find_gradient(s);
@@ -254,8 +257,10 @@ struct error *fit_solve(const struct fit_system *system, const double *right, do
     }
     effort->residual = size > 0 ? sqrt(free_square + chopped_square) / size : 0;
     for (size_t i = 0; i < n && !err; i++)
-        if (system->scale[i] > 0)
-            x[i] = system->scale[i] * s.y[i];
+        if (system->scale[i] > 0) /* the bounds themselves, not what rounding makes of them */
+            x[i] = s.y[i] <= low_of(&s, i)    ? low
+                   : s.y[i] >= high_of(&s, i) ? high
+                                              : system->scale[i] * s.y[i];
     free(s.room);
     return err;
 }

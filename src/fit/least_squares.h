@@ -38,7 +38,8 @@ void fit_element_add(struct fit_element *element, double scale, const double w[F
 struct fit_system {
     const struct fit_element *element; /* borrowed */
     size_t elements, unknowns;
-    double *scale; /* 1 / sqrt(diagonal), 0 where there is none; owned */
+    /* 1 / sqrt(diagonal), and the inverse of that; 0 where there is none; owned, the first */
+    double *scale, *inverse;
 };
 
 /* Takes the elements as they stand. Error: an unknown that is out of range, short memory. */

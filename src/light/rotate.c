@@ -268,12 +268,17 @@ static struct error *turn_columns(struct table *probes, const struct rotation *r
     return err;
 }
 
+/* Positions, and the places of the surface that vertices stand off from. */
 static void turn_positions(struct table *probes, const struct rotation *rotation)
 {
-    double *p = column_f64(table_column(probes, "position"));
-    for (size_t i = 0; i < probes->rows; i++, p += 3) {
-        const double before[3] = {p[0], p[1], p[2]};
-        turn(rotation->matrix, before, p);
+    static const char *const names[] = {"position", "surface"};
+    for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
+        const struct column *column = table_column(probes, names[n]);
+        double *p = column ? column_f64(column) : NULL;
+        for (size_t i = 0; p && i < probes->rows; i++, p += 3) {
+            const double before[3] = {p[0], p[1], p[2]};
+            turn(rotation->matrix, before, p);
+        }
     }
 }
 
