@@ -57,6 +57,7 @@ check "the same for any threads, others by seed" cmp by1.probe by3.probe and eva
     'probe-place samples --seed 2 --count 600 vertices.probe >other.probe' \
     and differ by1.probe other.probe
 refused 1 "expected a table face, there is none" probe-place samples samples.probe
+refused 2 "expected no SCENE" probe-place samples vertices.probe cube.obj
 
 # -- the pipe --------------------------------------------------------------------------------------
 light='--sky .2,.3,.4 --point 2,5,2.5,30,20,10'
@@ -92,7 +93,8 @@ refused 1 "captured in different scenes" eval \
     'probe-capture -q --rays 8 moved.obj vertices.probe | probe-fit /dev/stdin lit.probe'
 refused 1 "expected a probe stream, which begins with" given "" probe-fit vertices.probe
 probe-capture -q --rays 8 cube.obj samples.probe | probe-fit vertices.probe 2>said >dark.probe
-check "where no light is, it says so" says said 'all samples are black: no light reaches the surface'
+check "where no light is, it says so" \
+    says said 'all samples are black: no light reaches the surface'
 
 # -- export ----------------------------------------------------------------------------------------
 check "as GLB" into mesh.glb probe-export glb -q fitted.probe
@@ -121,7 +123,8 @@ def read(number):
     count = a["count"] * width
     at = start + v["byteOffset"] + a["byteOffset"]
     assert a["byteOffset"] + 4 * count <= v["byteLength"] and at % 4 == 0
-    values = struct.unpack("<%d%s" % (count, "fI"[a["componentType"] == 5125]), data[at:at + 4 * count])
+    form = "<%d%s" % (count, "fI"[a["componentType"] == 5125])
+    values = struct.unpack(form, data[at:at + 4 * count])
     rows = [values[i:i + width] for i in range(0, count, width)]
     if "min" in a:
         assert [min(r[k] for r in rows) for k in range(3)] == a["min"]
@@ -138,7 +141,8 @@ for mesh in j["meshes"]:
 PY
 rows_of position,irradiance fitted.probe | cut -d ' ' -f 4- >rows
 check "its arrays are whole, and COLOR_0 is the light, linear, where not clipped" eval \
-    'sort -g -k 1,1 -k 2,2 colours >a; sort -g -k 1,1 -k 2,2 rows >b; paste a b >c' and has_lines 24 c and every \
+    'sort -g -k 1,1 -k 2,2 colours >a; sort -g -k 1,1 -k 2,2 rows >b; paste a b >c' \
+    and has_lines 24 c and every \
     '(near($1, $4, 1e-4 * $4) || $4 > $1) && (near($3, $6, 1e-4 * $6) || $6 > $3)' c
 refused 2 "expected a format glb or ply, got 'obj'" probe-export obj fitted.probe
 refused 1 "there is no column nothing" probe-export glb --colour nothing fitted.probe

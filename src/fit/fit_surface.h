@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* fit_surface: what least squares ask of values at a surface's vertices (Kavan, Bargteil and Sloan,
- * "Least squares vertex baking", Computer Graphics Forum 30(4), 2011, EGSR).
+/* fit_surface: what least squares ask of values at a surface's vertices (Kavan, Bargteil and
+ * Sloan, "Least squares vertex baking", Computer Graphics Forum 30(4), 2011, EGSR).
  *
- *     (1/A) sum over samples  a_s (w_s . x - f_s)^2  +  smooth (1/A) sum over edges  A_e (h_e J_e)^2
+ *     1/A sum over samples  a_s (w_s . x - f_s)^2  +  smooth/A sum over edges  A_e (h_e J_e)^2
  *
  * A: the area of all samples, a_s that of one, w_s its weights of the corners of its face, f_s its
  * value. The second term is against bends, which the eye sees as Mach's bands: J_e is the jump of
- * the slope across an edge between two faces, unfolded into a plane, A_e a third of their areas, and
- * h_e the geometric mean of their heights over the edge, which makes `smooth` a number without a
- * unit that means the same for any size of faces. The paper asks that gradients of neighbours agree;
- * the scale by h_e is ours. Faces meet where they share two vertices, so no term goes over a crease.
+ * the slope across an edge between two faces, unfolded into a plane, A_e a third of their areas,
+ * and h_e the geometric mean of their heights over the edge, which makes `smooth` a number without
+ * a unit that means the same for any size of faces. The paper asks that gradients of neighbours
+ * agree; the scale by h_e is ours. Faces meet where they share two vertices, so no term goes over
+ * a crease.
  */
 #ifndef FIT_SURFACE_H
 #define FIT_SURFACE_H

@@ -3,19 +3,19 @@
  *
  *     minimise  sum over elements of  x_e' A_e x_e   -   2 b' x,    low <= x <= high
  *
- * An element couples up to four unknowns, as the corners of a face or of a tetrahedron: what samples
- * in it ask for, or a term that keeps x smooth. A sample with weights w, value f and importance a
- * adds a w w' to the A of its element and a f w to b, so that the minimum is the normal equations'.
- * No matrix is put together: it is applied element by element, in their order, which makes the sums
- * the same on any number of threads.
+ * An element couples up to four unknowns, as the corners of a face or of a tetrahedron: what
+ * samples in it ask for, or a term that keeps x smooth. A sample with weights w, value f and
+ * importance a adds a w w' to the A of its element and a f w to b, so that the minimum is the
+ * normal equations'. No matrix is put together: it is applied element by element, in their order,
+ * which makes the sums the same on any number of threads.
  *
- * Solved by conjugate gradients in unknowns that are scaled to a unit diagonal; at bounds by Dostal
- * and Schoeberl, "Minimizing quadratic functions subject to bound constraints with the rate of
- * convergence and finite termination", Computational Optimization and Applications 30, 2005
- * (MPRGP). With scaled elements of k unknowns the largest eigenvalue is at most k (Wathen, "Realistic
- * eigenvalue bounds for the Galerkin mass matrix", IMA Journal of Numerical Analysis 7, 1987), which
- * is what its fixed steps need. Each step makes the sum less: the result is never worse than where it
- * began, and what no element asks about stays what it was.
+ * Solved by conjugate gradients in unknowns that are scaled to a unit diagonal; at bounds by
+ * Dostal and Schoeberl, "Minimizing quadratic functions subject to bound constraints with the rate
+ * of convergence and finite termination", Computational Optimization and Applications 30, 2005
+ * (MPRGP). With scaled elements of k unknowns the largest eigenvalue is at most k (Wathen,
+ * "Realistic eigenvalue bounds for the Galerkin mass matrix", IMA Journal of Numerical Analysis 7,
+ * 1987), which is what its fixed steps need. Each step makes the sum less: the result is never
+ * worse than where it began, and what no element asks about stays what it was.
  */
 #ifndef LEAST_SQUARES_H
 #define LEAST_SQUARES_H

@@ -128,6 +128,12 @@ static struct error *make(struct place *place, const struct faces *faces, double
     return err;
 }
 
+static struct error *check(const struct place_options *o, bool scene)
+{
+    (void)o;
+    return scene ? error_usage("samples: FILE has the faces: expected no SCENE") : NULL;
+}
+
 static struct error *place_by_options(struct place *place, const struct place_options *o,
                                       struct place_world *world)
 {
@@ -149,4 +155,5 @@ const struct place_method place_method_samples = {.name = "samples",
                                                   .origin = 13,
                                                   .random = true,
                                                   .shares = shares,
+                                                  .check = check,
                                                   .place = place_by_options};

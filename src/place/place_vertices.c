@@ -73,13 +73,14 @@ static struct option_row *rows(struct place_options *o, struct option_row *row)
                                  .value = &o->faces,
                                  .given = &o->faces_given,
                                  .help = "vertices: the faces between them as well, for probe-fit"};
-    *row++ = (struct option_row){.name = "sides",
-                                 .argument = "WHICH",
-                                 .kind = OPTION_CHOICE,
-                                 .choices = sides,
-                                 .value = OPTION_ENUM(o->sides),
-                                 .given = &o->sides_given,
-                                 .help = "with --faces: front, where faces look to, or both"};
+    *row++ =
+        (struct option_row){.name = "sides",
+                            .argument = "WHICH",
+                            .kind = OPTION_CHOICE,
+                            .choices = sides,
+                            .value = OPTION_ENUM(o->sides),
+                            .given = &o->sides_given,
+                            .help = "vertices: with --faces, front, where faces look to, or both"};
     return row;
 }
 
