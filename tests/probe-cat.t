@@ -264,6 +264,23 @@ cat >wanted <<'END'
 END
 probe-cat --text --fill sides.lit sides | numbers >got
 check "normals tell probes at one place apart" cmp wanted got
+stream_of 'table probe position:f64:3 ao:f32:1 area:f32:1 sh:f32:3' >measured <<'END'
+1 0 0 0.5 2 nan nan nan
+2 0 0 0.5 2 7 7 7
+3 0 0 0.5 2 nan nan nan
+END
+stream_of 'table probe position:f64:3 ao:f32:1 area:f32:1 sh:f32:3' >measured.lit <<'END'
+1 0 0 0.25 3 4 5 6
+2 0 0 0.25 3 4 5 6
+3 0 0 0.25 3 nan nan nan
+END
+cat >wanted <<'END'
+1 0 0 0.25 2 4 5 6
+2 0 0 0.5 2 7 7 7
+3 0 0 0.5 2 nan nan nan
+END
+probe-cat --text --fill measured.lit measured | numbers >got
+check "what capture finds comes with the light, in place of what was there" cmp wanted got
 echo '1 1 1 0 0 1' | stream_of 'table probe position:f64:3 hull_normal:f32:3' >hull
 check "hull_normal is not taken from another stream's cells" \
     made filled probe-cat --text --fill hull twins and lacks filled '^table.*hull_normal'

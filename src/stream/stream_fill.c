@@ -134,6 +134,7 @@ static struct error *sort_sites(const struct table *probes, bool normals, struct
 /* A row of each table that are the same probe. */
 struct pair {
     size_t to, from;
+    bool lit; /* its light is taken */
 };
 
 /* Finds all pairs: walks both tables in the order of their sites. */
@@ -151,7 +152,7 @@ static struct error *find_pairs(const struct table *to, const struct table *from
     for (size_t i = 0, k = 0; !err && i < to->rows && k < from->rows;) {
         const int order = compare_places(&ours[i], &theirs[k]);
         if (!order)
-            (*pairs)[(*count)++] = (struct pair){ours[i].row, theirs[k].row};
+            (*pairs)[(*count)++] = (struct pair){.to = ours[i].row, .from = theirs[k].row};
         i += order <= 0;
         k += order >= 0;
     }
@@ -170,21 +171,46 @@ static bool is_missing(const struct column *c, size_t row)
                                    : column_i32(c)[i] == -1;
 }
 
+static bool has_light(const struct table *probes, size_t row)
+{
+    const struct column *light = table_column(probes, "sh");
+    if (!light)
+        light = table_column(probes, "irradiance");
+    return light && !is_missing(light, row);
+}
+
+/* Whether capture writes the column beside a probe's light, in place of what was there before, as
+ * the ao of probe-place poisson. */
+static bool goes_with_light(const char *column)
+{
+    static const char *const names[] = {"validity",   "depth",       "sky",         "visibility",
+                                        "ao",         "bent_normal", "bent_length", "cone",
+                                        "ao_bounced", "horizon"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (!strcmp(column, names[i]))
+            return true;
+    return false;
+}
+
 /* Copies a column's values to the probes that lack them (all: to every probe that is in both). */
 static void fill_column(struct column *to, const struct column *from, const struct pair *pairs,
                         size_t count, bool all)
 {
     const size_t bytes = to->width * column_type_size(to->type);
+    const bool with_light = goes_with_light(from->name);
     for (size_t i = 0; i < count; i++)
-        if (all || is_missing(to, pairs[i].to))
+        if (all || is_missing(to, pairs[i].to) ||
+            (with_light && pairs[i].lit && !is_missing(from, pairs[i].from)))
             memcpy((char *)to->data + pairs[i].to * bytes,
                    (const char *)from->data + pairs[i].from * bytes, bytes);
 }
 
-static struct error *fill_probes(struct table *to, const struct table *from,
-                                 const struct pair *pairs, size_t count)
+static struct error *fill_probes(struct table *to, const struct table *from, struct pair *pairs,
+                                 size_t count)
 {
     struct error *err = NULL;
+    for (size_t i = 0; i < count; i++)
+        pairs[i].lit = !has_light(to, pairs[i].to) && has_light(from, pairs[i].from);
     for (size_t i = 0; i < from->column_count && !err; i++) {
         const struct column *theirs = &from->columns[i];
         struct column *ours = table_column(to, theirs->name);
