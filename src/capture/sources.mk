@@ -2,6 +2,7 @@
 # the light that reaches a probe
 capture_sources = \
 	%D%/ask_lit.c %D%/ask_lit.h \
+	%D%/cache_gather.c %D%/cache_gather.h \
 	%D%/cache_options.c %D%/cache_options.h \
 	%D%/cache_points.c %D%/cache_points.h \
 	%D%/cache_spots.c %D%/cache_spots.h \
