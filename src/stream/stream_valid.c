@@ -61,7 +61,6 @@ static const struct known {
     {"sender", "area", COLUMN_F32, 1, 0},
     {"sender", "albedo", COLUMN_F32, 3, 0},
     {"sender", "place", COLUMN_I32, 1, 0},
-    {"probe", "surface", COLUMN_F64, 3, 0},
     {"probe", "face", COLUMN_I32, 1, 0},
     {"probe", "weight", COLUMN_F32, 3, 0},
     {"face", "vertex", COLUMN_I32, 3, 0},
