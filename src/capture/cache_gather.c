@@ -6,10 +6,12 @@
 #include "base/threads.h"
 #include "capture/ask_lit.h"
 #include "capture/cache_spots.h"
-#include "capture/capture_cache.h"
+#include "capture/cache_points.h"
+#include "capture/capture.h"
 #include "math/angle.h"
 #include "math/random.h"
 #include "math/sobol.h"
+#include "trace/cache.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -184,18 +186,16 @@ static int passes(const struct gathering *g, int most)
     return scatters > 0 ? (int)fmax(round(most * shares / scatters), 1) : most;
 }
 
-struct error *cache_gather(struct capture_cache *cache, struct path_tracer *path,
-                           const struct capture_settings *settings, int threads)
+struct error *cache_gather(struct path_cache *cache, const struct cache_points *points,
+                           int ray_count, struct path_tracer *path,
+                           const struct capture_settings *settings, int threads, float **half_value)
 {
-    const size_t count = cache->points.count;
-    const int after = cache->cache.after;
+    const size_t count = points->count;
+    const int after = cache->after;
     struct cache_spots spots = {0};
-    struct gathering g = {.path = path,
-                          .points = &cache->points,
-                          .spots = &spots,
-                          .seed = settings->seed,
-                          .rays = cache->rays};
-    const size_t rays = (size_t)cache->rays, half = rays / 2;
+    struct gathering g = {
+        .path = path, .points = points, .spots = &spots, .seed = settings->seed, .rays = ray_count};
+    const size_t rays = (size_t)ray_count, half = rays / 2;
     float *value = NULL;
     struct error *err = array_create(&g.direct, 3 * count, sizeof *g.direct);
     if (!err)
@@ -207,20 +207,20 @@ struct error *cache_gather(struct capture_cache *cache, struct path_tracer *path
     if (!err)
         err = array_create(&g.scatters, 2 * count, sizeof *g.scatters);
     if (!err)
-        err = array_create(&cache->half, 3 * count, sizeof *cache->half);
+        err = array_create(half_value, 3 * count, sizeof **half_value);
     if (!err)
         err = array_create(&g.link, count * (size_t)g.rays, sizeof *g.link);
     if (!err)
         err = array_create(&value, 3 * count, sizeof *value);
     if (!err)
-        err = cache_spots_find(&spots, &cache->points, cache->cache.discs);
-    const bool sky = cache->cache.sky = cache->cache.opens;
-    cache->cache.after = 1; /* each pass is of one scatter */
-    path_use_cache(path, &cache->cache);
+        err = cache_spots_find(&spots, points, cache->discs);
+    const bool sky = cache->sky = cache->opens;
+    cache->after = 1; /* each pass is of one scatter */
+    path_use_cache(path, cache);
     if (!err)
         err = threads_for(threads, count, gather, &g);
     path_use_cache(path, NULL);
-    cache->cache.after = after;
+    cache->after = after;
     const int most = err ? 0 : passes(&g, settings->bounces - after);
     if (!err)
         err =
@@ -229,8 +229,8 @@ struct error *cache_gather(struct capture_cache *cache, struct path_tracer *path
         memmove(g.link + i * half, g.link + i * rays, half * sizeof *g.link);
     if (!err)
         err = cache_solve(count, (int)half, sky ? g.half_sky : NULL, g.half, g.link, most, threads,
-                          cache->half);
-    cache->cache.value = value;
+                          *half_value);
+    cache->value = value;
     cache_spots_clear(&spots);
     free(g.scatters);
     free(g.half_sky);

@@ -8,14 +8,17 @@
 #ifndef CACHE_GATHER_H
 #define CACHE_GATHER_H
 
-struct capture_cache;
+struct cache_points;
 struct capture_settings;
 struct error;
+struct path_cache;
 struct path_tracer;
 
-/* Sets cache->cache.value and cache->half of cache->points, of which each has cache->rays rays, and
- * says whether they hold the sky. Discs are there. */
-struct error *cache_gather(struct capture_cache *cache, struct path_tracer *path,
-                           const struct capture_settings *settings, int threads);
+/* Sets the value of a cache whose discs are those of `points`, by so many rays a point, and says
+ * whether it holds the sky. *half: 3 a point, the irradiance by the first half of the rays; the
+ * caller frees it, after an error too. */
+struct error *cache_gather(struct path_cache *cache, const struct cache_points *points, int rays,
+                           struct path_tracer *path, const struct capture_settings *settings,
+                           int threads, float **half);
 
 #endif

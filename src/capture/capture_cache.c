@@ -358,7 +358,8 @@ static struct error *make(struct capture_cache *cache, struct path_tracer *path,
     cache->rays = (int)rays / 2 * 2;
     err = make_discs(cache);
     if (!err)
-        err = cache_gather(cache, path, settings, threads);
+        err = cache_gather(&cache->cache, &cache->points, cache->rays, path, settings, threads,
+                           &cache->half);
     cache->on = !err;
     return err;
 }
@@ -673,7 +674,8 @@ static struct error *open_stream(struct capture_cache *cache, struct path_tracer
     if (!err && cache->rays) {
         err = cache_points_hits(&cache->points, path, probes, settings->seed, threads);
         if (!err)
-            err = cache_gather(cache, path, settings, threads);
+            err = cache_gather(&cache->cache, &cache->points, cache->rays, path, settings, threads,
+                               &cache->half);
     }
     if (!err && probes->count)
         err = check(cache, path, settings, probes, threads, &change);
