@@ -20,6 +20,7 @@ struct parts {
     struct column *column; /* with their data, which are borrowed; owned */
     size_t *width;         /* of each; owned */
     size_t columns, numbers;
+    double lamps;  /* what values of transfer_points are multiplied by */
     float *values; /* rows * numbers; owned */
     size_t *probe; /* of each row; owned */
     size_t rows;
@@ -68,6 +69,36 @@ static void gather_rows(struct parts *p, size_t probes)
     }
 }
 
+static bool is_of_lamps(const struct column *column)
+{
+    return !strcmp(column->name, "transfer_points");
+}
+
+/* What a lamp of radiant intensity 1 gives goes by the unit of length, squared: of a scene in
+ * millimetres nothing would be kept of it, of one in kilometres nothing of all else. So its numbers
+ * are made as large as the others, in the root mean square. */
+static void scale_lamps(struct parts *p)
+{
+    double sum[2] = {0}, count[2] = {0};
+    p->lamps = 1;
+    const float *from = p->values;
+    for (size_t i = 0; i < p->rows * p->columns; from += p->width[i++ % p->columns]) {
+        const int of = is_of_lamps(&p->column[i % p->columns]);
+        const size_t width = p->width[i % p->columns];
+        for (size_t k = 0; k < width; k++)
+            sum[of] += (double)from[k] * (double)from[k];
+        count[of] += (double)width;
+    }
+    if (!(sum[0] > 0 && sum[1] > 0))
+        return;
+    p->lamps = sqrt(sum[0] / count[0] / (sum[1] / count[1]));
+    float *to = p->values;
+    for (size_t i = 0; i < p->rows * p->columns; to += p->width[i++ % p->columns])
+        for (size_t k = 0; is_of_lamps(&p->column[i % p->columns]) && k < p->width[i % p->columns];
+             k++)
+            to[k] = (float)((double)to[k] * p->lamps);
+}
+
 static struct error *parts_of(struct parts *p, const struct stream *stream)
 {
     const struct table *probes = stream_table(stream, "probe");
@@ -95,6 +126,8 @@ static struct error *parts_of(struct parts *p, const struct stream *stream)
         err = array_create(&p->probe, probes->rows, sizeof *p->probe);
     if (!err)
         gather_rows(p, probes->rows);
+    if (!err)
+        scale_lamps(p);
     return err;
 }
 
@@ -137,9 +170,12 @@ static struct error *add_basis(struct stream *stream, const struct parts *p,
         return err;
     const float *from = fit->basis;
     for (size_t row = 0; row < basis->rows; row++)
-        for (size_t c = 0; c < p->columns; from += p->width[c++])
-            memcpy(column_f32(&basis->columns[c]) + row * p->width[c], from,
-                   p->width[c] * sizeof *from);
+        for (size_t c = 0; c < p->columns; from += p->width[c++]) {
+            const double scale = is_of_lamps(&p->column[c]) ? p->lamps : 1;
+            float *to = column_f32(&basis->columns[c]) + row * p->width[c];
+            for (size_t k = 0; k < p->width[c]; k++)
+                to[k] = (float)((double)from[k] / scale);
+        }
     const struct table last = *basis;
     const size_t before = (size_t)(basis - stream->tables);
     memmove(stream->tables + 1, stream->tables, before * sizeof last);
