@@ -196,7 +196,7 @@ probe-query --pack float --transfer -o whole.pack whole.probe
 probe-query -q --column sh_rest whole.pack here >whole
 probe-query -q whole.probe here >expected
 check "without groups all light is one" near 1e-6 whole expected and test -s whole
-refused 1 "no transfer (no column transfer_sky or transfer_suns): run probe-capture --transfer" \
+refused 1 "no transfer (no column transfer_sky, _suns or _points): run probe-capture --transfer" \
     probe-query --pack half --transfer -o x groups.probe
 printf '\001' | cat groups.pack - >longer.pack
 refused 1 "damaged" probe-query longer.pack here

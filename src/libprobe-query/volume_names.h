@@ -21,6 +21,7 @@
 #define discs_list probe_private_discs_list
 #define discs_make probe_private_discs_make
 #define discs_make_again probe_private_discs_make_again
+#define discs_nearest probe_private_discs_nearest
 
 #define lattice_fit probe_private_lattice_fit
 #define lattice_orient probe_private_lattice_orient
