@@ -137,6 +137,11 @@ float guide_density(const struct guide *guide, double x, double y)
 /* Less gain than that is not worth a guide. */
 #define LEAST_GAIN 8.0
 
+/* So many questions, asked of all points alike, tell where sunlight is wide, as it is out of doors:
+ * where their gain, in wider cells, is less, no more are asked. */
+#define GLANCE_GAIN 3.7
+enum { GLANCE = 32 };
+
 /* Cells for each question: so few that hardly one of a bright place is missed. */
 #define CELLS_SHARE 0.5
 
@@ -175,12 +180,16 @@ static void add_light(struct guide *guide, struct vec3f n, const struct path_fou
     guide_add(guide, turn < 0 ? turn + 1 : turn, fmax(y, 0), light);
 }
 
-/* Asks so many questions. */
-static struct error *ask_all(struct guide *guide, struct ask_lit *ask, int questions)
+/* Learns by so many questions, and asks so many. *gain: 0 where no sunlit point is asked for. */
+static struct error *look(struct guide *guide, struct ask_lit *ask, int learnt, int questions,
+                          double *gain)
 {
-    double gain = 0;
-    struct error *err = guide_init(guide, (size_t)(CELLS_SHARE * questions));
-    for (int first = 0; first < questions && !err; first += PATH_WAVE) {
+    *gain = 0;
+    guide_clear(guide);
+    struct error *err = ask_lit_start(ask, learnt);
+    if (!err && ask->receiver->lit)
+        err = guide_init(guide, (size_t)(CELLS_SHARE * questions));
+    for (int first = 0; first < questions && ask->receiver->lit && !err; first += PATH_WAVE) {
         const int now = questions - first < PATH_WAVE ? questions - first : PATH_WAVE;
         struct path_found found[PATH_WAVE];
         int place[PATH_WAVE];
@@ -191,10 +200,10 @@ static struct error *ask_all(struct guide *guide, struct ask_lit *ask, int quest
             if (vec3f_most(found[i].light) > 0)
                 add_light(guide, ask->receiver->at.normal, &found[i]);
     }
-    if (!err)
-        err = guide_make(guide, &gain);
-    if (!err && !(gain > LEAST_GAIN))
-        guide_clear(guide);
+    if (!err && ask->receiver->lit)
+        err = guide_make(guide, gain);
+    ask->receiver->lit = false;
+    ask_lit_end(ask);
     return err;
 }
 
@@ -208,11 +217,13 @@ struct error *guide_look(struct guide *guide, const struct path_tracer *path,
                           .seed = seed,
                           .name = name,
                           .first = first};
+    double gain;
     *guide = (struct guide){0};
-    struct error *err = ask_lit_start(&ask, questions / 2);
-    if (!err && receiver->lit)
-        err = ask_all(guide, &ask, questions);
-    receiver->lit = false;
-    ask_lit_end(&ask);
+    struct error *err = look(guide, &ask, 0, GLANCE, &gain);
+    const bool narrow = gain > GLANCE_GAIN;
+    if (!err && narrow)
+        err = look(guide, &ask, questions / 2, questions, &gain);
+    if (!err && !(narrow && gain > LEAST_GAIN))
+        guide_clear(guide);
     return err;
 }

@@ -40,7 +40,8 @@ struct error *guide_make(struct guide *guide, double *gain);
 
 /* Makes the guide of a receiver by `questions` questions, and half as many before, to the sunlit
  * points of the path tracer, numbered from `first` on; none where rays to all directions alike find
- * them as well. Leaves receiver->lit false. Needs path->lit. */
+ * them as well, which a few questions tell in the open. Leaves receiver->lit false. Needs
+ * path->lit. */
 struct error *guide_look(struct guide *guide, const struct path_tracer *path,
                          struct path_receiver *receiver, uint64_t seed, uint64_t name,
                          uint32_t first, int questions);
