@@ -164,13 +164,15 @@ static struct error *check_unlit(struct capture_options *o)
         return error_usage(
             "--light none: expected --columns without sh_error, irradiance_error and "
             "sh_gradient, and some others");
-    if (o->order_auto || o->error_given || o->groups || o->transfer_given)
-        return error_usage("--light none: %s is of light", o->order_auto    ? "--order auto"
-                                                           : o->error_given ? "--error"
-                                                           : o->groups      ? "--groups"
-                                                                            : "--transfer");
+    const char *of_light = o->order_auto       ? "--order auto"
+                           : o->error_given    ? "--error"
+                           : o->groups         ? "--groups"
+                           : o->transfer_given ? "--transfer"
+                           : o->cache.name     ? "--cache"
+                                               : NULL;
+    if (of_light)
+        return error_usage("--light none: %s is of light", of_light);
     o->capture.error = 0;
-    o->cache.name = NULL;
     o->capture.dering.target = DERING_NONE;
     return NULL;
 }
@@ -292,6 +294,7 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
          .argument = "K",
          .kind = OPTION_INT,
          .value = &o->links,
+         .given = &o->links_given,
          .least = 1,
          .most = SENDER_LINKS_MOST,
          .help = "of --transfer surfaces: clusters of them that a probe has\n"
@@ -373,6 +376,8 @@ struct error *capture_options_parse(struct capture_options *o, struct program *p
         !(o->capture.ao_distance < (double)INFINITY))
         err = error_usage("--ao-falloff %s needs --ao-distance",
                           occlusion_falloff_names[o->capture.ao_falloff]);
+    if (!err && o->links_given && !o->transfer_surfaces)
+        err = error_usage("--links needs --transfer surfaces:STREAM");
     if (!err && o->cache_out && !strcmp(o->cache_out, "-"))
         err = error_usage("--cache-out: expected a file's name, got '-'");
     if (!err && o->cache_out && !o->cache.name)

@@ -38,6 +38,7 @@ struct capture_options {
     const char *transfer_points;   /* a stream of positions; NULL: none */
     const char *transfer_surfaces; /* a stream of senders; NULL: none */
     int links;                     /* to them: of a probe, at the most */
+    bool links_given;
     bool dry_run;
     struct scene_settings scene;
     struct common common; /* but for the seed */
