@@ -198,8 +198,6 @@ rows_of position,ao whole.probe >whole.rows
 check "in slices, too" cmp filled.rows whole.rows and test -s filled.rows
 refused 1 "captured in another scene" probe-capture --light none "$SRC/scenes/two-rooms.obj" \
     later.probe
-refused 2 "--light none: --cache is of light" \
-    probe-capture --light none --cache auto "$scene" placed.probe
 refused 2 "--links needs --transfer surfaces:STREAM" \
     probe-capture --links 8 "$scene" placed.probe
 refused 2 "--ao-falloff sqrt needs --ao-distance" \

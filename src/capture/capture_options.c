@@ -168,11 +168,11 @@ static struct error *check_unlit(struct capture_options *o)
                            : o->error_given    ? "--error"
                            : o->groups         ? "--groups"
                            : o->transfer_given ? "--transfer"
-                           : o->cache.name     ? "--cache"
                                                : NULL;
     if (of_light)
         return error_usage("--light none: %s is of light", of_light);
     o->capture.error = 0;
+    o->cache.name = NULL; /* the header's, too, whose light stays */
     o->capture.dering.target = DERING_NONE;
     return NULL;
 }
